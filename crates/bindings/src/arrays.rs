@@ -48,8 +48,8 @@ pub(crate) fn vector(v: [f64; 3]) -> DVec3 {
     DVec3::from_array(v)
 }
 
-/// What rays meet, by the names of `World.cast_rays`.
-pub(crate) fn hit_arrays(py: Python<'_>, hits: RayHits) -> PyResult<Bound<'_, PyDict>> {
+/// Hits of rays, by the names of `World.cast_rays`.
+pub(crate) fn hits_to_dict(py: Python<'_>, hits: RayHits) -> PyResult<Bound<'_, PyDict>> {
     let n = hits.t.len();
     let dict = PyDict::new(py);
     dict.set_item("t", array(py, hits.t, &[n])?)?;

@@ -146,7 +146,7 @@ impl IntoPyErr for RenderError {
 }
 
 /// Runs `f`; a panic in it, which is a bug, becomes an exception that says so.
-pub(crate) fn caught<T>(f: impl FnOnce() -> T) -> PyResult<T> {
+pub(crate) fn catch_panic<T>(f: impl FnOnce() -> T) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(f)).map_err(|payload| from_panic(&*payload))
 }
 

@@ -1,25 +1,15 @@
-//! What Python holds: `raycam._core`. It converts arrays and errors and releases the GIL; the public names, their
+//! The extension module `raycam._core`. It converts arrays and errors and releases the GIL; the public names, their
 //! defaults and their documentation are in the Python package.
 
 #![forbid(unsafe_code)]
 
 mod arrays;
-mod bundle;
-mod calibration;
+mod buffer_pool;
 mod camera;
-mod described;
-mod encode;
 mod error;
-mod frame;
-mod light;
-mod node;
-mod rig;
-mod settings;
-mod state;
-mod stock;
-mod triangles;
-mod truth;
-mod watch;
+mod interruptible;
+mod py_value;
+mod render;
 mod world;
 
 use pyo3::prelude::*;
@@ -30,28 +20,35 @@ mod core {
     use super::*;
 
     #[pymodule_export]
-    use crate::bundle::{
-        world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras,
+    use crate::camera::calibration::{
+        PyCameraRecord, calibration_formats, read_cameras, write_cameras,
     };
     #[pymodule_export]
-    use crate::calibration::{Record, calibration_formats, read_cameras, write_cameras};
+    use crate::camera::rig::Rig;
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]
-    use crate::described::{world_add_light, world_add_object, world_from_dict, world_set_video};
+    use crate::render::annotations::{flow, keypoints, oriented_box, silhouettes};
     #[pymodule_export]
-    use crate::encode::{
+    use crate::render::encode::{
         encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs,
         srgb_from_linear,
     };
     #[pymodule_export]
-    use crate::frame::{channels, merge};
+    use crate::render::frame::{channels, merge};
     #[pymodule_export]
-    use crate::rig::{Rig, world_add_rig, world_rig_at, world_rigs};
+    use crate::world::bundle::{
+        world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras,
+    };
     #[pymodule_export]
-    use crate::truth::{flow, keypoints, oriented_box, silhouettes};
+    use crate::world::from_description::{
+        world_add_light, world_add_object, world_from_dict, world_set_video,
+    };
     #[pymodule_export]
-    use crate::world::World;
+    use crate::world::state::World;
+
+    #[pymodule_export]
+    use crate::world::rigs::{world_add_rig, world_rig_at, world_rigs};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,4 +1,4 @@
-//! What can be wrong with a world or a camera, in words its author can act on.
+//! Errors of worlds and cameras, in words their author can act on.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -17,9 +17,9 @@ pub enum SceneError {
     Schema {
         /// The key, as `object[2].diffuse`; empty at the top.
         path: String,
-        /// What was expected, with the nearest valid name.
+        /// The expectation, with the nearest valid name.
         message: String,
-        /// Where in the text, in bytes, when it came from one.
+        /// Byte range in the text that it came from.
         span: Option<Range<usize>>,
     },
     /// The temporary file of textures cannot be made, written or read.
@@ -29,7 +29,7 @@ pub enum SceneError {
         path: PathBuf,
         /// The system's number of the error.
         number: Option<i32>,
-        /// What the system says, and what to do.
+        /// The message of the system, and what to do.
         message: String,
     },
 }

@@ -1,8 +1,24 @@
-//! What there is: worlds made of triangles, their materials and lights, and the cameras that see them.
+//! The scene as data: worlds of meshes, materials, lights and cameras, and their mathematics.
 //!
-//! Plain data, joined by index, and its mathematics. [`schema`] is what people write (world files and Python dicts);
-//! [`World`] is what it says, with files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is
-//! the temporary one of a [`TextureCache`].
+//! Parts are joined by index. [`schema`] is what people write (world files and Python dicts); [`World`] is its meaning, with
+//! files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is the temporary one of a
+//! [`TextureCache`].
+//!
+//! ```text
+//! error up            errors; the axis that points up
+//! math color          rotations, Hermite curves; colour spaces, view transforms
+//! mesh texture        triangles, primitives, subdivision; images, mip maps, the texture cache
+//! material light      reflection models; emitters
+//! camera              projection, lens models, aperture, shutter, rigs
+//! animation           node hierarchies, skins, morph targets (glTF)
+//! render_options      options of a render
+//! video               orbits and keyframes
+//! model               contents of a mesh file, loader of assets
+//! world               all parts by index, at a time, validated
+//! schema              world files: deserialisation, specs, building a world
+//! ```
+//!
+//! A folder imports only those above it.
 
 #![forbid(unsafe_code)]
 
@@ -15,8 +31,10 @@ pub mod material;
 pub mod math;
 pub mod mesh;
 pub mod model;
+pub mod render_options;
 pub mod schema;
 pub mod texture;
+pub mod up;
 pub mod video;
 pub mod world;
 
@@ -34,5 +52,6 @@ pub use model::{AssetLoader, MeshFile, MeshPart, NoAssets};
 pub use texture::{
     Image, TexelFilter, Texels, Texture, TextureCache, TextureSampler, TextureSlot, Wrap,
 };
+pub use up::Up;
 pub use video::Video;
-pub use world::{Object, Up, World};
+pub use world::{Object, World};

@@ -1,13 +1,12 @@
-//! What a mesh file holds, before it is placed in a world.
+//! The contents of a mesh file, and the loader of a description's files.
 
 use std::sync::Arc;
 
 use crate::error::SceneError;
-use crate::light::IesProfile;
+use crate::light::{IesProfile, Light};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::texture::{Image, Texture, Wrap};
-use crate::world::{Object, World};
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,13 +29,13 @@ pub struct MeshFile {
     pub materials: Vec<Material>,
     /// The images that the materials use.
     pub textures: Vec<Texture>,
-    /// What reading it had to say.
+    /// Notices of the reader.
     pub notices: Vec<String>,
 }
 
-/// Where the files that a description names come from: a folder, and nothing outside it.
+/// Loader of the files that a description names: of a folder, and nothing outside it.
 pub trait AssetLoader {
-    /// What can go wrong with a file.
+    /// The error of a file.
     type Error: From<SceneError>;
 
     /// The mesh file of this name.
@@ -114,21 +113,6 @@ impl MeshFile {
         }
     }
 
-    /// The objects of a world as parts, where they are; its lights and cameras have no place in a model.
-    pub fn from_world(world: World) -> Self {
-        let part = |object: &Object| MeshPart {
-            name: object.name.clone(),
-            mesh: world.meshes[object.mesh].transformed(object.world_from_mesh),
-            materials: object.materials.clone(),
-        };
-        Self {
-            parts: world.objects.iter().map(part).collect(),
-            textures: world.textures.iter().map(|t| (**t).clone()).collect(),
-            materials: world.materials,
-            notices: world.notices,
-        }
-    }
-
     /// All parts as one mesh, with the materials of its slots as indices into [`MeshFile::materials`].
     ///
     /// A part that lacks a per-vertex or per-triangle array which another has gets the value that changes nothing:
@@ -196,5 +180,22 @@ impl MeshFile {
         merged.material_slots = merged.material_slots.filter(|_| materials.len() > 1);
         merged.validate()?;
         Ok((merged, materials))
+    }
+}
+
+impl Light {
+    /// Reads the file that it names, unless that was done.
+    ///
+    /// # Errors
+    /// What `files` says.
+    pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
+        match self {
+            Light::Environment { image, .. } => image.load(|file| {
+                let wrap = [Wrap::Repeat, Wrap::Clamp];
+                Ok(files.texture(file, wrap)?.image)
+            }),
+            Light::Ies { profile, .. } => profile.load(|file| Ok(Arc::new(files.profile(file)?))),
+            _ => Ok(()),
+        }
     }
 }

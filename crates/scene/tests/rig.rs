@@ -4,9 +4,9 @@ mod common;
 
 use common::{Random, node, rotation};
 use glam::{DMat3, DVec2, DVec3};
+use raycam_scene::camera::NamedCamera;
 use raycam_scene::camera::{Pose, ReadoutDirection, Rig, ShutterMotion};
 use raycam_scene::schema::{self, RigSpec, WorldFile};
-use raycam_scene::world::NamedCamera;
 use raycam_scene::{Camera, NoAssets, PixelCenter, SceneError, Up, World};
 
 fn camera(r: DMat3, c: DVec3) -> Camera {

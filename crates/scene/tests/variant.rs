@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 use raycam_scene::mesh::primitive;
-use raycam_scene::world::variant::Variant;
+use raycam_scene::world::Variant;
 use raycam_scene::{Material, Object, World};
 
 #[test]

@@ -5,7 +5,7 @@ mod common;
 use common::node;
 use glam::{DMat3, DVec3};
 use raycam_scene::schema::{self, VideoSpec, WorldFile};
-use raycam_scene::{Camera, NoAssets, SceneError, Up, Video, World};
+use raycam_scene::{Camera, NoAssets, SceneError, Up, World};
 
 /// A world with a camera and a box, and this video.
 fn world(up: &str, video: &str) -> Result<World, SceneError> {
@@ -329,15 +329,12 @@ fn what_makes_no_sense_is_said() {
 fn every_video_has_a_frame_and_says_when() {
     let world = World::default();
     let video = |fps, seconds| {
-        Video::new(
-            &VideoSpec {
-                fps,
-                seconds: Some(seconds),
-                ..VideoSpec::default()
-            },
-            &world,
-        )
-        .unwrap()
+        let spec = VideoSpec {
+            fps,
+            seconds: Some(seconds),
+            ..VideoSpec::default()
+        };
+        spec.build(&world).unwrap()
     };
     assert_eq!(video(24.0, 4.0).frame_count(), 96);
     assert_eq!(video(30.0, 0.001).frame_count(), 1);

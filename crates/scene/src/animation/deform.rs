@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::Mesh;
 
-/// What a morph target of weight 1 adds to each vertex.
+/// Displacements that a morph target of weight 1 adds to each vertex.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MorphTarget {
     /// To its position.
@@ -30,7 +30,7 @@ pub type JointSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
 pub struct DeformableMesh {
     /// As it was made.
     pub mesh: Arc<Mesh>,
-    /// What it can turn into.
+    /// Its morph targets.
     pub targets: Vec<MorphTarget>,
     /// Joints of each vertex and their weights, of sum 1 over all sets; none where no skin bends it.
     pub joints: Vec<JointSet>,

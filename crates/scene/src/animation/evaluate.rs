@@ -1,150 +1,28 @@
 //! A world in a pose of its rig.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use crate::animation::deform::flattened;
-use crate::animation::node_attachment::move_light;
 use crate::animation::{
     AnimatedMaterial, AnimationTarget, Node, NodeCamera, NodeLight, NodeObject, NodeTree, Skin,
     Transform,
 };
 use crate::camera::Camera;
-use crate::error::{SceneError, suggestion};
+use crate::error::SceneError;
 use crate::mesh::Mesh;
-use crate::world::World;
 
-/// What nodes are at a time.
-struct EvaluatedNodes {
-    world_from_node: Vec<DAffine3>,
-    visible: Vec<bool>,
-    weights: Vec<Vec<f32>>,
-    materials: Vec<AnimatedMaterial>,
-    lights: Vec<NodeLight>,
-    cameras: Vec<NodeCamera>,
-}
-
-impl World {
-    /// The number of the animation of this name.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] with the nearest name.
-    pub fn find_animation(&self, name: &str) -> Result<usize, SceneError> {
-        let animations = self.node_tree.iter().flat_map(|rig| &rig.animations);
-        let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
-        names
-            .iter()
-            .position(|other| *other == name)
-            .ok_or_else(|| {
-                let count = names.len();
-                let near = suggestion(name, names.iter().copied());
-                SceneError::World(format!("no animation {name:?} among {count}{near}"))
-            })
-    }
-
-    /// The world at a time in seconds of one of its animations. What does not move is shared; meshes that bend keep
-    /// their triangles.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] where there is no such animation.
-    pub fn animated_at(&self, animation: usize, time: f64) -> Result<World, SceneError> {
-        let count = self
-            .node_tree
-            .as_ref()
-            .map_or(0, |rig| rig.animations.len());
-        match &self.node_tree {
-            Some(rig) if animation < count => {
-                self.apply_pose(&rig.evaluate(Some((animation, time))), rig)
-            }
-            _ => Err(SceneError::World(format!(
-                "animation {animation}, but the world has {count}"
-            ))),
-        }
-    }
-
-    /// The world as its rig is when nothing has moved yet; each mesh that bends is kept there for comparison.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] where a camera cannot be placed.
-    pub fn at_rest(mut self) -> Result<World, SceneError> {
-        let Some(rig) = &mut self.node_tree else {
-            return Ok(self);
-        };
-        let rig = Arc::make_mut(rig);
-        let pose = rig.evaluate(None);
-        let rests: Vec<_> = (rig.objects.iter())
-            .map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new))
-            .collect();
-        for (mount, rest) in rig.objects.iter_mut().zip(rests) {
-            mount.rest = rest;
-        }
-        let rig = Arc::new(rig.clone());
-        self.node_tree = Some(rig.clone());
-        self.apply_pose(&pose, &rig)
-    }
-
-    fn apply_pose(&self, pose: &EvaluatedNodes, rig: &NodeTree) -> Result<World, SceneError> {
-        let mut world = self.clone();
-        let rest = rig.evaluate(None);
-        for mount in &rig.objects {
-            let object = &mut world.objects[mount.object];
-            // Joints say where a bent mesh is, whatever the node does.
-            let skinned = mount.skin.is_some();
-            let placed = match skinned {
-                true => DAffine3::IDENTITY,
-                false => pose.world_from_node[mount.node] * mount.node_from_mesh,
-            };
-            let mut flat = None;
-            if !placed.inverse().is_finite() {
-                let mesh = rig.deformed_mesh(mount, pose);
-                flat = flattened(mesh.as_ref().unwrap_or(&world.meshes[mount.mesh]), placed);
-            }
-            if let Some(flat) = flat.filter(|_| pose.visible[mount.node]) {
-                world.meshes.push(Arc::new(flat));
-                object.mesh = world.meshes.len() - 1;
-                object.world_from_mesh = DAffine3::IDENTITY;
-                continue;
-            }
-            if !pose.visible[mount.node] || !placed.inverse().is_finite() {
-                object.mesh = rig.hidden_mesh;
-                let place = placed.translation;
-                object.world_from_mesh = DAffine3::from_translation(place);
-                continue;
-            }
-            (object.mesh, object.world_from_mesh) = (mount.mesh, placed);
-            object.scale_shear = placed.matrix3;
-            if let Some(rest_mesh) = &mount.rest {
-                let mesh = &mut world.meshes[mount.mesh];
-                *mesh = if rig.same_deformation(mount, pose, &rest) {
-                    rest_mesh.clone()
-                } else {
-                    rig.deformed_mesh(mount, pose)
-                        .map_or(rest_mesh.clone(), Arc::new)
-                };
-            }
-        }
-        for mount in &pose.lights {
-            let world_from_node = pose.world_from_node[mount.node];
-            let along = (-world_from_node.matrix3.z_axis).try_normalize();
-            let mut light = mount.clone().light();
-            move_light(&mut light, world_from_node.translation, along);
-            world.lights[mount.light] = light;
-        }
-        for mount in &pose.cameras {
-            let camera = &mut world.cameras[mount.camera].camera;
-            *camera = camera_at_node(&mount.base, pose.world_from_node[mount.node])?;
-        }
-        for moving in &pose.materials {
-            world.materials[moving.material] = moving.clone().material();
-        }
-        Ok(world)
-    }
+/// The state of all nodes at a time.
+pub(crate) struct EvaluatedNodes {
+    pub(crate) world_from_node: Vec<DAffine3>,
+    pub(crate) visible: Vec<bool>,
+    pub(crate) weights: Vec<Vec<f32>>,
+    pub(crate) materials: Vec<AnimatedMaterial>,
+    pub(crate) lights: Vec<NodeLight>,
+    pub(crate) cameras: Vec<NodeCamera>,
 }
 
 impl NodeTree {
     /// All nodes at a time of an animation, or at rest.
-    fn evaluate(&self, moment: Option<(usize, f64)>) -> EvaluatedNodes {
+    pub(crate) fn evaluate(&self, moment: Option<(usize, f64)>) -> EvaluatedNodes {
         let mut nodes = self.nodes.clone();
         let channels = moment.and_then(|(animation, _)| self.animations.get(animation));
         let (mut materials, mut lights) = (self.materials.clone(), self.lights.clone());
@@ -203,8 +81,13 @@ impl NodeTree {
         }
     }
 
-    /// Whether what bends a mesh is the same in two poses.
-    fn same_deformation(&self, mount: &NodeObject, a: &EvaluatedNodes, b: &EvaluatedNodes) -> bool {
+    /// True if joints and morph weights of a mesh are the same in two states.
+    pub(crate) fn same_deformation(
+        &self,
+        mount: &NodeObject,
+        a: &EvaluatedNodes,
+        b: &EvaluatedNodes,
+    ) -> bool {
         let joints = mount.skin.map_or(&[][..], |skin| &self.skins[skin].joints);
         a.weights[mount.node] == b.weights[mount.node]
             && joints
@@ -213,7 +96,7 @@ impl NodeTree {
     }
 
     /// The mesh of an object that bends.
-    fn deformed_mesh(&self, mount: &NodeObject, pose: &EvaluatedNodes) -> Option<Mesh> {
+    pub(crate) fn deformed_mesh(&self, mount: &NodeObject, pose: &EvaluatedNodes) -> Option<Mesh> {
         let shape = mount.deformable.as_ref()?;
         let joints: Option<Vec<_>> = mount.skin.map(|skin| {
             let Skin {
@@ -253,7 +136,10 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
 }
 
 /// The camera with the same picture, on a node; as it is where the node flattens it.
-fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera, SceneError> {
+pub(crate) fn camera_at_node(
+    camera: &Camera,
+    world_from_node: DAffine3,
+) -> Result<Camera, SceneError> {
     let Some(world_from_camera) = camera_axes(world_from_node) else {
         return Ok(camera.clone());
     };

@@ -17,18 +17,16 @@ pub use deform::{DeformableMesh, JointSet, MorphTarget, flattened};
 pub use property::{AnimatedMaterial, MaterialProperty, TextureSlotKind, UvProperty, UvTransform};
 pub use sampler::{AnimationSampler, SamplerInterpolation};
 
-use crate::error::SceneError;
 use crate::mesh::Mesh;
-use crate::world::World;
 
-/// What a world needs to move.
+/// The node hierarchy of a world, with what is attached to it and what animates it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeTree {
     /// The tree.
     pub nodes: Vec<Node>,
     /// Indices of all nodes, parents before children.
     pub order: Vec<usize>,
-    /// What bends meshes.
+    /// Skins of deformable meshes.
     pub skins: Vec<Skin>,
     /// The objects that hang on nodes.
     pub objects: Vec<NodeObject>,
@@ -38,7 +36,7 @@ pub struct NodeTree {
     pub cameras: Vec<NodeCamera>,
     /// The materials that move.
     pub materials: Vec<AnimatedMaterial>,
-    /// What moves the nodes.
+    /// Animations of the nodes.
     pub animations: Vec<Animation>,
     /// The world's mesh that cannot be seen: what hidden objects show.
     #[serde(rename = "nothing")]
@@ -48,17 +46,17 @@ pub struct NodeTree {
 /// A node of the tree.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Node {
-    /// What it moves with.
+    /// Index of its parent; a root has none.
     pub parent: Option<usize>,
-    /// Where it is in its parent.
+    /// parent_from_node.
     pub transform: Transform,
-    /// Whether it and what is below it can be seen.
+    /// False hides it and all nodes below it.
     pub visible: bool,
     /// How much of each morph target its mesh has.
     pub weights: Vec<f32>,
 }
 
-/// Where a node is: a matrix, or its parts.
+/// The transform of a node: a matrix, or translation, rotation and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Transform {
     /// Cannot be animated.
@@ -68,7 +66,7 @@ pub enum Transform {
     Trs {
         /// In the parent's coordinates.
         translation: DVec3,
-        /// Of unit length.
+        /// A unit quaternion.
         rotation: DQuat,
         /// Per axis.
         scale: DVec3,
@@ -109,7 +107,7 @@ pub struct NodeObject {
     pub node_from_mesh: DAffine3,
     /// The world's mesh that the object shows when it is not hidden; its own where it has a shape.
     pub mesh: usize,
-    /// What bends, where the mesh does.
+    /// The mesh with its targets and joints, if it is deformable.
     #[serde(rename = "shape")]
     pub deformable: Option<Arc<DeformableMesh>>,
     /// Index into [`NodeTree::skins`].
@@ -141,30 +139,30 @@ impl Animation {
 /// A value over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
-    /// What it moves.
+    /// The animated property.
     pub target: AnimationTarget,
     /// How.
     pub sampler: Arc<AnimationSampler>,
 }
 
-/// What a channel moves.
+/// A property that a channel animates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum AnimationTarget {
-    /// Of a node: three numbers.
+    /// Three numbers, of the node of this index.
     Translation(usize),
-    /// Of a node: a quaternion x, y, z, w.
+    /// A quaternion x, y, z, w, of the node of this index.
     Rotation(usize),
-    /// Of a node: three numbers.
+    /// Three numbers, of the node of this index.
     Scale(usize),
-    /// Of a node: as many as its mesh has morph targets.
+    /// One weight a morph target, of the node of this index.
     Weights(usize),
-    /// Of a node: not 0 where it can be seen.
+    /// Visibility of the node of this index: 0 hides it.
     Visible(usize),
-    /// Of a material.
+    /// A property of the material of this index.
     Material(usize, MaterialProperty),
-    /// Of all lights of a definition.
+    /// A property of all lights of a definition.
     Light(usize, LightProperty),
-    /// Of all cameras of a definition: their vertical field of view in radians.
+    /// Vertical field of view of all cameras of a definition, in radians.
     FieldOfView(usize),
     /// Half the width (0) or height (1) that an orthographic camera of this definition sees, in units of the world.
     Magnification(usize, usize),
@@ -189,43 +187,5 @@ impl AnimationTarget {
             Self::Material(_, P::Uv(_, UvProperty::Offset | UvProperty::Scale)) => 2,
             _ => 1,
         }
-    }
-}
-
-impl NodeTree {
-    /// Whether every index leads somewhere, in a world with so many objects, meshes, lights, cameras and materials.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] where one does not.
-    pub(crate) fn validate(&self, world: &World) -> Result<(), SceneError> {
-        let nodes = self.nodes.len();
-        let node = |node: usize| node < nodes;
-        let in_skin = |skin: &Skin| {
-            skin.joints.iter().all(|&joint| node(joint))
-                && skin.joints.len() == skin.inverse_bind.len()
-        };
-        let mounted = |mount: &NodeObject| {
-            mount.object < world.objects.len()
-                && node(mount.node)
-                && mount.mesh < world.meshes.len()
-                && mount.skin.is_none_or(|skin| skin < self.skins.len())
-        };
-        let light = |mount: &NodeLight| mount.light < world.lights.len() && node(mount.node);
-        let camera = |mount: &NodeCamera| mount.camera < world.cameras.len() && node(mount.node);
-        let moving = |moving: &AnimatedMaterial| moving.material < world.materials.len();
-        let shows_nothing = self.animations.is_empty() || self.hidden_mesh < world.meshes.len();
-        let good = self.order.iter().all(|&i| node(i))
-            && self.nodes.iter().all(|n| n.parent.is_none_or(node))
-            && self.skins.iter().all(in_skin)
-            && self.objects.iter().all(mounted)
-            && self.lights.iter().all(light)
-            && self.cameras.iter().all(camera)
-            && self.materials.iter().all(moving)
-            && shows_nothing;
-        if good {
-            return Ok(());
-        }
-        let message = "an animation that moves what the world does not have";
-        Err(SceneError::World(message.into()))
     }
 }

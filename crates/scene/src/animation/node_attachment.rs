@@ -13,9 +13,9 @@ pub enum LightProperty {
     Color,
     /// In W/sr, or in W/m² for a sun.
     Intensity,
-    /// Of a spot's cone, in radians.
+    /// Angle of a spot's cone, in radians.
     InnerAngle,
-    /// Of a spot's cone, in radians.
+    /// Angle of a spot's cone, in radians.
     OuterAngle,
 }
 
@@ -113,7 +113,7 @@ impl NodeCamera {
     }
 }
 
-/// Where a light shines to and from, on a node.
+/// Moves a light to the place and the direction of its node.
 pub(crate) fn move_light(light: &mut Light, place: DVec3, along: Option<DVec3>) {
     match light {
         Light::Sun { direction, .. } => {

@@ -45,7 +45,7 @@ pub enum MaterialProperty {
     AnisotropyRotation,
     DiffuseTransmission,
     DiffuseTransmissionColor,
-    /// Where a texture lies.
+    /// The transform of a texture's coordinates.
     Uv(TextureSlotKind, UvProperty),
 }
 
@@ -119,7 +119,7 @@ pub struct AnimatedMaterial {
     pub material: usize,
     /// All of it.
     pub base: Material,
-    /// What shines: a colour and what it is multiplied by.
+    /// Emission as a colour and its strength.
     pub emission: ([f32; 3], f32),
     /// Transforms of its textures.
     pub uvs: Vec<(TextureSlotKind, UvTransform)>,
@@ -184,7 +184,7 @@ impl AnimatedMaterial {
     }
 
     /// The material as it is now.
-    pub(super) fn material(self) -> Material {
+    pub(crate) fn material(self) -> Material {
         let mut material = self.base;
         material.emission.value = self.emission.0.map(|v| v * self.emission.1);
         for (texture, uv) in self.uvs {
@@ -231,7 +231,7 @@ fn set_principled(
         P::AnisotropyRotation => p.anisotropy_rotation = value,
         P::DiffuseTransmission => p.diffuse_transmission.value = share,
         P::DiffuseTransmissionColor => p.diffuse_transmission_color.value = shares,
-        // Those of every material.
+        // Properties of every material, set by the caller.
         P::BaseColor
         | P::AlphaCutoff
         | P::EmissionColor
@@ -242,7 +242,7 @@ fn set_principled(
     }
 }
 
-/// Where a material uses a texture for something.
+/// The slots in which a material has the texture of a kind.
 fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut TextureSlot> {
     use TextureSlotKind as T;
     match texture {

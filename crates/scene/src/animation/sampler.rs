@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::SceneError;
 
-/// What lies between keyframes.
+/// The interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SamplerInterpolation {
     /// The one before.
@@ -83,7 +83,7 @@ impl AnimationSampler {
         &self.values
     }
 
-    /// What lies between keyframes.
+    /// The interpolation between keyframes.
     pub fn interpolation(&self) -> SamplerInterpolation {
         self.interpolation
     }

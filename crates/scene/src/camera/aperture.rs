@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use serde::{Deserialize, Serialize};
 
-use super::lens::Lens;
+use crate::camera::lens::Lens;
 use crate::error::SceneError;
 
 /// The fewest and the most blades of a polygonal opening.
@@ -58,7 +58,7 @@ impl Aperture {
         })
     }
 
-    /// Of the opening, or of its corners.
+    /// Radius of a round opening, or of a polygon's corners.
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -78,8 +78,8 @@ impl Aperture {
         self.rotation
     }
 
-    /// Where the light of a direction, of unit length in camera axes, enters the opening for two numbers in 0..1, and the
-    /// direction it has there, of unit length.
+    /// The point at which light enters the opening, for a unit direction in camera axes and two numbers in 0..1, and the unit
+    /// direction of the light there.
     pub(super) fn bend_ray(
         &self,
         direction: DVec3,

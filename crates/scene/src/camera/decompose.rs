@@ -2,11 +2,11 @@
 
 use glam::{DMat3, DVec3, DVec4};
 
-use crate::camera::{Center, parallel};
+use crate::camera::center::Center;
 use crate::error::SceneError;
 
 /// Below this, relative to its operands, a difference is rounding error.
-pub const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
+const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 /// The parts of a camera matrix.
 pub struct DecomposedMatrix {
@@ -33,7 +33,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
         .flat_map(|row| &row[..3])
         .fold(0.0, |a: f64, v| a.max(v.abs()));
     if largest == 0.0 {
-        return parallel::decompose(p);
+        return decompose_parallel(p);
     }
     // A power of two, so that scaling rounds nothing; two steps, as 1 / 2^e may overflow where 2^-e/2 twice does not.
     let half = 2.0_f64.powi(-(largest.log2() / 2.0).floor() as i32);
@@ -43,19 +43,19 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     // Gram-Schmidt from the third row upwards is RQ; orthogonalising twice keeps R orthonormal whatever the condition.
     let k33 = m3.length();
     if k33 <= f64::EPSILON * m1.length().max(m2.length()) {
-        return parallel::decompose(p);
+        return decompose_parallel(p);
     }
     let r3 = m3 / k33;
     let once = m2 - m2.dot(r3) * r3;
     let across = once - once.dot(r3) * r3;
     if across.length() <= NEGLIGIBLE * m2.length() {
-        return parallel::decompose(p);
+        return decompose_parallel(p);
     }
     let r2 = across.normalize();
     let r1 = r2.cross(r3).normalize();
     let (k11, k22) = (m1.dot(r1), m2.dot(r2));
     if k11.abs() <= NEGLIGIBLE * m1.length() {
-        return parallel::decompose(p);
+        return decompose_parallel(p);
     }
     // sign(det M) = sign(k11), as k22 and k33 are positive and R is a rotation so far. P and -P are the same camera:
     // with -P the rows r3 and r2 change sign and r1 does not.
@@ -88,8 +88,83 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     })
 }
 
+/// Decomposes `P = H [r1 0; r2 0; 0 0 0 1]`, where d = r1 x r2 is the null vector of its left 3x3 part M and H a
+/// homography of the image plane; for an affine camera H is upper triangular with positive focal lengths, and K.
+fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
+    let rank = numerical_rank(p);
+    if rank < 3 {
+        return Err(SceneError::Camera(format!(
+            "P = {p:?} has rank {rank}: a camera matrix has rank 3"
+        )));
+    }
+    let [m1, m2, m3] = p.map(|row| DVec3::new(row[0], row[1], row[2]));
+    let p4 = DVec3::from_array(p.map(|row| row[3]));
+    let affine = m3.length() <= NEGLIGIBLE * m1.length().max(m2.length());
+    if affine {
+        let scale = p4.z;
+        let (m1, m2, p4) = (m1 / scale, m2 / scale, p4 / scale);
+        // As RQ of a finite camera, without its third row.
+        let b = m2.length();
+        let r2 = m2 / b;
+        let once = m1 - m1.dot(r2) * r2;
+        let r1 = (once - once.dot(r2) * r2).normalize();
+        let k = DMat3::from_cols(
+            DVec3::new(m1.dot(r1), 0.0, 0.0),
+            DVec3::new(m1.dot(r2), b, 0.0),
+            p4,
+        );
+        return decomposed_parallel(p, k, r1, r2, scale);
+    }
+    // The null vector is at right angles to all rows: their largest cross product.
+    let unit = |v: DVec3| v.try_normalize().unwrap_or_default();
+    let (u1, u2, u3) = (unit(m1), unit(m2), unit(m3));
+    let crosses = [u2.cross(u3), u3.cross(u1), u1.cross(u2)];
+    let largest =
+        crosses.into_iter().fold(
+            DVec3::ZERO,
+            |a, b| if b.length() > a.length() { b } else { a },
+        );
+    let forward = unit(largest);
+    let r1 = forward.any_orthonormal_vector();
+    let r2 = forward.cross(r1);
+    let m = DMat3::from_cols(m1, m2, m3).transpose();
+    let h = DMat3::from_cols(m * r1, m * r2, p4);
+    // At the point that H⁻¹ gives the pixel (0, 0) the image is mirrored where the determinants disagree.
+    let at = h.inverse() * DVec3::Z;
+    let w = h.row(2).dot(at) / at.z;
+    let mirrored = h.determinant() / (w * w * w) < 0.0;
+    let (r1, h) = if mirrored {
+        (-r1, h * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))
+    } else {
+        (r1, h)
+    };
+    decomposed_parallel(p, h * (1.0 / m3.length()), r1, r2, m3.length())
+}
+
+fn decomposed_parallel(
+    p: [[f64; 4]; 3],
+    k: DMat3,
+    r1: DVec3,
+    r2: DVec3,
+    scale: f64,
+) -> Result<DecomposedMatrix, SceneError> {
+    let r = DMat3::from_cols(r1, r2, r1.cross(r2)).transpose();
+    if !(k.is_finite() && k.determinant() != 0.0 && r.is_finite()) {
+        return Err(SceneError::Camera(format!(
+            "P = {p:?} has its centre at infinity, and its numbers are too far apart to say where"
+        )));
+    }
+    Ok(DecomposedMatrix {
+        k,
+        r,
+        c: DVec3::ZERO,
+        p: p.map(|row| row.map(|v| v / scale)),
+        center: Center::Infinity,
+    })
+}
+
 /// The numerical rank, by Gram-Schmidt with pivoting on rows of unit length.
-pub fn rank(p: [[f64; 4]; 3]) -> usize {
+fn numerical_rank(p: [[f64; 4]; 3]) -> usize {
     let mut rows = p.map(|row| {
         let scale = row.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
         if scale == 0.0 {

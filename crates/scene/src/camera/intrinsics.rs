@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::PixelCenter;
+use crate::camera::pixel_center::PixelCenter;
 use crate::camera::validate::format_matrix;
 use crate::error::SceneError;
 

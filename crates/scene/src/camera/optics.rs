@@ -1,12 +1,12 @@
-//! What a camera is given beside K, R and C, and the same camera elsewhere.
+//! Lens, aperture, vignetting and shutter of a camera, and the same camera at other poses.
 
 use glam::{DMat3, DVec3};
 
-use super::intrinsics::validated_intrinsics;
-use super::lens::Lens;
-use super::{Aperture, Camera, Center, Pose, ShutterMotion, Vignetting};
+use crate::camera::intrinsics::validated_intrinsics;
+use crate::camera::lens::Lens;
 use crate::camera::undistort_table::UndistortTable;
 use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
+use crate::camera::{Aperture, Camera, Center, Pose, ShutterMotion, Vignetting};
 use crate::error::SceneError;
 
 impl Camera {
@@ -93,7 +93,7 @@ impl Camera {
             )));
         }
         let motion = self.motion.as_ref().map(|motion| {
-            // What takes the world's points to where they are seen from there as they were from here.
+            // The rotation that takes the world as seen from the old pose to the world as seen from the new one.
             let turn = r.transpose() * self.r;
             motion.map_poses(|pose| Pose {
                 r: pose.r * turn.transpose(),
@@ -148,7 +148,7 @@ impl Camera {
         self.ray_start_depth
     }
 
-    /// What its lens does.
+    /// Its lens.
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
@@ -168,7 +168,7 @@ impl Camera {
         self.motion.as_ref()
     }
 
-    /// Where its rays come from.
+    /// The origin of its rays.
     pub fn center(&self) -> Center {
         self.center
     }

@@ -5,7 +5,6 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::camera::lens::Lens;
-use crate::camera::parallel::plane_from_pixel;
 use crate::camera::shutter::{Pose, ShutterMotion};
 use crate::camera::{Camera, Center};
 
@@ -31,7 +30,7 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// That of [`Camera::generate_ray`], bit for bit.
+    /// The direction of [`Camera::generate_ray`], bit for bit.
     #[inline(always)]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
         (self.world_from_camera * image_plane_point(self.k, pixel).extend(1.0)).normalize()
@@ -47,7 +46,7 @@ fn image_plane_point(k: DMat3, pixel: DVec2) -> DVec2 {
 }
 
 impl Camera {
-    /// Whether the rays through the middle of its aperture are those of a pinhole that stands still.
+    /// True if the rays through the middle of its aperture are those of a static pinhole.
     fn is_static_pinhole(&self) -> bool {
         self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
     }
@@ -280,7 +279,7 @@ impl Camera {
         })
     }
 
-    /// Where the line of a pixel lies in the order in which lines are read, from 0 to 1; 0.5 for a camera without a shutter.
+    /// Position of a pixel's line in the order of readout, from 0 to 1; 0.5 for a camera without a shutter.
     pub fn line_fraction(&self, pixel: DVec2) -> f64 {
         self.motion.as_ref().map_or(0.5, |motion| {
             motion.line_fraction(self.offset_from_corner(pixel), self.size)
@@ -333,4 +332,10 @@ impl Camera {
     pub fn offset_from_corner(&self, pixel: DVec2) -> DVec2 {
         pixel + 0.5 - self.pixel_center.offset()
     }
+}
+
+/// A point of the image plane of parallel rays, in units of the world, from its pixel.
+fn plane_from_pixel(k: DMat3, pixel: DVec2) -> DVec2 {
+    let at = k.inverse() * pixel.extend(1.0);
+    at.truncate() / at.z
 }

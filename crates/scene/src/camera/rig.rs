@@ -4,10 +4,18 @@ use std::collections::HashSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, Pose, ShutterMotion};
 use crate::camera::validate::validated_rotation;
-use crate::error::{SceneError, suggestion};
-use crate::world::{NamedCamera, Names, World};
+use crate::camera::{Camera, Pose, ShutterMotion};
+use crate::error::SceneError;
+
+/// A camera with the name it is asked for by.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedCamera {
+    /// Unique within the world.
+    pub name: String,
+    /// The camera.
+    pub camera: Camera,
+}
 
 /// Cameras that a body carries: camera_from_world = camera_from_body * body_from_world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,7 +85,7 @@ impl Rig {
         Ok(moving)
     }
 
-    /// What its cameras are, in the world.
+    /// Its cameras in the world.
     ///
     /// # Errors
     /// [`SceneError::Camera`] where one of them cannot be carried.
@@ -120,7 +128,7 @@ impl Rig {
         Self { name, ..self }
     }
 
-    /// What it is asked for by.
+    /// Its name.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -155,42 +163,5 @@ impl Camera {
             c: self.c(),
         });
         self.at_pose(pose.r, pose.c)
-    }
-}
-
-impl World {
-    /// Adds a rig under its name, made unique, and its cameras under the names rig/camera; returns its index.
-    ///
-    /// # Errors
-    /// Those of [`Rig::cameras`].
-    pub fn add_rig(&mut self, rig: Rig) -> Result<usize, SceneError> {
-        let cameras = rig.cameras()?;
-        let mut names = Names::default();
-        for rig in &self.rigs {
-            names.unique(rig.name());
-        }
-        let name = names.unique(rig.name());
-        for NamedCamera { name: own, camera } in cameras {
-            self.add_camera(&format!("{name}/{own}"), camera);
-        }
-        self.rigs.push(rig.named(name));
-        Ok(self.rigs.len() - 1)
-    }
-
-    /// The rig of this name.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] with the nearest name.
-    pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
-        self.rigs
-            .iter()
-            .position(|rig| rig.name() == name)
-            .ok_or_else(|| {
-                let count = self.rigs.len();
-                SceneError::World(format!(
-                    "no rig {name:?} among {count}{}",
-                    suggestion(name, self.rigs.iter().map(Rig::name))
-                ))
-            })
     }
 }

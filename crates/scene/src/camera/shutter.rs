@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SceneError;
-use crate::video::track::Interpolate;
+use crate::math::hermite::Interpolate;
 
 /// The way in which a sensor is read, line after line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -23,7 +23,7 @@ pub enum ReadoutDirection {
     Left,
 }
 
-/// Where a camera is at a time.
+/// A rotation and a centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// camera_from_world.
@@ -39,7 +39,7 @@ impl Pose {
         c: DVec3::ZERO,
     };
 
-    /// Where something is that this body carries: `camera_from_body` is in the axes of the body.
+    /// The pose in the world of something that this body carries; `mount` is its pose in the axes of the body.
     pub fn compose(&self, mount: &Self) -> Self {
         Self {
             r: mount.r * self.r,
@@ -116,7 +116,7 @@ impl ShutterMotion {
         }
     }
 
-    /// Whether nothing moves: it is an exposure, and what moves before the camera is blurred.
+    /// True if the camera stands still: it is an exposure, in which moving objects are blurred.
     pub fn is_static(&self) -> bool {
         self.poses.len() == 1
     }
@@ -188,14 +188,14 @@ impl ShutterMotion {
         self.pose_at(0.5 * self.total_duration())
     }
 
-    /// Where the camera is at a time.
+    /// The pose of the camera at a time.
     pub fn pose_at(&self, time: f64) -> Pose {
         let pose = self.body_pose(time);
         self.camera_from_body
             .map_or(pose, |mount| pose.compose(&mount))
     }
 
-    /// Where what moves is at a time: the camera, or the body that carries it.
+    /// The pose at a time of the body that carries the camera, or of the camera itself.
     fn body_pose(&self, time: f64) -> Pose {
         let next = self.poses.partition_point(|(key, _)| *key <= time);
         let Some(before) = next.checked_sub(1) else {
@@ -224,7 +224,7 @@ impl ShutterMotion {
         self.line_fraction(pixel, size) * self.readout + part * self.exposure
     }
 
-    /// Where the line of a pixel lies in the order, from 0 to 1.
+    /// Position of a pixel's line in the order of readout, from 0 to 1.
     pub fn line_fraction(&self, pixel: DVec2, size: [u32; 2]) -> f64 {
         let [width, height] = size.map(f64::from);
         let (x, y) = (pixel.x / width, pixel.y / height);

@@ -1,4 +1,4 @@
-//! Where the search for a pixel's ray starts: a table over the picture, so near that one step of Newton's method is
+//! Initial guesses for the inverse of a lens: a table over the picture, so near that one step of Newton's method is
 //! enough. It is made when the first ray is asked for, and a start depends on its pixel alone.
 
 use std::sync::{Arc, OnceLock};

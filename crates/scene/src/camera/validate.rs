@@ -1,9 +1,14 @@
-//! What a size, a rotation and a camera matrix have to be.
+//! Validation of image sizes, rotations and camera matrices.
 
 use glam::{DMat3, DVec3, DVec4};
 
-use crate::camera::{Center, MAX_PIXELS, MAX_SIDE};
+use crate::camera::center::Center;
 use crate::error::SceneError;
+
+/// The largest width and height.
+pub const MAX_SIDE: u32 = 65_536;
+/// The most pixels of an image.
+pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// The camera matrix.
 pub fn camera_matrix(
@@ -30,7 +35,7 @@ pub fn camera_matrix(
     Ok(p)
 }
 
-/// Whether a picture may have this size.
+/// Checks the size of a picture.
 pub fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
     let [width, height] = size;
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {

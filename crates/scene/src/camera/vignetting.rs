@@ -11,7 +11,7 @@ use crate::error::SceneError;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Vignetting {
-    /// Whether light falls off with the fourth power of the cosine of its angle to the principal axis, as it does on a
+    /// True if light falls off with the fourth power of the cosine of its angle to the principal axis, as it does on a
     /// flat sensor; 0 from 90 degrees on.
     pub cos4: bool,
     /// The coefficients of r², r⁴, ...; r is the distance from the principal point in focal lengths, K⁻¹ (u, v, 1). Black

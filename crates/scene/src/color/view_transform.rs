@@ -40,7 +40,7 @@ impl ViewTransform {
             .find(|view| view.name() == name)
     }
 
-    /// What a display shows of linear light, linear as well. Standard values may lie outside of 0..=1.
+    /// The linear display value of linear radiance. `Standard` may return values outside of 0..=1.
     pub fn apply(self, rgb: Rgb) -> Rgb {
         match self {
             Self::Standard => rgb,

@@ -1,4 +1,4 @@
-//! What a light takes from a file.
+//! References of lights to files.
 
 use std::sync::Arc;
 

@@ -16,7 +16,7 @@ pub struct IesProfile {
 }
 
 impl IesProfile {
-    /// Whether its angles and intensities fit together.
+    /// Checks that its angles and intensities fit together.
     ///
     /// # Errors
     /// [`SceneError::World`] where they do not.

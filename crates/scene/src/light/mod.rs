@@ -4,14 +4,10 @@ pub(crate) mod file_ref;
 pub(crate) mod ies_profile;
 pub(crate) mod validate;
 
-use std::sync::Arc;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::SceneError;
-use crate::model::AssetLoader;
-use crate::texture::{Image, Wrap};
+use crate::texture::Image;
 
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
@@ -82,7 +78,7 @@ pub enum Light {
         v: [f64; 3],
         /// Linear RGB in W/(m² sr).
         radiance: [f32; 3],
-        /// Whether it shines to both sides.
+        /// True if it emits to both sides.
         #[serde(default)]
         two_sided: bool,
     },
@@ -90,13 +86,13 @@ pub enum Light {
     Disk {
         /// Its centre, in the world.
         position: [f64; 3],
-        /// Where it shines to, at right angles to the disk; any length but zero.
+        /// Direction of emission, at right angles to the disk; any length but zero.
         direction: [f64; 3],
         /// In metres.
         radius: f64,
         /// Linear RGB in W/(m² sr).
         radiance: [f32; 3],
-        /// Whether it shines to both sides.
+        /// True if it emits to both sides.
         #[serde(default)]
         two_sided: bool,
     },
@@ -109,8 +105,8 @@ pub enum Light {
         position: [f64; 3],
         /// The luminaire's nadir, vertical angle 0: straight down for default_scale that hangs; any length but zero.
         direction: [f64; 3],
-        /// Where its horizontal angle 0 points, as far as that is at right angles to `direction`; any length but zero.
-        /// Where not given, what is nearest to the world's x axis (its y axis for a light that shines along x).
+        /// Direction of its horizontal angle 0, as far as it is at right angles to `direction`; any length but zero.
+        /// Where not given, the one nearest to the world's x axis (its y axis for a light that shines along x).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         front: Option<[f64; 3]>,
         /// Linear RGB in W, all that leaves it. Where not given, its candela as white light of 683 lm/W.
@@ -142,7 +138,7 @@ pub enum Light {
         /// How hazy the air is, 1.9 to 10: 2 is very clear, 3 clear, 6 warm and moist, 10 hazy.
         #[serde(default = "default_turbidity")]
         turbidity: f64,
-        /// What all of it is multiplied by.
+        /// Factor of all its radiance.
         #[serde(default = "default_scale")]
         scale: f32,
     },
@@ -155,7 +151,7 @@ pub enum Light {
         /// -z in a y-up default_scale; a positive angle is further left.
         #[serde(default)]
         yaw: f64,
-        /// What its values are multiplied by.
+        /// Factor of its values.
         #[serde(default = "default_scale")]
         scale: f32,
     },
@@ -182,29 +178,5 @@ impl Light {
             horizon: None,
             ground: None,
         }
-    }
-
-    /// Reads the file that it names, unless that was done.
-    ///
-    /// # Errors
-    /// What `files` says.
-    pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
-        match self {
-            Light::Environment { image, .. } => image.load(|file| {
-                let wrap = [Wrap::Repeat, Wrap::Clamp];
-                Ok(files.texture(file, wrap)?.image)
-            }),
-            Light::Ies { profile, .. } => profile.load(|file| Ok(Arc::new(files.profile(file)?))),
-            _ => Ok(()),
-        }
-    }
-
-    /// Whether its values make sense.
-    ///
-    /// # Errors
-    /// [`SceneError::World`]: values that are negative or not finite, directions of length 0, shapes without area,
-    /// angles out of range, both of two keys that exclude each other or none, a file that is not read.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        validate::check(self)
     }
 }

@@ -1,4 +1,4 @@
-//! Whether the values of a light make sense.
+//! Validation of a light's values.
 
 use glam::DVec3;
 
@@ -8,138 +8,193 @@ use crate::light::{FileRef, Light};
 
 type Validated = Result<(), SceneError>;
 
-pub(crate) fn check(light: &Light) -> Validated {
-    match light {
-        Light::Sun {
-            direction,
-            irradiance,
-            angular_diameter,
-        } => {
-            check_direction("a sun", *direction, "the way its light travels")?;
-            check_rgb("irradiance", *irradiance)?;
-            check_range("a sun of angular_diameter", *angular_diameter, 0.0..180.0, "0 <= degrees < 180")
-        }
-        Light::Point {
-            position,
-            power,
-            intensity,
-            radius,
-        } => {
-            check_position("a bulb", *position)?;
-            if !(radius.is_finite() && *radius >= 0.0) {
-                return invalid(format!(
-                    "a bulb of radius {radius}: expected a finite number >= 0"
-                ));
+impl Light {
+    /// Checks that its values make sense.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: values that are negative or not finite, directions of length 0, shapes without area,
+    /// angles out of range, both of two keys that exclude each other or none, a file that is not read.
+    pub fn validate(&self) -> Validated {
+        match self {
+            Self::Sun {
+                direction,
+                irradiance,
+                angular_diameter,
+            } => {
+                check_direction("a sun", *direction, "the way its light travels")?;
+                check_rgb("irradiance", *irradiance)?;
+                let range = 0.0..180.0;
+                check_range(
+                    "a sun of angular_diameter",
+                    *angular_diameter,
+                    range,
+                    "0 <= degrees < 180",
+                )
             }
-            check_strength("a bulb", *power, *intensity, "intensity = power / 4π")
+            Self::Point {
+                position,
+                power,
+                intensity,
+                radius,
+            } => {
+                check_position("a bulb", *position)?;
+                if !(radius.is_finite() && *radius >= 0.0) {
+                    return invalid(format!(
+                        "a bulb of radius {radius}: expected a finite number >= 0"
+                    ));
+                }
+                check_strength("a bulb", *power, *intensity, "intensity = power / 4π")
+            }
+            Self::Spot { .. } => self.validate_spot(),
+            Self::Rectangle { .. } | Self::Disk { .. } => self.validate_surface(),
+            Self::Ies { .. } => self.validate_ies(),
+            Self::Sky { .. } => self.validate_sky(),
+            Self::Preetham {
+                direction,
+                turbidity,
+                scale,
+            } => {
+                check_direction("daylight", *direction, "the way sunlight travels")?;
+                let range = 1.9..10.000_001;
+                check_range(
+                    "daylight of turbidity",
+                    *turbidity,
+                    range,
+                    "1.9 to 10, the model's range",
+                )?;
+                check_scale("daylight", *scale)
+            }
+            Self::Environment { image, yaw, scale } => {
+                check_loaded("an environment", image)?;
+                if !yaw.is_finite() {
+                    return invalid(format!(
+                        "an environment of yaw {yaw}: expected finite degrees"
+                    ));
+                }
+                check_scale("an environment", *scale)
+            }
         }
-        Light::Spot {
+    }
+
+    fn validate_spot(&self) -> Validated {
+        let Self::Spot {
             position,
             direction,
             power,
             intensity,
             inner,
             outer,
-        } => {
-            check_position("a spot", *position)?;
-            check_direction("a spot", *direction, "the way its light travels")?;
-            if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
-                return invalid(format!(
-                    "a spot with inner {inner} and outer {outer}: expected 0 <= inner <= outer <= 90, degrees from \
-                     its axis, and outer > 0"
-                ));
-            }
-            check_strength("a spot", *power, *intensity, "power is all that leaves it, intensity that on its axis")
+        } = self
+        else {
+            return Ok(());
+        };
+        check_position("a spot", *position)?;
+        check_direction("a spot", *direction, "the way its light travels")?;
+        if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
+            return invalid(format!(
+                "a spot with inner {inner} and outer {outer}: expected 0 <= inner <= outer <= 90, degrees from its \
+                 axis, and outer > 0"
+            ));
         }
-        Light::Rectangle {
-            position,
-            u,
-            v,
-            radiance,
-            ..
-        } => {
-            check_position("an area light", *position)?;
-            let normal = DVec3::from_array(*u).normalize_or_zero().cross(DVec3::from_array(*v).normalize_or_zero());
-            if normal.length() < 1e-9 {
-                return invalid(format!(
-                    "an area light with edges u {u:?} and v {v:?}: expected two finite edges that span an area"
-                ));
+        check_strength(
+            "a spot",
+            *power,
+            *intensity,
+            "power is all that leaves it, intensity that on its axis",
+        )
+    }
+
+    /// Validates a rectangle or a disk.
+    fn validate_surface(&self) -> Validated {
+        match self {
+            Self::Rectangle {
+                position,
+                u,
+                v,
+                radiance,
+                ..
+            } => {
+                check_position("an area light", *position)?;
+                let [along_u, along_v] =
+                    [u, v].map(|edge| DVec3::from_array(*edge).normalize_or_zero());
+                if along_u.cross(along_v).length() < 1e-9 {
+                    return invalid(format!(
+                        "an area light with edges u {u:?} and v {v:?}: expected two finite edges that span an area"
+                    ));
+                }
+                check_rgb("radiance", *radiance)
             }
-            check_rgb("radiance", *radiance)
-        }
-        Light::Disk {
-            position,
-            direction,
-            radius,
-            radiance,
-            ..
-        } => {
-            check_position("a disk light", *position)?;
-            check_direction("a disk light", *direction, "where it shines to")?;
-            if !(radius.is_finite() && *radius > 0.0) {
-                return invalid(format!(
-                    "a disk light of radius {radius}: expected a finite number > 0"
-                ));
+            Self::Disk {
+                position,
+                direction,
+                radius,
+                radiance,
+                ..
+            } => {
+                check_position("a disk light", *position)?;
+                check_direction("a disk light", *direction, "where it shines to")?;
+                if !(radius.is_finite() && *radius > 0.0) {
+                    return invalid(format!(
+                        "a disk light of radius {radius}: expected a finite number > 0"
+                    ));
+                }
+                check_rgb("radiance", *radiance)
             }
-            check_rgb("radiance", *radiance)
+            _ => Ok(()),
         }
-        Light::Ies {
+    }
+
+    fn validate_ies(&self) -> Validated {
+        let Self::Ies {
             profile,
             position,
             direction,
             front,
             power,
-        } => {
-            check_position("an IES light", *position)?;
-            check_direction("an IES light", *direction, "its nadir")?;
-            if let Some(front) = front {
-                check_direction("an IES light's front", *front, "its horizontal angle 0")?;
-                let (nadir, ahead) = (DVec3::from_array(*direction), DVec3::from_array(*front));
-                if nadir.normalize().cross(ahead.normalize()).length() < 1e-9 {
-                    return invalid(format!(
-                        "an IES light with front {front:?} along its direction: expected another one"
-                    ));
-                }
+        } = self
+        else {
+            return Ok(());
+        };
+        check_position("an IES light", *position)?;
+        check_direction("an IES light", *direction, "its nadir")?;
+        if let Some(front) = front {
+            check_direction("an IES light's front", *front, "its horizontal angle 0")?;
+            let (nadir, ahead) = (DVec3::from_array(*direction), DVec3::from_array(*front));
+            if nadir.normalize().cross(ahead.normalize()).length() < 1e-9 {
+                return invalid(format!(
+                    "an IES light with front {front:?} along its direction: expected another one"
+                ));
             }
-            check_loaded("an IES light", profile)?.validate()?;
-            power.map_or(Ok(()), |power| check_rgb("power", power))
         }
-        Light::Sky {
+        check_loaded("an IES light", profile)?.validate()?;
+        power.map_or(Ok(()), |power| check_rgb("power", power))
+    }
+
+    fn validate_sky(&self) -> Validated {
+        let Self::Sky {
             radiance,
             zenith,
             horizon,
             ground,
-        } => match (radiance, zenith, horizon, ground) {
+        } = self
+        else {
+            return Ok(());
+        };
+        match (radiance, zenith, horizon, ground) {
             (Some(radiance), None, None, None) => check_rgb("radiance", *radiance),
             (None, Some(zenith), Some(horizon), _) => {
                 check_rgb("zenith", *zenith)?;
                 check_rgb("horizon", *horizon)?;
                 ground.map_or(Ok(()), |ground| check_rgb("ground", ground))
             }
-            (None, None, None, None) => invalid(
-                "a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)".into(),
-            ),
+            (None, None, None, None) => {
+                invalid("a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)".into())
+            }
             (Some(_), ..) => invalid(
                 "a sky with both radiance and zenith, horizon or ground: give radiance for an even sky, or the others"
                     .into(),
             ),
             _ => invalid("a sky from zenith to horizon: give both, in W/(m² sr)".into()),
-        },
-        Light::Preetham {
-            direction,
-            turbidity,
-            scale,
-        } => {
-            check_direction("daylight", *direction, "the way sunlight travels")?;
-            check_range("daylight of turbidity", *turbidity, 1.9..10.000_001, "1.9 to 10, the model's range")?;
-            check_scale("daylight", *scale)
-        }
-        Light::Environment { image, yaw, scale } => {
-            check_loaded("an environment", image)?;
-            if !yaw.is_finite() {
-                return invalid(format!("an environment of yaw {yaw}: expected finite degrees"));
-            }
-            check_scale("an environment", *scale)
         }
     }
 }

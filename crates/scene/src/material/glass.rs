@@ -3,18 +3,18 @@
 use crate::color::Rgb;
 use crate::error::SceneError;
 
-/// What refracts light: the inside of a closed mesh, or a pane. The base colour tints what passes the surface.
+/// A dielectric: the inside of a closed mesh, or a pane. The base colour tints light that passes the surface.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Glass {
     /// Index of refraction, >= 1.
     pub ior: f32,
     /// Perceptual, 0..=1; alpha is its square.
     pub roughness: f32,
-    /// Whether each surface is a pane of its own, which light passes straight.
+    /// True if each surface is a pane of its own, which light passes straight.
     pub thin: bool,
     /// 20 / Abbe number; 0 without.
     pub dispersion: f32,
-    /// What is left of white light after `attenuation_distance`.
+    /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,
     /// In metres; infinite without absorption.
     pub attenuation_distance: f32,
@@ -35,7 +35,7 @@ impl Default for Glass {
 }
 
 impl Glass {
-    /// Whether its values make sense.
+    /// Checks its values.
     ///
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.

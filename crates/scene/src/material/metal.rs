@@ -58,7 +58,7 @@ impl Metal {
         })
     }
 
-    /// Whether its values make sense.
+    /// Checks its values.
     ///
     /// # Errors
     /// [`SceneError::World`]: indices that are not finite and greater than 0, a roughness outside 0..=1.

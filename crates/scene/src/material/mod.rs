@@ -12,7 +12,7 @@ use crate::material::principled::{NormalMap, Principled, Textured};
 use crate::mesh::Mesh;
 use crate::texture::TextureSlot;
 
-/// What a surface is made of. The base colour at a point is the product of `color`, the mesh's face or vertex colour
+/// The material of a surface. The base colour at a point is the product of `color`, the mesh's face or vertex colour
 /// and the texture.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
@@ -20,21 +20,21 @@ pub struct Material {
     pub name: String,
     /// Linear base colour, each channel 0..=1.
     pub color: Rgb,
-    /// What multiplies it: red, green, blue; its alpha multiplies `opacity`.
+    /// The texture that multiplies the base colour; its alpha multiplies `opacity`.
     pub texture: Option<TextureSlot>,
     /// 0..=1, with the texture's and the vertices' alpha; what it means is `alpha`'s to say.
     pub opacity: f32,
-    /// What opacity means.
+    /// The meaning of opacity.
     pub alpha: Alpha,
-    /// Whether the back of a triangle is lit as its front is; else it is as glTF says: not seen by the camera's picture.
+    /// True if the back of a triangle is lit as its front is; else backs are culled from the picture, as in glTF.
     pub double_sided: bool,
-    /// What shines by itself, linear, in W/(m² sr). Texture: red, green, blue.
+    /// Emitted radiance, linear, in W/(m² sr). Texture: red, green, blue.
     pub emission: Textured<Rgb>,
     /// Normals of finer detail than the mesh.
     pub normal_map: Option<NormalMap>,
     /// How much indirect light the surroundings let through, where it is not computed: strength, texture: red.
     pub occlusion: Option<Textured<f32>>,
-    /// Where clear matter overlaps, which is there: the highest; of equals, the one that lies within the other.
+    /// Rank among overlapping dielectrics: the highest is there; of equals, the one that lies within the other.
     #[serde(default)]
     pub priority: i32,
     /// How the base colour is reflected.
@@ -42,7 +42,7 @@ pub struct Material {
     pub model: MaterialModel,
 }
 
-/// What a material's opacity means (glTF 2.0, 3.9.4).
+/// The meaning of a material's opacity (glTF 2.0, 3.9.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Alpha {
     /// Nothing: it is all there.
@@ -75,7 +75,7 @@ pub enum MaterialModel {
     Unlit,
     /// A metal by its index of refraction; the base colour multiplies what it reflects.
     Metal(Metal),
-    /// What refracts.
+    /// A dielectric.
     Glass(Glass),
     /// glTF's metallic-roughness with its extensions.
     Principled(Box<Principled>),
@@ -154,7 +154,7 @@ impl Material {
         self
     }
 
-    /// Whether its values make sense.
+    /// Checks its values.
     ///
     /// # Errors
     /// [`SceneError::World`]: colours and shares outside 0..=1, a shininess that is negative or not finite.

@@ -27,7 +27,7 @@ impl<T> From<T> for Textured<T> {
 pub struct NormalMap {
     /// Red, green, blue are x, y, z, each 0..=1 for -1..=1.
     pub texture: TextureSlot,
-    /// What x and y are multiplied by.
+    /// Factor of x and y.
     pub scale: f32,
 }
 
@@ -50,7 +50,7 @@ pub struct Principled {
     /// In the mesh's units; 0 for thin walls. A ray tracer uses the geometry itself, so only whether it is 0 counts.
     /// Texture: green.
     pub thickness: Textured<f32>,
-    /// What is left of white light after `attenuation_distance`.
+    /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,
     /// In metres of the world; infinite without absorption.
     pub attenuation_distance: f32,
@@ -68,7 +68,7 @@ pub struct Principled {
     pub sheen_roughness: Textured<f32>,
     /// Strength of a thin film. Texture: red.
     pub iridescence: Textured<f32>,
-    /// Of the film.
+    /// Index of refraction of the film.
     pub iridescence_ior: f32,
     /// Thickness in nanometres where the texture is 0 and where it is 1 (or missing). Texture: green.
     pub iridescence_thickness: [f32; 2],
@@ -80,7 +80,7 @@ pub struct Principled {
     pub anisotropy_rotation: f32,
     /// The share of diffuse light that goes on instead of back. Texture: alpha.
     pub diffuse_transmission: Textured<f32>,
-    /// What colours it. Texture: red, green, blue.
+    /// Colour of the diffusely transmitted light. Texture: red, green, blue.
     pub diffuse_transmission_color: Textured<Rgb>,
 }
 
@@ -142,7 +142,7 @@ impl Principled {
         slots.into_iter().flatten().chain(normal)
     }
 
-    /// Whether its values make sense.
+    /// Checks its values.
     ///
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.

@@ -1,3 +1,4 @@
-//! TODO: what is here.
+//! Mathematics of space and time without a world: orientation, and curves of moving things.
 
+pub mod hermite;
 pub mod rotation;

@@ -5,7 +5,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::world::Up;
+use crate::up::Up;
 
 /// Camera axes (x right, y down, z forward) of body axes (x forward, y left, z up).
 pub const CAMERA_FROM_BODY: DMat3 = DMat3::from_cols(

@@ -41,7 +41,7 @@ pub struct Mesh {
 pub const MAX_TRIANGLES: usize = i32::MAX as usize;
 
 impl Mesh {
-    /// Whether everything fits together.
+    /// Checks that everything fits together.
     ///
     /// # Errors
     /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong

@@ -41,7 +41,7 @@ impl Edges {
     }
 }
 
-/// Whether a triangle's corners are three points; where they are not, it is no neighbour to others.
+/// True if a triangle's corners are three different points. Other triangles are no neighbours.
 pub fn has_three_corners(&[a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }

@@ -6,14 +6,15 @@ use crate::error::SceneError;
 use crate::material::Material;
 use crate::math::rotation;
 use crate::model::AssetLoader;
-use crate::schema::build_world::BuildFailure;
+use crate::schema::build_failure::BuildFailure;
 use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
 use crate::schema::material_keys::MATERIAL_KEYS;
 use crate::schema::shorthand::{Category, Splat};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
-use crate::world::{Object, Up, World};
+use crate::up::Up;
+use crate::world::{Object, World};
 
 /// The keys that each say what the shape is.
 const SHAPES: [&str; 9] = [

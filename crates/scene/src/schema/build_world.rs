@@ -4,33 +4,9 @@ use crate::error::SceneError;
 use crate::light::Light;
 use crate::model::AssetLoader;
 use crate::schema::WorldFile;
+use crate::schema::build_failure::BuildFailure;
 use crate::schema::geometry::LoadedMeshes;
-use crate::video::Video;
 use crate::world::World;
-
-/// What stopped the building: the description, or a file that it names.
-pub enum BuildFailure<E> {
-    /// The description.
-    Scene(SceneError),
-    /// A file, and the key that names it.
-    File(String, E),
-}
-
-impl<E> From<SceneError> for BuildFailure<E> {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(error)
-    }
-}
-
-impl<E: From<SceneError>> BuildFailure<E> {
-    /// As the error of whoever reads the files.
-    pub fn into_error(self) -> E {
-        match self {
-            Self::Scene(error) => error.into(),
-            Self::File(_, error) => error,
-        }
-    }
-}
 
 impl WorldFile {
     /// The world it describes. `files` reads the meshes and textures it names.
@@ -76,13 +52,15 @@ impl WorldFile {
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;
         }
-        self.render
-            .validate()
+        world.render = self
+            .render
+            .build()
             .map_err(|error| error.in_context("render"))?;
-        world.render = self.render;
         if let Some(spec) = &self.video {
-            world.video =
-                Some(Video::new(spec, &world).map_err(|error| error.in_context("video"))?);
+            world.video = Some(
+                spec.build(&world)
+                    .map_err(|error| error.in_context("video"))?,
+            );
         }
         Ok(world)
     }

@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::mesh::primitive;
 use crate::mesh::subdivide;
 use crate::model::AssetLoader;
-use crate::schema::build_world::BuildFailure;
+use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Refine, Scheme};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
@@ -20,21 +20,21 @@ use crate::texture::Texture;
 /// The mesh files that were read so far, by name: one that several objects name is read once.
 pub type LoadedMeshes = HashMap<String, LoadedMesh>;
 
-/// What a mesh file gave.
+/// The contents of a mesh file.
 #[derive(Clone)]
 pub struct LoadedMesh {
     /// All its parts.
     pub mesh: Arc<Mesh>,
-    /// Where the world has it as it is.
+    /// Its index in the world, if the world has it unchanged.
     pub index: Option<usize>,
     /// As in the file; their textures are the world's.
     pub materials: Vec<Material>,
 }
 
-/// What an object adds to the world besides itself.
+/// The parts that an object adds to the world besides itself.
 pub(super) struct Additions {
     pub(super) mesh: Arc<Mesh>,
-    /// Where the world has the mesh already.
+    /// Index of the mesh, if the world has it already.
     pub(super) index: Option<usize>,
     /// Their textures are indices into the world's, as if `textures` were added already.
     pub(super) materials: Vec<Material>,

@@ -6,7 +6,7 @@ use crate::error::SceneError;
 pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
 
 impl<const N: usize> Keys<N> {
-    /// Those of some keys that are there.
+    /// The keys among `keys` that were written.
     pub fn given(&self, keys: &[&str]) -> Vec<&'static str> {
         self.0
             .iter()

@@ -1,4 +1,4 @@
-//! What an object's description says about its materials.
+//! The material keys of an object's description.
 
 use crate::color::Rgb;
 use crate::error::{SceneError, suggestion};
@@ -76,10 +76,10 @@ const PRINCIPLED_KEYS: [&str; 14] = [
 ];
 
 impl ObjectSpec {
-    /// Whether the keys of the material go together, and their values make sense.
+    /// Checks that the material keys go together and that their values make sense.
     pub(crate) fn check_material(&self, keys: &Keys<KEYS>) -> Result<(), SceneError> {
         let needs = |named: &str| format!("it goes with type = {named}");
-        // What a file or another object has said already may be changed: see `apply_material_all`.
+        // The material of a file or of another object may be changed: see `apply_material_all`.
         let known = self.type_.is_none() && (self.mesh.is_some() || self.instance_of.is_some());
         match self.type_ {
             Some(MaterialType::Unlit) => {
@@ -303,12 +303,12 @@ impl ObjectSpec {
         }
     }
 
-    /// Whether a value that a texture may multiply is given.
+    /// True if the value that a texture multiplies is given.
     fn has_value(&self, key: &str) -> bool {
         !self.keys().given(&[key]).is_empty()
     }
 
-    /// Whether its color multiplies what passes or is reflected unchanged, so that it is white where nothing is said.
+    /// True if the colour filters light that passes or is reflected; it is then white where not given.
     fn color_is_filter(&self) -> bool {
         self.metal.is_some() || self.type_ == Some(MaterialType::Glass)
     }
@@ -324,7 +324,7 @@ impl ObjectSpec {
         }
     }
 
-    /// What is said here of glass, over what it was.
+    /// The glass of the given keys over a base.
     fn glass(&self, base: Glass) -> Glass {
         Glass {
             ior: self.ior.unwrap_or(base.ior),
@@ -338,59 +338,59 @@ impl ObjectSpec {
         }
     }
 
-    /// What is said here of glTF's material, over what it was. A value said here keeps the texture that multiplies it.
+    /// The principled material of the given keys over a base. A value given here keeps the texture that multiplies it.
     fn principled(&self, mut p: Principled) -> Principled {
-        fn put<T>(place: &mut T, given: Option<T>) {
+        fn set<T>(value: &mut T, given: Option<T>) {
             if let Some(given) = given {
-                *place = given;
+                *value = given;
             }
         }
         let color = |given: Option<Color>| given.map(|Color(rgb)| rgb);
-        put(&mut p.metallic.value, self.metallic);
-        put(&mut p.roughness.value, self.roughness);
-        put(&mut p.ior, self.ior);
-        put(
+        set(&mut p.metallic.value, self.metallic);
+        set(&mut p.roughness.value, self.roughness);
+        set(&mut p.ior, self.ior);
+        set(
             &mut p.specular.value,
             self.specular.map(|Splat([v, ..])| v as f32),
         );
-        put(&mut p.specular_color.value, color(self.specular_color));
-        put(&mut p.transmission.value, self.transmission);
-        put(
+        set(&mut p.specular_color.value, color(self.specular_color));
+        set(&mut p.transmission.value, self.transmission);
+        set(
             &mut p.thickness.value,
             self.thin.map(|thin| f32::from(u8::from(!thin))),
         );
-        put(&mut p.attenuation_color, color(self.attenuation_color));
-        put(&mut p.attenuation_distance, self.attenuation_distance);
-        put(&mut p.dispersion, self.dispersion);
-        put(&mut p.clearcoat.value, self.clearcoat);
-        put(&mut p.clearcoat_roughness.value, self.clearcoat_roughness);
-        put(&mut p.sheen_color.value, color(self.sheen_color));
-        put(&mut p.sheen_roughness.value, self.sheen_roughness);
-        put(&mut p.iridescence.value, self.iridescence);
-        put(&mut p.iridescence_ior, self.iridescence_ior);
-        put(
+        set(&mut p.attenuation_color, color(self.attenuation_color));
+        set(&mut p.attenuation_distance, self.attenuation_distance);
+        set(&mut p.dispersion, self.dispersion);
+        set(&mut p.clearcoat.value, self.clearcoat);
+        set(&mut p.clearcoat_roughness.value, self.clearcoat_roughness);
+        set(&mut p.sheen_color.value, color(self.sheen_color));
+        set(&mut p.sheen_roughness.value, self.sheen_roughness);
+        set(&mut p.iridescence.value, self.iridescence);
+        set(&mut p.iridescence_ior, self.iridescence_ior);
+        set(
             &mut p.iridescence_thickness,
             self.iridescence_thickness.map(|v| [v; 2]),
         );
-        put(&mut p.anisotropy.value, self.anisotropy);
-        put(
+        set(&mut p.anisotropy.value, self.anisotropy);
+        set(
             &mut p.anisotropy_rotation,
             self.anisotropy_rotation.map(|v| v.to_radians() as f32),
         );
-        put(&mut p.diffuse_transmission.value, self.diffuse_transmission);
-        put(
+        set(&mut p.diffuse_transmission.value, self.diffuse_transmission);
+        set(
             &mut p.diffuse_transmission_color.value,
             color(self.diffuse_transmission_color),
         );
         p
     }
 
-    /// Whether this is said of the lecture's material alone.
+    /// True if a key of the Phong model alone is given.
     fn is_phong(&self) -> bool {
         self.diffuse.is_some() || self.shininess.is_some()
     }
 
-    /// Whether anything said here needs light.
+    /// True if a given key needs light.
     fn needs_lighting(&self) -> bool {
         self.diffuse.is_some() || self.specular.is_some() || self.shininess.is_some()
     }

@@ -1,18 +1,21 @@
-//! What people write: world files and Python dicts, one schema for both.
+//! The schema of world files and Python dicts.
 //!
 //! The structs are the reference: their doc comments are the documentation, and [`json_schema`] is made from them. A text
 //! or a dict becomes a [`SpannedValue`] first; [`from_value`] reads a struct from it, with errors that name the key, its place in
 //! the text and the nearest valid name.
 
-pub(crate) mod build_object;
-pub(crate) mod build_world;
-pub(crate) mod deserialize;
+mod build_failure;
+mod build_object;
+mod build_texture;
+mod build_video;
+mod build_world;
+mod deserialize;
 mod geometry;
 mod keys;
-pub(crate) mod material_keys;
-pub(crate) mod shorthand;
-pub(crate) mod spec;
-pub(crate) mod texture_binding;
+mod material_keys;
+mod shorthand;
+mod spec;
+mod texture_binding;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -24,7 +27,7 @@ pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
 pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;
-pub use crate::schema::spec::render::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
+pub use crate::schema::spec::render::RenderSpec;
 pub use crate::schema::spec::rig::RigSpec;
 pub use crate::schema::spec::shape::{
     BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape,
@@ -32,10 +35,11 @@ pub use crate::schema::spec::shape::{
 pub use crate::schema::spec::texture::{
     ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec,
 };
-pub use crate::schema::spec::video::{KeyframeInterpolation, KeyframeSpec, OrbitSpec, VideoSpec};
+pub use crate::schema::spec::video::{KeyframeSpec, VideoSpec};
 
 use crate::light::Light;
-use crate::world::Up;
+use crate::schema::shorthand::one_or_many;
+use crate::up::Up;
 
 /// A world: its objects, lights and cameras, how to render it and its video.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -67,10 +71,4 @@ pub struct WorldFile {
 /// The JSON Schema (2020-12) of a world file, for editors and the reference.
 pub fn json_schema() -> schemars::Schema {
     schemars::schema_for!(WorldFile)
-}
-
-/// A table stands for a list of one.
-fn one_or_many<T: JsonSchema>(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-    let one = generator.subschema_for::<T>();
-    schemars::json_schema!({ "anyOf": [one, { "type": "array", "items": one }] })
 }

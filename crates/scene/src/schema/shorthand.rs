@@ -275,3 +275,11 @@ impl JsonSchema for Wraps {
         schemars::json_schema!({ "anyOf": [wrap, { "type": "array", "items": wrap, "minItems": 2, "maxItems": 2 }] })
     }
 }
+
+/// The JSON Schema of a list, or of a table that stands for a list of one.
+pub(crate) fn one_or_many<T: JsonSchema>(
+    generator: &mut schemars::SchemaGenerator,
+) -> schemars::Schema {
+    let one = generator.subschema_for::<T>();
+    schemars::json_schema!({ "anyOf": [one, { "type": "array", "items": one }] })
+}

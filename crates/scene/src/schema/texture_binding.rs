@@ -1,4 +1,4 @@
-//! Where a description's textures go in a material.
+//! Binding of a description's textures to the slots of a material.
 
 use crate::material::principled::{NormalMap, Textured};
 use crate::material::{Material, MaterialModel};
@@ -6,7 +6,7 @@ use crate::texture::TextureSlot;
 
 /// A texture's place in a material.
 pub(crate) struct TextureBinding {
-    /// What it multiplies; "texture" for the base colour.
+    /// The key of the value that it multiplies; "texture" for the base colour.
     pub key: &'static str,
     pub slot: TextureSlot,
     pub strength: f32,

@@ -5,9 +5,11 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use crate::color::linear_from_srgb8;
 use crate::error::SceneError;
 use crate::texture::cache::paged::PagedTexels;
+use crate::texture::texel::{
+    ResidentTexels, TexelKind, TexelQuad, decode_linear8, decode_linear16, decode_srgb8,
+};
 
 /// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,50 +27,13 @@ pub enum Texels {
     Paged(PagedTexels),
 }
 
-/// How a texel is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TexelKind {
-    Srgb8,
-    Linear8,
-    Linear16,
-    Float,
-}
-
-impl TexelKind {
-    /// The bytes of a texel.
-    pub fn bytes(self) -> usize {
-        match self {
-            Self::Srgb8 | Self::Linear8 => 4,
-            Self::Linear16 => 8,
-            Self::Float => 16,
-        }
-    }
-
-    /// The kind of the mip map.
-    pub fn halved(self) -> Self {
-        match self {
-            Self::Float => Self::Float,
-            _ => Self::Linear16,
-        }
-    }
-
-    /// Texels from the bytes that [`Texels::write_bytes`] has made of them.
-    pub fn texels(self, bytes: &[u8]) -> Texels {
-        let small = || bytes.as_chunks().0.to_vec();
-        match self {
-            Self::Srgb8 => Texels::Srgb8(small()),
-            Self::Linear8 => Texels::Linear8(small()),
-            Self::Linear16 => {
-                let texel =
-                    |b: &[u8; 8]| [0, 2, 4, 6].map(|i| u16::from_le_bytes([b[i], b[i + 1]]));
-                Texels::Linear16(bytes.as_chunks().0.iter().map(texel).collect())
-            }
-            Self::Float => {
-                let value =
-                    |b: &[u8; 16], i| f32::from_le_bytes([b[i], b[i + 1], b[i + 2], b[i + 3]]);
-                let texel = |b: &[u8; 16]| [0, 4, 8, 12].map(|i| value(b, i));
-                Texels::Float(bytes.as_chunks().0.iter().map(texel).collect())
-            }
+impl From<ResidentTexels> for Texels {
+    fn from(texels: ResidentTexels) -> Self {
+        match texels {
+            ResidentTexels::Srgb8(texels) => Self::Srgb8(texels),
+            ResidentTexels::Linear8(texels) => Self::Linear8(texels),
+            ResidentTexels::Linear16(texels) => Self::Linear16(texels),
+            ResidentTexels::Float(texels) => Self::Float(texels),
         }
     }
 }
@@ -84,7 +49,7 @@ impl Texels {
         }
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -109,7 +74,7 @@ impl Texels {
         [x0, x1]: [usize; 2],
         rows: [usize; 2],
     ) -> TexelQuad {
-        fn of<T: Copy>(
+        fn fetch<T: Copy>(
             texels: &[T],
             all: [[usize; 2]; 2],
             linear: impl Fn(T) -> [f32; 4],
@@ -118,10 +83,10 @@ impl Texels {
         }
         let all = rows.map(|y| [y * width + x0, y * width + x1]);
         match self {
-            Self::Srgb8(texels) => of(texels, all, decode_srgb8),
-            Self::Linear8(texels) => of(texels, all, decode_linear8),
-            Self::Linear16(texels) => of(texels, all, decode_linear16),
-            Self::Float(texels) => of(texels, all, |texel| texel),
+            Self::Srgb8(texels) => fetch(texels, all, decode_srgb8),
+            Self::Linear8(texels) => fetch(texels, all, decode_linear8),
+            Self::Linear16(texels) => fetch(texels, all, decode_linear16),
+            Self::Float(texels) => fetch(texels, all, |texel| texel),
             Self::Paged(texels) => texels.fetch_quad([x0, x1], rows),
         }
     }
@@ -132,7 +97,7 @@ impl Texels {
     /// [`SceneError::Storage`] where the file that they are in cannot be read.
     pub fn in_memory(&self) -> Result<Cow<'_, Texels>, SceneError> {
         Ok(match self {
-            Self::Paged(texels) => Cow::Owned(texels.read_all()?),
+            Self::Paged(texels) => Cow::Owned(texels.read_all()?.into()),
             texels => Cow::Borrowed(texels),
         })
     }
@@ -143,7 +108,7 @@ impl Texels {
     /// Those of [`Texels::in_memory`].
     pub(crate) fn into_memory(self) -> Result<Texels, SceneError> {
         match self {
-            Self::Paged(texels) => texels.read_all(),
+            Self::Paged(texels) => Ok(texels.read_all()?.into()),
             texels => Ok(texels),
         }
     }
@@ -177,25 +142,6 @@ impl Texels {
     }
 }
 
-#[inline]
-fn decode_srgb8([r, g, b, a]: [u8; 4]) -> [f32; 4] {
-    let [r, g, b] = linear_from_srgb8([r, g, b]);
-    [r, g, b, f32::from(a) / 255.0]
-}
-
-#[inline]
-fn decode_linear8(texel: [u8; 4]) -> [f32; 4] {
-    texel.map(|v| f32::from(v) / 255.0)
-}
-
-#[inline]
-fn decode_linear16(texel: [u16; 4]) -> [f32; 4] {
-    texel.map(|v| f32::from(v) / 65535.0)
-}
-
-/// Two rows of two texels.
-pub(super) type TexelQuad = [[[f32; 4]; 2]; 2];
-
 /// An image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
@@ -221,7 +167,7 @@ fn in_memory<S: Serializer>(texels: &Texels, serializer: S) -> Result<S::Ok, S::
 }
 
 impl Image {
-    /// Whether it has the texels that its size says.
+    /// Checks that it has as many texels as its size says.
     ///
     /// # Errors
     /// [`SceneError::World`] where it has not, has none, or has some that are not finite.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::image::TexelKind;
-use super::{Image, Texels};
 use crate::texture::cache::paged::PagedTexels;
+use crate::texture::image::{Image, Texels};
+use crate::texture::texel::TexelKind;
 
 impl Image {
     /// Its mip map: the image itself, then each half as large as the one before.

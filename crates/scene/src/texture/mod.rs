@@ -3,7 +3,9 @@
 pub(crate) mod cache;
 mod image;
 mod mip;
+mod paging;
 pub(crate) mod serde_shared;
+pub(crate) mod texel;
 
 use std::sync::Arc;
 
@@ -15,7 +17,7 @@ use crate::error::SceneError;
 pub use crate::texture::cache::paged::PagedTexels;
 pub use crate::texture::cache::{PageInStats, TextureCache};
 
-/// What a texture does beyond 0..1.
+/// The wrap mode of texture coordinates beyond 0..1.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
 )]
@@ -30,7 +32,7 @@ pub enum Wrap {
     Mirror,
 }
 
-/// What lies between texels.
+/// The filter between texels.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
 )]
@@ -49,9 +51,9 @@ pub enum TexelFilter {
 pub struct TextureSampler {
     /// Wrap modes of u and v.
     pub wrap: [Wrap; 2],
-    /// Where a texel covers more than a pixel.
+    /// The filter where a texel covers more than a pixel.
     pub magnification: TexelFilter,
-    /// Where a pixel covers more than a texel.
+    /// The filter where a pixel covers more than a texel.
     pub minification: TexelFilter,
     /// Between the levels of a mip map; `None` uses the image alone.
     pub mip: Option<TexelFilter>,
@@ -78,7 +80,7 @@ pub struct Texture {
     pub sampler: TextureSampler,
 }
 
-/// Where a material takes a value from a texture.
+/// A reference of a material to a texture.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct TextureSlot {
     /// Index into the world's textures.
@@ -86,7 +88,7 @@ pub struct TextureSlot {
     /// Which texture coordinates of the mesh: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
     /// [`Mesh::more_uvs`](crate::Mesh::more_uvs).
     pub uv_set: usize,
-    /// What the mesh's coordinates (u, v, 1) are multiplied by, row by row, as `KHR_texture_transform` says.
+    /// Matrix by which the mesh's coordinates (u, v, 1) are multiplied, row by row, as in `KHR_texture_transform`.
     pub image_from_mesh: [[f32; 3]; 2],
 }
 
@@ -130,7 +132,7 @@ impl Texture {
         }
     }
 
-    /// Whether its image is one.
+    /// Checks its image.
     ///
     /// # Errors
     /// Those of [`Image::validate`].

@@ -1,56 +1,35 @@
 //! Values at times, and between them.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use crate::schema::KeyframeInterpolation;
+use crate::math::hermite::{Interpolate, hermite};
+
+/// The curve between keyframes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[schemars(rename = "Interpolation")]
+pub enum KeyframeInterpolation {
+    /// Straight lines at constant speed.
+    Linear,
+    /// Catmull-Rom curves that start and end at rest: no corners, no jumps in speed.
+    #[default]
+    Smooth,
+}
 
 /// Keys in order of time.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track<T> {
     keys: Vec<Keyframe<T>>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Keyframe<T> {
     time: f64,
     value: T,
     /// Up to the next key.
     interpolation: KeyframeInterpolation,
-}
-
-/// A value that moves by steps: locations by vectors, rotations by rotation vectors in their own axes.
-pub trait Interpolate: Copy {
-    /// The step from here to there; of rotations, the shorter way round.
-    fn delta_to(self, there: Self) -> DVec3;
-    /// Where a step leads.
-    fn offset_by(self, step: DVec3) -> Self;
-}
-
-impl Interpolate for DVec3 {
-    fn delta_to(self, there: Self) -> DVec3 {
-        there - self
-    }
-
-    fn offset_by(self, step: DVec3) -> Self {
-        self + step
-    }
-}
-
-impl Interpolate for DQuat {
-    fn delta_to(self, there: Self) -> DVec3 {
-        let turn = self.conjugate() * there;
-        let turn = if turn.w < 0.0 { -turn } else { turn };
-        let sine = turn.xyz().length();
-        if sine == 0.0 {
-            DVec3::ZERO
-        } else {
-            turn.xyz() * (2.0 * sine.atan2(turn.w) / sine)
-        }
-    }
-
-    fn offset_by(self, step: DVec3) -> Self {
-        (self * DQuat::from_scaled_axis(step)).normalize()
-    }
 }
 
 impl<T> Default for Track<T> {
@@ -69,7 +48,7 @@ impl<T: Interpolate> Track<T> {
         });
     }
 
-    /// Whether there are no keys.
+    /// True if there are no keys.
     pub fn is_empty(&self) -> bool {
         self.keys.is_empty()
     }
@@ -91,20 +70,8 @@ impl<T: Interpolate> Track<T> {
                 from.value.offset_by(from.value.delta_to(to.value) * s)
             }
             KeyframeInterpolation::Smooth => {
-                // A cubic Bézier curve in cumulative form, which is the same for vectors and for rotations (Kim, Kim and
-                // Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995).
-                let (first, last) = (
-                    self.velocity(i) * span / 3.0,
-                    self.velocity(next) * span / 3.0,
-                );
-                let middle = from
-                    .value
-                    .offset_by(first)
-                    .delta_to(to.value.offset_by(-last));
-                from.value
-                    .offset_by(first * (1.0 - (1.0 - s).powi(3)))
-                    .offset_by(middle * (s * s * (3.0 - 2.0 * s)))
-                    .offset_by(last * s.powi(3))
+                let velocities = [i, next].map(|key| self.velocity(key) * span);
+                hermite(from.value, to.value, velocities, s)
             }
         })
     }

@@ -1,16 +1,17 @@
 //! The world at a time.
 
-use crate::error::SceneError;
-use crate::world::World;
+use std::sync::Arc;
 
-/// A time of a world, in seconds: of its video, and of one of its animations.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct WorldTime {
-    /// In seconds.
-    pub time: f64,
-    /// By number; the first where there are any.
-    pub animation: Option<usize>,
-}
+use glam::{DAffine3, DMat3};
+
+use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
+use crate::animation::node_attachment::move_light;
+use crate::animation::{NodeTree, flattened};
+use crate::error::{SceneError, suggestion};
+use crate::math::rotation;
+use crate::up::Up;
+use crate::video::KeyframedMotion;
+use crate::world::{Object, World, WorldTime};
 
 impl World {
     /// The world when a clock says so: moved by one of its animations, where it has any, and by its video. What does not
@@ -31,7 +32,7 @@ impl World {
         })
     }
 
-    /// Whether anything in it is at another place at another time.
+    /// True if anything in it moves.
     pub fn is_animated(&self) -> bool {
         let animated = self.node_tree.iter().any(|rig| !rig.animations.is_empty());
         animated || self.video.iter().any(|video| !video.objects.is_empty())
@@ -54,5 +55,154 @@ impl World {
             }
         }
         Ok(moved)
+    }
+
+    /// The number of the animation of this name.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] with the nearest name.
+    pub fn find_animation(&self, name: &str) -> Result<usize, SceneError> {
+        let animations = self.node_tree.iter().flat_map(|rig| &rig.animations);
+        let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
+        names
+            .iter()
+            .position(|other| *other == name)
+            .ok_or_else(|| {
+                let count = names.len();
+                let near = suggestion(name, names.iter().copied());
+                SceneError::World(format!("no animation {name:?} among {count}{near}"))
+            })
+    }
+
+    /// The world at a time in seconds of one of its animations. What does not move is shared; meshes that bend keep
+    /// their triangles.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such animation.
+    pub fn animated_at(&self, animation: usize, time: f64) -> Result<World, SceneError> {
+        let count = self
+            .node_tree
+            .as_ref()
+            .map_or(0, |rig| rig.animations.len());
+        match &self.node_tree {
+            Some(rig) if animation < count => {
+                self.apply_pose(&rig.evaluate(Some((animation, time))), rig)
+            }
+            _ => Err(SceneError::World(format!(
+                "animation {animation}, but the world has {count}"
+            ))),
+        }
+    }
+
+    /// The world as its rig is when nothing has moved yet; each mesh that bends is kept there for comparison.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where a camera cannot be placed.
+    pub fn at_rest(mut self) -> Result<World, SceneError> {
+        let Some(rig) = &mut self.node_tree else {
+            return Ok(self);
+        };
+        let rig = Arc::make_mut(rig);
+        let pose = rig.evaluate(None);
+        let rests: Vec<_> = (rig.objects.iter())
+            .map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new))
+            .collect();
+        for (mount, rest) in rig.objects.iter_mut().zip(rests) {
+            mount.rest = rest;
+        }
+        let rig = Arc::new(rig.clone());
+        self.node_tree = Some(rig.clone());
+        self.apply_pose(&pose, &rig)
+    }
+
+    fn apply_pose(&self, pose: &EvaluatedNodes, rig: &NodeTree) -> Result<World, SceneError> {
+        let mut world = self.clone();
+        let rest = rig.evaluate(None);
+        for mount in &rig.objects {
+            let object = &mut world.objects[mount.object];
+            // Joints say where a bent mesh is, whatever the node does.
+            let skinned = mount.skin.is_some();
+            let placed = match skinned {
+                true => DAffine3::IDENTITY,
+                false => pose.world_from_node[mount.node] * mount.node_from_mesh,
+            };
+            let mut flat = None;
+            if !placed.inverse().is_finite() {
+                let mesh = rig.deformed_mesh(mount, pose);
+                flat = flattened(mesh.as_ref().unwrap_or(&world.meshes[mount.mesh]), placed);
+            }
+            if let Some(flat) = flat.filter(|_| pose.visible[mount.node]) {
+                world.meshes.push(Arc::new(flat));
+                object.mesh = world.meshes.len() - 1;
+                object.world_from_mesh = DAffine3::IDENTITY;
+                continue;
+            }
+            if !pose.visible[mount.node] || !placed.inverse().is_finite() {
+                object.mesh = rig.hidden_mesh;
+                let place = placed.translation;
+                object.world_from_mesh = DAffine3::from_translation(place);
+                continue;
+            }
+            (object.mesh, object.world_from_mesh) = (mount.mesh, placed);
+            object.scale_shear = placed.matrix3;
+            if let Some(rest_mesh) = &mount.rest {
+                let mesh = &mut world.meshes[mount.mesh];
+                *mesh = if rig.same_deformation(mount, pose, &rest) {
+                    rest_mesh.clone()
+                } else {
+                    rig.deformed_mesh(mount, pose)
+                        .map_or(rest_mesh.clone(), Arc::new)
+                };
+            }
+        }
+        for mount in &pose.lights {
+            let world_from_node = pose.world_from_node[mount.node];
+            let along = (-world_from_node.matrix3.z_axis).try_normalize();
+            let mut light = mount.clone().light();
+            move_light(&mut light, world_from_node.translation, along);
+            world.lights[mount.light] = light;
+        }
+        for mount in &pose.cameras {
+            let camera = &mut world.cameras[mount.camera].camera;
+            *camera = camera_at_node(&mount.base, pose.world_from_node[mount.node])?;
+        }
+        for moving in &pose.materials {
+            world.materials[moving.material] = moving.clone().material();
+        }
+        Ok(world)
+    }
+}
+
+impl KeyframedMotion {
+    /// world_from_mesh of an object at a time.
+    pub(crate) fn world_from_mesh_at(
+        &self,
+        object: &Object,
+        up: Up,
+        time: f64,
+    ) -> Result<DAffine3, SceneError> {
+        let location = self
+            .location
+            .evaluate(time)
+            .unwrap_or(object.world_from_mesh.translation);
+        let world_from_body = match (self.target.evaluate(time), self.rotation.evaluate(time)) {
+            (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
+                SceneError::World(format!(
+                    "object {:?} at {location} cannot face {target} at {time} s: it is there, or straight above or \
+                     below it",
+                    object.name
+                ))
+            })?,
+            (None, Some(rotation)) => DMat3::from_quat(rotation),
+            (None, None) => {
+                return Ok(DAffine3 { translation: location, ..object.world_from_mesh });
+            }
+        };
+        // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
+        let rotation = world_from_body * rotation::world_from_reference(up).transpose();
+        Ok(DAffine3::from_mat3_translation(
+            rotation * object.scale_shear,
+            location,
+        ))
     }
 }

@@ -1,9 +1,9 @@
-//! What a world holds, in numbers.
+//! Statistics of a world.
 
 use crate::mesh::Mesh;
 use crate::world::World;
 
-/// What a world holds, in numbers. Triangles count once per object that shows them.
+/// Counts of a world's parts. Triangles count once per object that shows them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldStats {
     /// Shared meshes.
@@ -29,7 +29,7 @@ pub struct WorldStats {
 }
 
 impl World {
-    /// What it holds, in numbers.
+    /// Counts of its parts.
     pub fn stats(&self) -> WorldStats {
         let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();
         WorldStats {

@@ -1,5 +1,6 @@
-//! Whether a world that was not built by its own methods could have been.
+//! Validation of a world that came as data.
 
+use crate::animation::{AnimatedMaterial, NodeCamera, NodeLight, NodeObject, NodeTree, Skin};
 use crate::error::SceneError;
 use crate::world::World;
 
@@ -40,5 +41,43 @@ impl World {
         self.names = names; // in which more numbers may be in use
         self.notices = notices;
         Ok(self)
+    }
+}
+
+impl NodeTree {
+    /// Checks that every index leads somewhere in a world.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where one does not.
+    pub(crate) fn validate(&self, world: &World) -> Result<(), SceneError> {
+        let nodes = self.nodes.len();
+        let node = |node: usize| node < nodes;
+        let in_skin = |skin: &Skin| {
+            skin.joints.iter().all(|&joint| node(joint))
+                && skin.joints.len() == skin.inverse_bind.len()
+        };
+        let mounted = |mount: &NodeObject| {
+            mount.object < world.objects.len()
+                && node(mount.node)
+                && mount.mesh < world.meshes.len()
+                && mount.skin.is_none_or(|skin| skin < self.skins.len())
+        };
+        let light = |mount: &NodeLight| mount.light < world.lights.len() && node(mount.node);
+        let camera = |mount: &NodeCamera| mount.camera < world.cameras.len() && node(mount.node);
+        let moving = |moving: &AnimatedMaterial| moving.material < world.materials.len();
+        let shows_nothing = self.animations.is_empty() || self.hidden_mesh < world.meshes.len();
+        let good = self.order.iter().all(|&i| node(i))
+            && self.nodes.iter().all(|n| n.parent.is_none_or(node))
+            && self.skins.iter().all(in_skin)
+            && self.objects.iter().all(mounted)
+            && self.lights.iter().all(light)
+            && self.cameras.iter().all(camera)
+            && self.materials.iter().all(moving)
+            && shows_nothing;
+        if good {
+            return Ok(());
+        }
+        let message = "an animation that moves what the world does not have";
+        Err(SceneError::World(message.into()))
     }
 }

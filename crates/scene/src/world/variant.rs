@@ -1,18 +1,7 @@
 //! Variants of a world: the same things in other materials.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{SceneError, suggestion};
 use crate::world::World;
-
-/// A look: other materials for some objects.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Variant {
-    /// What it is asked for by.
-    pub name: String,
-    /// Object, material slot and the material it gets.
-    pub materials: Vec<(usize, usize, usize)>,
-}
 
 impl World {
     /// The world with one of its variants' materials.

@@ -10,19 +10,19 @@ use glam::{DMat2, DVec2};
 const RADIUS_STEPS: u32 = 2048;
 /// Directions around the axis in which it is looked for where the distortion is not the same in all of them.
 const DIRECTIONS: u32 = 32;
-/// What an inverse may be off, in focal lengths, relative to 1 + its distance from the axis.
+/// Tolerance of an inverse in focal lengths, relative to 1 + the distance from the axis.
 const TOLERANCE: f64 = 1e-13;
 
 /// The coefficients, 0 where a model does not have them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BrownTerms {
-    /// Of r², r⁴, ... in the radial factor, and in what divides it.
+    /// Coefficients of r², r⁴, ... in the numerator of the radial factor, and in its denominator.
     pub numerator: [f64; 6],
     pub denominator: [f64; 3],
     pub tangential: [f64; 2],
-    /// Of r² and r⁴ in x, and in y.
+    /// Thin prism coefficients of r² and r⁴ in x, then in y.
     pub prism: [f64; 4],
-    /// Whether the tangential and the prism terms are those of the point that the radial factor has moved.
+    /// True if tangential and prism terms act on the radially distorted point.
     #[serde(rename = "chained")]
     pub tangential_after_radial: bool,
 }
@@ -111,7 +111,7 @@ impl BrownConrady {
         (at * g, jacobian, below)
     }
 
-    /// What the tangential and the prism terms add, with the Jacobian of that.
+    /// Displacement by the tangential and prism terms, with its Jacobian.
     #[inline(always)]
     fn tangential_and_prism(&self, at: DVec2) -> (DVec2, DMat2) {
         let (x, y, s) = (at.x, at.y, at.length_squared());
@@ -142,7 +142,7 @@ impl BrownConrady {
         (below > 0.0 && a > 0.0 && a * d > b * b).then_some((image, jacobian))
     }
 
-    /// Where a point of the plane goes.
+    /// The distorted image of a point of the plane.
     pub fn distort(&self, at: DVec2) -> Option<DVec2> {
         Some(self.regular(at)?.0)
     }

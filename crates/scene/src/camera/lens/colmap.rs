@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec3};
 
-use super::{Lens, LensModel};
+use super::Lens;
+use super::model::LensModel;
 use crate::error::{SceneError, suggestion};
 
 /// A row of the table of models: its name, whether it has one focal length or two, what stands between the principal

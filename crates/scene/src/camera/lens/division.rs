@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{LensModel, wrong_count};
+use super::model::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// `k`: the point (x, y) of the image at the radius r has the direction (x, y, 1 + k r²). It is one-to-one within

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{LensModel, wrong_count};
+use super::model::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// Steps in which the angle where the model folds over is looked for.

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::{LensModel, wrong_count};
+use super::model::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, r the radius at depth 1; less than 90 degrees from the axis.

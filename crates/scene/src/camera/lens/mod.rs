@@ -5,6 +5,7 @@ mod colmap;
 mod division;
 mod fisheye;
 mod fov;
+mod model;
 mod opencv;
 mod panorama;
 mod prism_fisheye;
@@ -13,106 +14,22 @@ mod unified;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use self::colmap::{colmap_from_lens, lens_from_colmap};
 pub use self::division::Division;
 pub use self::fisheye::Fisheye;
 pub use self::fov::Fov;
+pub use self::model::LensModel;
+use self::model::wrong_count;
 pub use self::opencv::OpenCv;
 pub use self::prism_fisheye::PrismFisheye;
 pub use self::unified::{DoubleSphere, Eucm, Omni};
-use super::{PixelCenter, intrinsics_from_focal};
-use crate::error::{SceneError, suggestion};
+use crate::camera::intrinsics::intrinsics_from_focal;
+use crate::camera::pixel_center::PixelCenter;
+use crate::error::SceneError;
 
-/// The families of lenses, by the names people write.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum LensModel {
-    /// OpenCV's main model: 4, 5, 8, 12 or 14 coefficients.
-    #[default]
-    #[serde(rename = "opencv")]
-    OpenCv,
-    /// OpenCV's fisheye model (Kannala and Brandt), Kalibr's `equi`: 4 coefficients.
-    Fisheye,
-    /// COLMAP's THIN_PRISM_FISHEYE: 8 coefficients.
-    ThinPrismFisheye,
-    /// COLMAP's RAD_TAN_THIN_PRISM_FISHEYE, Project Aria's fisheye: 12 coefficients.
-    RadTanThinPrismFisheye,
-    /// The field-of-view model: 1 coefficient.
-    Fov,
-    /// The division model: 1 coefficient.
-    Division,
-    /// The unified model, alone (1 coefficient) or with radial and tangential distortion (5).
-    Omni,
-    /// The enhanced unified model: 2 coefficients.
-    Eucm,
-    /// The double sphere model: 2 coefficients.
-    #[serde(rename = "ds")]
-    DoubleSphere,
-    /// The panorama of longitude and latitude: no coefficients.
-    Equirectangular,
-    /// The panorama of longitude and height: no coefficients.
-    Cylindrical,
-}
-
-impl LensModel {
-    /// All there are.
-    pub const ALL: [Self; 11] = [
-        Self::OpenCv,
-        Self::Fisheye,
-        Self::ThinPrismFisheye,
-        Self::RadTanThinPrismFisheye,
-        Self::Fov,
-        Self::Division,
-        Self::Omni,
-        Self::Eucm,
-        Self::DoubleSphere,
-        Self::Equirectangular,
-        Self::Cylindrical,
-    ];
-
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::OpenCv => "opencv",
-            Self::Fisheye => "fisheye",
-            Self::ThinPrismFisheye => "thin_prism_fisheye",
-            Self::RadTanThinPrismFisheye => "rad_tan_thin_prism_fisheye",
-            Self::Fov => "fov",
-            Self::Division => "division",
-            Self::Omni => "omni",
-            Self::Eucm => "eucm",
-            Self::DoubleSphere => "ds",
-            Self::Equirectangular => "equirectangular",
-            Self::Cylindrical => "cylindrical",
-        }
-    }
-
-    /// The one of a name.
-    ///
-    /// # Errors
-    /// [`SceneError::Camera`] with the nearest name where there is none.
-    pub fn from_name(name: &str) -> Result<Self, SceneError> {
-        let found = Self::ALL.into_iter().find(|model| model.name() == name);
-        found.ok_or_else(|| {
-            let names = Self::ALL.map(Self::name);
-            let hint = suggestion(name, names);
-            SceneError::Camera(format!(
-                "no lens model is called {name:?}{hint}; expected one of {}",
-                names.join(", ")
-            ))
-        })
-    }
-
-    /// Whether it is a panorama, which has no coefficients and repeats every turn.
-    pub fn is_panorama(self) -> bool {
-        matches!(self, Self::Equirectangular | Self::Cylindrical)
-    }
-}
-
-/// What a lens does to directions. Each model is one-to-one on the region where it does not fold over, and has no image
+/// The projection of directions by a lens. Each model is one-to-one on the region where it does not fold over, and has no image
 /// outside of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Lens {
@@ -205,7 +122,7 @@ impl Lens {
         })
     }
 
-    /// Where a direction in camera axes, of any length, meets the image plane at focal length 1. Nothing where the lens
+    /// The point of the image plane at focal length 1 of a direction in camera axes, of any length. `None` where the lens
     /// has no image of it. Directions at right angles to the axis and behind are as good as any.
     pub fn distort(&self, direction: DVec3) -> Option<DVec2> {
         match self {
@@ -255,12 +172,12 @@ impl Lens {
         Some(k)
     }
 
-    /// Whether its images are those of a plane at right angles to the axis, so that nothing at its sides has one.
+    /// True if the lens images a plane at right angles to the axis, and so nothing at 90 degrees and beyond.
     pub(super) fn is_planar(&self) -> bool {
         matches!(self, Lens::Pinhole | Lens::OpenCv(_) | Lens::Fov(_))
     }
 
-    /// Whether the inverse is a search, by [`Lens::undistort_plane`] and [`Lens::plane_direction`].
+    /// True if the inverse is iterative, by [`Lens::undistort_plane`] and [`Lens::plane_direction`].
     pub(super) fn has_iterative_inverse(&self) -> bool {
         matches!(
             self,
@@ -271,8 +188,8 @@ impl Lens {
         )
     }
 
-    /// Of a lens whose inverse is a search: the point of its undistorted plane that has this image, with something near
-    /// it if that is known. Nothing for other lenses.
+    /// The point of the undistorted plane that has this image, of a lens with an iterative inverse; `near` is an initial guess.
+    /// `None` for other lenses.
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {
             Lens::OpenCv(lens) => lens.undistort_plane(image, near),
@@ -294,13 +211,4 @@ impl Lens {
             _ => Some(at.extend(1.0)),
         }
     }
-}
-
-/// What is wrong with a number of coefficients.
-fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
-    SceneError::Camera(format!(
-        "distortion {given:?} has {} coefficients: the {} model has {expected}",
-        given.len(),
-        model.name()
-    ))
 }

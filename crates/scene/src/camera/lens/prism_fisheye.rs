@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::brown::{BrownConrady, BrownTerms};
-use super::{LensModel, wrong_count};
+use super::model::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on a

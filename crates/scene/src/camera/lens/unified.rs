@@ -8,7 +8,7 @@
 use glam::{DVec2, DVec3};
 
 use super::brown::{BrownConrady, BrownTerms};
-use super::{LensModel, wrong_count};
+use super::model::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// How near to its end an unbounded plane goes, as a fraction of the angle.

@@ -7,11 +7,11 @@ use serde::de::{Error, Expected, Unexpected};
 
 use crate::error::suggestion;
 
-/// What is wrong and where, behind one pointer: results of millions of numbers are handed up as they are read.
+/// A boxed error: results of millions of numbers are passed up, so they are kept small.
 #[derive(Debug)]
 pub struct DeError(pub Box<DeErrorDetails>);
 
-/// What is wrong and where, from the inside out.
+/// Message and place of an error, from the inside out.
 #[derive(Debug)]
 pub struct DeErrorDetails {
     /// `.key` and `[index]`, the innermost first.
@@ -96,7 +96,7 @@ impl Error for DeError {
     }
 }
 
-/// What was given, in people's words.
+/// The given value, in people's words.
 fn found_text(given: Unexpected) -> String {
     match given {
         Unexpected::Bool(v) => v.to_string(),
@@ -111,7 +111,7 @@ fn found_text(given: Unexpected) -> String {
     }
 }
 
-/// What serde says it expected, in people's words.
+/// Serde's expectation, in people's words.
 fn expected_text(expected: &dyn Expected) -> String {
     let expected = expected.to_string();
     match expected.as_str() {

@@ -5,8 +5,8 @@ use std::fmt::Debug;
 use serde::de::{Deserializer, Error, Visitor};
 use serde::forward_to_deserialize_any;
 
-use crate::schema::deserialize::access::visit_list;
 use crate::schema::deserialize::error::DeError;
+use crate::schema::deserialize::list::visit_list;
 
 /// A number to read.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ pub struct SpannedValue {
     pub span: Option<Range<usize>>,
 }
 
-/// What a value can be.
+/// The value of a description.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// Python's `None`: as if the key were absent.

@@ -13,7 +13,7 @@ use crate::schema::keys::Keys;
 use crate::schema::shorthand::Splat;
 use crate::schema::spec::optics::{ApertureSpec, ShutterSpec};
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
-use crate::world::Up;
+use crate::up::Up;
 
 /// How a camera projects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -31,7 +31,7 @@ with_pose! {
     /// panorama all around) and its pose (`location` with angles or a `target`, or `R` with `C` or `t`), or all of it as one
     /// `matrix`.
     pub struct CameraSpec {
-        /// What it is asked for by; `camera` where not given.
+        /// Its name; `camera` where not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
         /// Columns and rows of the picture; 640 x 480 where not given.
@@ -69,7 +69,7 @@ with_pose! {
         /// "ds" (xi alpha); or without coefficients a panorama, "equirectangular" or "cylindrical". "opencv" where not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub lens: Option<LensModel>,
-        /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
+        /// The centre of the first pixel: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
         pub pixel_center: PixelCenter,
     }
     camera pose
@@ -98,7 +98,7 @@ const INTRINSICS: [&str; 7] = [
 ];
 
 impl CameraSpec {
-    /// What describes a camera to the last digit, in R and C, or as the matrix it was made of.
+    /// The description of a camera to the last digit, in R and C, or as the matrix it was made of.
     pub fn from_camera(camera: &Camera) -> Self {
         let lens = camera.lens().coefficients();
         let mut spec = Self {

@@ -1,4 +1,4 @@
-//! TODO: what is here.
+//! Tables of a world file, as structs: one file a table. They know the keys; `schema` builds the parts that they describe.
 
 pub(crate) mod camera;
 pub(crate) mod inline_image;

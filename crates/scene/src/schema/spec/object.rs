@@ -54,7 +54,7 @@ pub struct ObjectSpec {
     /// Shading normals per vertex, of any length but 0.
     pub normals: Option<Vec<[f32; 3]>>,
 
-    /// Where its origin stands in the world.
+    /// The place of its origin in the world.
     pub location: Option<[f64; 3]>,
     /// Turn about the forward axis (x of a z-up world) in degrees, first.
     pub roll: Option<f64>,
@@ -78,7 +78,7 @@ pub struct ObjectSpec {
     pub texture: Option<Box<TextureSpec>>,
     /// Textures of the other values, by their names, and `normal` and `occlusion`.
     pub textures: Option<Box<TexturesSpec>>,
-    /// What textures do beyond 0..1 that say nothing themselves: "repeat", "clamp" or "mirror", or one of them for u and
+    /// The wrap mode of textures that have none of their own, beyond 0..1: "repeat", "clamp" or "mirror", or one of them for u and
     /// one for v.
     pub wrap: Option<Wraps>,
     /// The share of light reflected equally everywhere, times the base colour: 0..=1, 1 where not given.
@@ -218,7 +218,7 @@ pub enum MaterialType {
     Matte,
     /// A metal, by its name or by its color.
     Metal,
-    /// What refracts: glass, water, a pane.
+    /// A dielectric: glass, water, a pane.
     Glass,
     /// glTF's metallic-roughness with its extensions.
     Principled,

@@ -47,7 +47,7 @@ pub struct ShutterSpec {
     /// Poses at times, in seconds from when the first line opens. The camera's own pose is then not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub track: Option<Vec<TrackSpec>>,
-    /// Of a camera that a body carries: its pose in the axes of the body, whose poses `track` then has.
+    /// The pose of a camera that a body carries, in the axes of the body; `track` then has the poses of the body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mount: Option<PoseSpec>,
 }
@@ -58,7 +58,7 @@ pub struct ShutterSpec {
 pub struct TrackSpec {
     /// In seconds from when the first line opens.
     pub time: f64,
-    /// Where the camera is then.
+    /// The pose at this time.
     pub pose: PoseSpec,
 }
 

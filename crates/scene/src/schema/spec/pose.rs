@@ -1,4 +1,4 @@
-//! Where a camera is.
+//! The pose of a camera or body.
 
 use glam::{DMat3, DVec3};
 
@@ -6,7 +6,7 @@ use crate::camera::{Camera, PixelCenter, Pose};
 use crate::error::SceneError;
 use crate::math::rotation::CAMERA_FROM_BODY;
 use crate::schema::keys::Keys;
-use crate::world::Up;
+use crate::up::Up;
 
 /// A table with the nine keys of a pose among its own: where something is, and which way it points. What some of them mean
 /// depends on what is placed. Written out, and not flattened, so that errors about its keys know all names and lines.

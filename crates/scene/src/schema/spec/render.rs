@@ -1,16 +1,14 @@
 //! `[render]`.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, Visitor};
 
 use crate::color::view_transform::ViewTransform;
 use crate::error::SceneError;
+use crate::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSpec {
     /// "flat": the colour of the closest triangle, unlit. "direct": lit by the lights, with shadows. "path": all light,
@@ -42,133 +40,27 @@ pub struct RenderSpec {
     pub view: Option<ViewTransform>,
 }
 
-/// `true`, `false` or a distance.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, JsonSchema)]
-#[serde(untagged)]
-#[schemars(untagged)]
-pub enum AmbientOcclusion {
-    /// Whether surfaces at any distance count.
-    Switch(bool),
-    /// Surfaces up to this distance in metres count.
-    Distance(f64),
-}
-
-impl<'de> Deserialize<'de> for AmbientOcclusion {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct AmbientOcclusionVisitor;
-        impl Visitor<'_> for AmbientOcclusionVisitor {
-            type Value = AmbientOcclusion;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("true, false or a distance in metres")
-            }
-
-            fn visit_bool<E: Error>(self, v: bool) -> Result<AmbientOcclusion, E> {
-                Ok(AmbientOcclusion::Switch(v))
-            }
-
-            fn visit_i64<E: Error>(self, v: i64) -> Result<AmbientOcclusion, E> {
-                self.visit_f64(v as f64)
-            }
-
-            fn visit_f64<E: Error>(self, v: f64) -> Result<AmbientOcclusion, E> {
-                if v > 0.0 {
-                    Ok(AmbientOcclusion::Distance(v))
-                } else {
-                    Err(E::custom(format_args!(
-                        "{v}: expected a distance greater than 0"
-                    )))
-                }
-            }
-        }
-        deserializer.deserialize_any(AmbientOcclusionVisitor)
-    }
-}
-
-/// The closed set of integrators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum IntegratorName {
-    /// The colour of the closest triangle, unlit.
-    Flat,
-    /// Direct light with shadows.
-    Direct,
-    /// All light, by any number of bounces.
-    Path,
-    /// Ambient occlusion by itself.
-    Ao,
-}
-
-impl IntegratorName {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flat => "flat",
-            Self::Direct => "direct",
-            Self::Path => "path",
-            Self::Ao => "ao",
-        }
-    }
-}
-
-/// The closed set of pixel filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FilterName {
-    /// The mean over the pixel's square.
-    Box,
-    /// Blackman-Harris, smooth, with a radius of 1.5 pixels.
-    BlackmanHarris,
-}
-
 impl RenderSpec {
-    /// Whether its values make sense.
+    /// The options that it describes.
     ///
     /// # Errors
-    /// [`SceneError::Schema`]: no samples, no threads, or an exposure that is not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        if self.samples == Some(0) {
-            return Err(SceneError::schema(
-                "samples",
-                "0: expected a whole number >= 1",
-            ));
-        }
-        if self.threads == Some(0) {
-            return Err(SceneError::schema(
-                "threads",
-                "0: expected a whole number >= 1",
-            ));
-        }
-        if self.max_depth == Some(0) {
-            return Err(SceneError::schema(
-                "max_depth",
-                "0: expected a whole number of segments >= 1",
-            ));
-        }
-        for (key, value) in [("noise", self.noise.map(f64::from)), ("time", self.time)] {
-            if let Some(value) = value
-                && !(value.is_finite() && value > 0.0)
-            {
-                return Err(SceneError::schema(
-                    key,
-                    format!("{value}: expected a number greater than 0"),
-                ));
-            }
-        }
-        if let Some(clamp) = self.clamp
-            && !(clamp.is_finite() && clamp > 0.0)
-        {
-            return Err(SceneError::schema(
-                "clamp",
-                format!("{clamp}: expected a number greater than 0"),
-            ));
-        }
-        match self.exposure {
-            Some(exposure) if !exposure.is_finite() => Err(SceneError::schema(
-                "exposure",
-                format!("{exposure}: expected a finite number of stops"),
-            )),
-            _ => Ok(()),
-        }
+    /// Those of [`RenderOptions::validate`].
+    pub fn build(self) -> Result<RenderOptions, SceneError> {
+        let options = RenderOptions {
+            integrator: self.integrator,
+            samples: self.samples,
+            noise_threshold: self.noise,
+            time_limit: self.time,
+            max_depth: self.max_depth,
+            clamp: self.clamp,
+            filter: self.filter,
+            seed: self.seed,
+            threads: self.threads,
+            ambient_occlusion: self.ambient_occlusion,
+            exposure: self.exposure,
+            view: self.view,
+        };
+        options.validate()?;
+        Ok(options)
     }
 }

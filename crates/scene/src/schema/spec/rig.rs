@@ -1,22 +1,22 @@
 //! `[rig]`.
 
-use crate::camera::Rig;
+use crate::camera::{NamedCamera, Rig};
 use crate::error::SceneError;
 use crate::schema::spec::camera::CameraSpec;
 use crate::schema::spec::optics::ShutterSpec;
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
-use crate::world::{NamedCamera, Up};
+use crate::up::Up;
 
 with_pose! {
     /// A rig: cameras on one body, whose axes are x ahead, y left and z up. The body is placed as a camera is, by `location`
     /// with angles or a `target`, or by `R` with `C` or `t`; at the origin where nothing is said. Its cameras are placed in
     /// its axes, as those of a z-up world.
     pub struct RigSpec {
-        /// What it is asked for by; `rig` where not given.
+        /// Its name; `rig` where not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
         /// Its cameras, each with a name of its own: one table or several.
-        #[schemars(schema_with = "crate::schema::one_or_many::<CameraSpec>")]
+        #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<CameraSpec>")]
         pub camera: Vec<CameraSpec>,
     }
     pose {
@@ -34,7 +34,7 @@ with_pose! {
 }
 
 impl RigSpec {
-    /// What describes a rig to the last digit.
+    /// The description of a rig to the last digit.
     pub fn from_rig(rig: &Rig) -> Self {
         let cameras = rig.mounts().iter().map(|mount| CameraSpec {
             name: Some(mount.name.clone()),

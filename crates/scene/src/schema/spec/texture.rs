@@ -7,14 +7,8 @@ use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use crate::error::SceneError;
-use crate::mesh::Mesh;
-use crate::model::AssetLoader;
-use crate::schema::build_world::BuildFailure;
 use crate::schema::shorthand::{Splat, Wraps};
-use crate::schema::spec::object::ObjectSpec;
-use crate::schema::texture_binding::TextureBinding;
-use crate::texture::{Image, TexelFilter, Texels, Texture, TextureSampler, TextureSlot};
+use crate::texture::{Image, TexelFilter};
 
 /// An image, and how it is looked up: its file or texels alone, or a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,9 +20,9 @@ pub struct TextureSpec(pub TextureTable);
 pub struct TextureTable {
     /// An image file beside the world file, or rows of texels.
     pub image: ImageSpec,
-    /// What it does beyond 0..1: "repeat" (where not given), "clamp" or "mirror", or one of them for u and one for v.
+    /// The wrap mode beyond 0..1: "repeat" (where not given), "clamp" or "mirror", or one of them for u and one for v.
     pub wrap: Option<Wraps>,
-    /// What lies between texels: "linear" (where not given) or "nearest".
+    /// The filter between texels: "linear" (where not given) or "nearest".
     #[serde(default)]
     pub filter: TexelFilter,
     /// How often it repeats along u and v, one number or two; 1 where not given.
@@ -36,7 +30,7 @@ pub struct TextureTable {
     /// Degrees by which the coordinates are turned counter-clockwise, as `KHR_texture_transform` has it.
     #[serde(default)]
     pub rotation: f64,
-    /// What is added to the coordinates at last.
+    /// Added to the coordinates at last.
     #[serde(default)]
     pub offset: [f64; 2],
     /// Which of the mesh's sets of texture coordinates.
@@ -44,7 +38,7 @@ pub struct TextureTable {
     pub uv_set: usize,
     /// The one channel that counts, instead of what glTF says.
     pub channel: Option<TextureChannel>,
-    /// Of a normal or occlusion texture: how strong it is; 1 where not given.
+    /// Strength of a normal or occlusion texture; 1 where not given.
     pub strength: Option<f32>,
 }
 
@@ -62,7 +56,7 @@ pub enum TextureChannel {
     Alpha,
 }
 
-/// Where an image comes from.
+/// The source of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ImageSpec {
     /// A file.
@@ -79,7 +73,7 @@ pub struct TexturesSpec {
     pub normal: Option<TextureSpec>,
     /// How much indirect light the surroundings let through: red. Integrators that compute it do not look.
     pub occlusion: Option<TextureSpec>,
-    /// What shines: red, green, blue.
+    /// Emission: red, green, blue.
     pub emission: Option<TextureSpec>,
     /// Blue, as in all these of type "principled" glTF says which channel counts.
     pub metallic: Option<TextureSpec>,
@@ -113,15 +107,6 @@ pub struct TexturesSpec {
     pub diffuse_transmission_color: Option<TextureSpec>,
 }
 
-/// The textures that hold colours, in sRGB where they are 8-bit.
-const COLORS: [&str; 5] = [
-    "texture",
-    "emission",
-    "specular_color",
-    "sheen_color",
-    "diffuse_transmission_color",
-];
-
 impl TexturesSpec {
     pub(crate) fn given(&self) -> Vec<(&'static str, &TextureSpec)> {
         let all = [
@@ -150,102 +135,6 @@ impl TexturesSpec {
         all.into_iter()
             .filter_map(|(key, spec)| Some((key, spec.as_ref()?)))
             .collect()
-    }
-}
-
-impl TextureSpec {
-    /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself.
-    pub(crate) fn read<F: AssetLoader>(
-        &self,
-        key: &'static str,
-        wrap: Option<Wraps>,
-        next: usize,
-        files: &mut F,
-    ) -> Result<(Texture, TextureBinding), BuildFailure<F::Error>> {
-        let TextureSpec(table) = self;
-        let Wraps(wrap) = table.wrap.or(wrap).unwrap_or_default();
-        let image = match &table.image {
-            ImageSpec::Texels(image) => image.clone(),
-            ImageSpec::File(file) => {
-                let texture = files.texture(file, wrap);
-                texture
-                    .map_err(|error| BuildFailure::File(key.into(), error))?
-                    .image
-            }
-        };
-        let image = table.as_used(key, image)?;
-        image.validate()?;
-        let kept = files.store_texture(image);
-        let texture = Texture {
-            image: kept.map_err(|error| BuildFailure::File(key.into(), error))?,
-            sampler: TextureSampler {
-                wrap,
-                magnification: table.filter,
-                minification: table.filter,
-                ..TextureSampler::default()
-            },
-        };
-        let (sin, cos) = table.rotation.to_radians().sin_cos();
-        let Splat([width, height]) = table.repeat.unwrap_or(Splat([1.0; 2]));
-        let [x, y] = table.offset;
-        let rows = [
-            [cos * width, sin * height, x],
-            [-sin * width, cos * height, y],
-        ];
-        let strength = table.strength.unwrap_or(1.0);
-        if !rows.iter().flatten().all(|v| v.is_finite()) {
-            let message = "repeat, rotation and offset: expected finite numbers";
-            return Err(SceneError::schema("", message).into());
-        }
-        if table.strength.is_some() && !matches!(key, "normal" | "clearcoat_normal" | "occlusion") {
-            let message = "it goes with normal and occlusion; elsewhere the material's value is it";
-            return Err(SceneError::schema("strength", message).into());
-        }
-        if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
-            let message = format!("{strength}: expected a finite number, 0..=1 for occlusion");
-            return Err(SceneError::schema("strength", message).into());
-        }
-        let put = TextureBinding {
-            key,
-            slot: TextureSlot {
-                texture: next,
-                uv_set: table.uv_set,
-                image_from_mesh: rows.map(|row| row.map(|v| v as f32)),
-            },
-            strength,
-        };
-        Ok((texture, put))
-    }
-}
-
-impl TextureTable {
-    /// The image as this use sees it: data is linear, and one channel may stand for all.
-    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
-        let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
-        if !data && self.channel.is_none() {
-            return Ok(image);
-        }
-        let mut image = Arc::unwrap_or_clone(image);
-        image.texels = image.texels.into_memory()?;
-        if let (true, Texels::Srgb8(texels)) = (data, &mut image.texels) {
-            image.texels = Texels::Linear8(std::mem::take(texels));
-        }
-        if let Some(channel) = self.channel {
-            let channel = channel as usize;
-            match &mut image.texels {
-                Texels::Srgb8(texels) | Texels::Linear8(texels) => splat_channel(texels, channel),
-                Texels::Linear16(texels) => splat_channel(texels, channel),
-                Texels::Float(texels) => splat_channel(texels, channel),
-                Texels::Paged(_) => {} // was made another above
-            }
-        }
-        Ok(Arc::new(image))
-    }
-}
-
-fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
-    for texel in texels {
-        *texel = [texel[channel]; 4];
     }
 }
 
@@ -301,45 +190,5 @@ impl JsonSchema for TextureSpec {
         let image = generator.subschema_for::<ImageSpec>();
         let table = generator.subschema_for::<TextureTable>();
         schemars::json_schema!({ "anyOf": [image, table] })
-    }
-}
-
-/// Images, and where they go.
-type BoundTextures = (Vec<Texture>, Vec<TextureBinding>);
-
-impl ObjectSpec {
-    /// Its images and where they go, for a mesh; the first will be the world's texture `next`.
-    pub(crate) fn read_textures<F: AssetLoader>(
-        &self,
-        mesh: &Mesh,
-        next: usize,
-        files: &mut F,
-    ) -> Result<BoundTextures, BuildFailure<F::Error>> {
-        let base = self.texture.as_ref().map(|texture| ("texture", &**texture));
-        let others = self.textures.as_ref().map(|textures| textures.given());
-        let (mut textures, mut puts) = (Vec::new(), Vec::new());
-        for (key, texture) in base.into_iter().chain(others.into_iter().flatten()) {
-            let path = match key {
-                "texture" => String::from(key),
-                key => format!("textures.{key}"),
-            };
-            let set = texture.0.uv_set;
-            if mesh.uv_set(set).is_none() {
-                let message = match set {
-                    0 => "the mesh has no texture coordinates: give \"uvs\", one for each vertex"
-                        .into(),
-                    set => format!("uv_set {set}: the mesh has no such texture coordinates"),
-                };
-                return Err(SceneError::schema(path, message).into());
-            }
-            let read = texture.read(key, self.wrap, next + textures.len(), files);
-            let (texture, put) = read.map_err(|failure| match failure {
-                BuildFailure::Scene(error) => BuildFailure::Scene(error.in_context(&path)),
-                BuildFailure::File(_, error) => BuildFailure::File(path.clone(), error),
-            })?;
-            textures.push(texture);
-            puts.push(put);
-        }
-        Ok((textures, puts))
     }
 }

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::video::{KeyframeInterpolation, Orbit};
+
 /// A video: its length, and what moves the camera (an orbit or keyframes) and the objects (keyframes).
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -12,23 +14,12 @@ pub struct VideoSpec {
     /// Length; up to the last keyframe, or 4, where not given.
     pub seconds: Option<f64>,
     /// Carries the camera around a target.
-    pub orbit: Option<OrbitSpec>,
+    pub orbit: Option<Orbit>,
     /// Poses at times, of the camera or of objects, each in order of time: one table or several.
-    #[schemars(schema_with = "crate::schema::one_or_many::<KeyframeSpec>")]
+    #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<KeyframeSpec>")]
     pub keyframe: Vec<KeyframeSpec>,
     /// Between keyframes: "smooth" (Catmull-Rom, starting and ending at rest) or "linear".
     pub interpolation: KeyframeInterpolation,
-}
-
-/// Carries the camera around the upright axis through a target, as a whole: the first frame is the still picture.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OrbitSpec {
-    /// The point to go around.
-    pub target: [f64; 3],
-    /// How far, over the whole video; positive is counter-clockwise seen from above; 360 where not given.
-    #[serde(default = "full_turn")]
-    pub degrees: f64,
 }
 
 /// A pose at a time. Location and direction are interpolated apart, each through the keyframes that give it; what no
@@ -42,7 +33,7 @@ pub struct KeyframeSpec {
     pub object: Option<String>,
     /// The name of the rig that moves.
     pub rig: Option<String>,
-    /// Where it is.
+    /// Its location.
     pub location: Option<[f64; 3]>,
     /// In degrees; 0 where only other angles are given.
     pub roll: Option<f64>,
@@ -56,18 +47,6 @@ pub struct KeyframeSpec {
     pub interpolation: Option<KeyframeInterpolation>,
 }
 
-/// What happens between keyframes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-#[schemars(rename = "Interpolation")]
-pub enum KeyframeInterpolation {
-    /// Straight lines at constant speed.
-    Linear,
-    /// Catmull-Rom curves that start and end at rest: no corners, no jumps in speed.
-    #[default]
-    Smooth,
-}
-
 impl Default for VideoSpec {
     fn default() -> Self {
         Self {
@@ -78,8 +57,4 @@ impl Default for VideoSpec {
             interpolation: KeyframeInterpolation::default(),
         }
     }
-}
-
-fn full_turn() -> f64 {
-    360.0
 }

@@ -4,20 +4,15 @@ pub(crate) mod paged;
 pub(crate) mod tiles;
 pub(crate) mod unlinked_file;
 
-use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use crate::error::SceneError;
-use crate::texture::cache::paged::{Level, PagedTexels, TILE_SIZE};
 use crate::texture::cache::tiles::TileCache;
 use crate::texture::cache::unlinked_file::UnlinkedFile;
-use crate::texture::image::TexelKind;
-use crate::texture::{Image, Texels, Texture};
-use crate::world::World;
+use crate::texture::texel::{ResidentTexels, TexelKind};
 
 /// The memory of a world's textures. As long as all images fit together with their mip maps they lie in it as they are. Once
 /// they do not, all of them lie in a temporary file, in tiles of 64 x 64 texels, and the memory holds the tiles lately used.
@@ -28,10 +23,10 @@ use crate::world::World;
 pub struct TextureCache {
     /// Tells it from every other one of this process.
     pub(crate) id: u64,
-    limit: u64,
+    pub(crate) limit: u64,
     folders: Vec<PathBuf>,
-    /// What the images kept so far would take.
-    requested_bytes: AtomicU64,
+    /// Bytes that all images inserted so far would take.
+    pub(crate) requested_bytes: AtomicU64,
     file: OnceLock<UnlinkedFile>,
     cache: TileCache,
     tiles_read: AtomicU64,
@@ -39,7 +34,7 @@ pub struct TextureCache {
     failure: OnceLock<SceneError>,
 }
 
-/// What has been read back from the temporary file.
+/// Reads from the temporary file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PageInStats {
     /// Tiles, each as often as it was read.
@@ -85,82 +80,12 @@ impl TextureCache {
         self.limit
     }
 
-    /// Whether the images kept so far do not fit.
+    /// True if the images inserted so far do not fit.
     pub fn is_exceeded(&self) -> bool {
         self.requested_bytes.load(Ordering::Relaxed) > self.limit
     }
 
-    /// The image, counted, and paged where those kept so far do not fit with it.
-    ///
-    /// # Errors
-    /// Those of [`Image::validate`] and [`TextureCache::page_out`].
-    pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
-        image.validate()?;
-        self.count(&image);
-        if self.is_exceeded() {
-            self.page_out(&image).map(Arc::new)
-        } else {
-            Ok(image)
-        }
-    }
-
-    /// Counts an image.
-    pub(crate) fn count(&self, image: &Image) {
-        self.requested_bytes
-            .fetch_add(image.bytes(), Ordering::Relaxed);
-    }
-
-    /// The image with its texels, and those of its mip map, in the temporary file.
-    ///
-    /// # Errors
-    /// [`SceneError::Storage`] where that cannot be written.
-    pub fn page_out(self: &Arc<Self>, image: &Image) -> Result<Image, SceneError> {
-        if matches!(image.texels, Texels::Paged(_)) {
-            return Ok(image.clone());
-        }
-        let mut levels = Vec::new();
-        let mut next = Some(Cow::Borrowed(image));
-        while let Some(image) = next {
-            levels.push(self.write(&image)?);
-            next = image.halved().map(Cow::Owned);
-        }
-        Ok(Image {
-            name: image.name.clone(),
-            size: image.size,
-            texels: Texels::Paged(PagedTexels::new(self.clone(), levels)),
-        })
-    }
-
-    /// Writes an image's tiles: rows of tiles from the top, each from the left.
-    fn write(&self, image: &Image) -> Result<Level, SceneError> {
-        let [width, height] = image.size.map(|n| n as usize);
-        let file = self.file()?;
-        let (mut offset, mut bytes) = (None, Vec::new());
-        for top in (0..height).step_by(TILE_SIZE) {
-            bytes.clear();
-            for left in (0..width).step_by(TILE_SIZE) {
-                let right = (left + TILE_SIZE).min(width);
-                for y in top..(top + TILE_SIZE).min(height) {
-                    let row = y * width;
-                    image
-                        .texels
-                        .write_bytes(row + left..row + right, &mut bytes);
-                }
-            }
-            let start = file.append(&bytes).map_err(|error| {
-                let written = file.len();
-                storage_error(&file.folder, &error, "cannot be written", written)
-            })?;
-            offset.get_or_insert(start);
-        }
-        Ok(Level {
-            kind: image.texels.kind(),
-            size: image.size,
-            offset: offset.unwrap_or(0),
-        })
-    }
-
-    fn file(&self) -> Result<&UnlinkedFile, SceneError> {
+    pub(crate) fn file(&self) -> Result<&UnlinkedFile, SceneError> {
         if let Some(file) = self.file.get() {
             return Ok(file);
         }
@@ -180,7 +105,7 @@ impl TextureCache {
 
     /// The tile of so many texels that begins there in the file. Where it cannot be read it is black, and
     /// [`TextureCache::check`] says why.
-    pub(crate) fn tile(&self, start: u64, kind: TexelKind, count: usize) -> Arc<Texels> {
+    pub(crate) fn tile(&self, start: u64, kind: TexelKind, count: usize) -> Arc<ResidentTexels> {
         if let Some(tile) = self.cache.get(start) {
             return tile;
         }
@@ -191,7 +116,7 @@ impl TextureCache {
         self.tiles_read.fetch_add(1, Ordering::Relaxed);
         let read = bytes.len() as u64;
         self.bytes_read.fetch_add(read, Ordering::Relaxed);
-        let tile = Arc::new(kind.texels(&bytes));
+        let tile = Arc::new(kind.decode(&bytes));
         self.cache.insert(start, tile.clone(), read);
         tile
     }
@@ -203,7 +128,7 @@ impl TextureCache {
             .map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
     }
 
-    /// What has been read back since it was made.
+    /// All reads from the temporary file so far.
     pub fn page_in_stats(&self) -> PageInStats {
         PageInStats {
             tiles: self.tiles_read.load(Ordering::Relaxed),
@@ -211,7 +136,7 @@ impl TextureCache {
         }
     }
 
-    /// Whether everything that was asked for could be read.
+    /// Checks that no read has failed.
     ///
     /// # Errors
     /// [`SceneError::Storage`] with what could not be read first.
@@ -221,7 +146,7 @@ impl TextureCache {
             .map_or(Ok(()), |error| Err(error.clone()))
     }
 
-    /// What to tell the one who set the limit, where it is exceeded.
+    /// The notice for the user who set the limit, if it is exceeded.
     pub(crate) fn notice(&self) -> Option<String> {
         let file = self.file.get()?;
         Some(format!(
@@ -232,73 +157,8 @@ impl TextureCache {
     }
 }
 
-impl World {
-    /// The same, its images within a memory for textures.
-    ///
-    /// # Errors
-    /// Those of [`World::page_textures`].
-    pub fn with_texture_cache(mut self, memory: TextureCache) -> Result<Self, SceneError> {
-        let mut known = HashSet::new();
-        for texture in &self.textures {
-            if known.insert(Arc::as_ptr(&texture.image)) {
-                memory.count(&texture.image);
-            }
-        }
-        self.texture_cache = Some(Arc::new(memory));
-        self.page_textures()?;
-        Ok(self)
-    }
-
-    /// Whether all textures fit into their memory.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] where they do not.
-    pub fn check_textures_in_memory(&self) -> Result<(), SceneError> {
-        match &self.texture_cache {
-            Some(memory) if memory.is_exceeded() => Err(SceneError::World(format!(
-                "the textures, which need {}, exceed texture_memory = {}; a job (a video, a data set, workers) sends all \
-                 of them: raise texture_memory, or render picture by picture",
-                mebibytes(memory.requested_bytes.load(Ordering::Relaxed)),
-                mebibytes(memory.limit)
-            ))),
-            _ => Ok(()),
-        }
-    }
-
-    /// Once the images do not fit into the memory for textures: sees to it that all of them lie in its file, and says so.
-    ///
-    /// # Errors
-    /// [`SceneError::Storage`] where the file cannot be written.
-    pub fn page_textures(&mut self) -> Result<(), SceneError> {
-        let Some(memory) = &self.texture_cache else {
-            return Ok(());
-        };
-        if !memory.is_exceeded() {
-            return Ok(());
-        }
-        let mut paged: HashMap<*const Image, Arc<Image>> = HashMap::new();
-        for i in 0..self.textures.len() {
-            let Texture { image, sampler } = &*self.textures[i];
-            if matches!(image.texels, Texels::Paged(_)) {
-                continue;
-            }
-            let (key, sampler) = (Arc::as_ptr(image), *sampler);
-            let image = match paged.get(&key) {
-                Some(known) => known.clone(),
-                None => Arc::new(memory.page_out(image)?),
-            };
-            paged.insert(key, image.clone());
-            self.textures[i] = Arc::new(Texture { image, sampler });
-        }
-        let notice = memory.notice();
-        let new = notice.filter(|notice| !self.notices.contains(notice));
-        self.notices.extend(new);
-        Ok(())
-    }
-}
-
 impl PageInStats {
-    /// What has been read since `before`, in words; nothing where that is nothing.
+    /// The notice of tiles read since `before`; `None` without any.
     pub fn notice_since(&self, before: &Self) -> Option<String> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
         (tiles > 0).then(|| {
@@ -311,7 +171,7 @@ impl PageInStats {
 }
 
 /// A number of bytes as people write it.
-fn mebibytes(bytes: u64) -> String {
+pub(crate) fn mebibytes(bytes: u64) -> String {
     match bytes {
         0..0x10_0000 => format!("{:.1} KiB", bytes as f64 / 1024.0),
         0x10_0000..0x1000_0000_0000 if bytes.is_multiple_of(1 << 20) => {
@@ -321,7 +181,12 @@ fn mebibytes(bytes: u64) -> String {
     }
 }
 
-fn storage_error(folder: &Path, error: &io::Error, what: &str, written: u64) -> SceneError {
+pub(crate) fn storage_error(
+    folder: &Path,
+    error: &io::Error,
+    what: &str,
+    written: u64,
+) -> SceneError {
     SceneError::Storage {
         path: folder.into(),
         number: error.raw_os_error(),

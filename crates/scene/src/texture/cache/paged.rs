@@ -1,20 +1,20 @@
-//! Texels in the temporary file of a [`TextureCache`], looked up tile by tile.
+//! ResidentTexels in the temporary file of a [`TextureCache`], looked up tile by tile.
 
 use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::SceneError;
-use crate::texture::image::{TexelKind, TexelQuad};
-use crate::texture::{Texels, TextureCache};
+use crate::texture::cache::TextureCache;
+use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad};
 
-/// Texels on a side of a tile; those at the right and the bottom have what is left.
+/// ResidentTexels on a side of a tile; those at the right and the bottom have what is left.
 pub(crate) const TILE_SIZE: usize = 64;
 
 /// The texels of an image, or of a level of its mip map, in a file.
 #[derive(Clone, Debug)]
 pub struct PagedTexels {
-    memory: Arc<TextureCache>,
-    /// Of the whole mip map, the image itself first.
+    cache: Arc<TextureCache>,
+    /// Levels of the whole mip map, the image itself first.
     levels: Arc<[Level]>,
     level: usize,
 }
@@ -36,7 +36,7 @@ struct TileLocation {
 
 impl PartialEq for PagedTexels {
     fn eq(&self, other: &Self) -> bool {
-        self.memory.id == other.memory.id && self.current_level() == other.current_level()
+        self.cache.id == other.cache.id && self.current_level() == other.current_level()
     }
 }
 
@@ -57,9 +57,9 @@ impl Level {
 }
 
 impl PagedTexels {
-    pub(crate) fn new(memory: Arc<TextureCache>, levels: Vec<Level>) -> Self {
+    pub(crate) fn new(cache: Arc<TextureCache>, levels: Vec<Level>) -> Self {
         Self {
-            memory,
+            cache,
             levels: levels.into(),
             level: 0,
         }
@@ -75,7 +75,7 @@ impl PagedTexels {
         width * height
     }
 
-    /// Whether there are none: an image has some.
+    /// True if there are none: never, as an image has some.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -113,7 +113,7 @@ impl PagedTexels {
     ///
     /// # Errors
     /// [`SceneError::Storage`] where the file cannot be read.
-    pub(crate) fn read_all(&self) -> Result<Texels, SceneError> {
+    pub(crate) fn read_all(&self) -> Result<ResidentTexels, SceneError> {
         let level = self.current_level();
         let [width, height] = level.size.map(|n| n as usize);
         let texel = level.kind.bytes();
@@ -122,7 +122,7 @@ impl PagedTexels {
         for top in (0..height).step_by(TILE_SIZE) {
             let count = TILE_SIZE.min(height - top) * width;
             rows.resize(count * texel, 0);
-            self.memory
+            self.cache
                 .read(&mut rows, level.offset + (top * width * texel) as u64)?;
             let mut from = &rows[..];
             for left in (0..width).step_by(TILE_SIZE) {
@@ -135,7 +135,7 @@ impl PagedTexels {
                 }
             }
         }
-        Ok(level.kind.texels(&bytes))
+        Ok(level.kind.decode(&bytes))
     }
 }
 
@@ -150,31 +150,33 @@ thread_local! {
 struct ThreadTiles([Option<ThreadTile>; THREAD_TILE_SLOTS]);
 
 struct ThreadTile {
-    memory: u64,
+    cache_id: u64,
     start: u64,
-    texels: Arc<Texels>,
+    texels: Arc<ResidentTexels>,
 }
 
 impl ThreadTiles {
     #[inline]
     fn texel(&mut self, image: &PagedTexels, x: usize, y: usize) -> [f32; 4] {
-        let place = image.current_level().tile(x, y);
-        let inside = y % TILE_SIZE * place.width + x % TILE_SIZE;
-        self.tile(image, &place).linear(inside)
+        let location = image.current_level().tile(x, y);
+        let inside = y % TILE_SIZE * location.width + x % TILE_SIZE;
+        self.tile(image, &location).linear(inside)
     }
 
     #[inline]
-    fn tile(&mut self, image: &PagedTexels, place: &TileLocation) -> &Texels {
-        let memory = image.memory.id;
-        let mixed = (place.start ^ memory).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    fn tile(&mut self, image: &PagedTexels, location: &TileLocation) -> &ResidentTexels {
+        let cache_id = image.cache.id;
+        let mixed = (location.start ^ cache_id).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let slot = &mut self.0[(mixed >> 60) as usize];
         let found = slot
             .take()
-            .filter(|tile| tile.start == place.start && tile.memory == memory);
+            .filter(|tile| tile.start == location.start && tile.cache_id == cache_id);
         let tile = found.unwrap_or_else(|| ThreadTile {
-            memory,
-            start: place.start,
-            texels: image.memory.tile(place.start, image.kind(), place.count),
+            cache_id,
+            start: location.start,
+            texels: image
+                .cache
+                .tile(location.start, image.kind(), location.count),
         });
         &slot.insert(tile).texels
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::texture::Texels;
+use crate::texture::texel::ResidentTexels;
 
 /// Tiles by where they begin in the file.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ pub(crate) struct TileCache {
 #[derive(Debug, Default)]
 struct Shard {
     slots: Vec<CachedTile>,
-    /// Where a tile is in `slots`.
+    /// Index of each tile in `slots`.
     index: HashMap<u64, usize>,
     clock_hand: usize,
     bytes: u64,
@@ -25,13 +25,13 @@ struct Shard {
 #[derive(Debug)]
 struct CachedTile {
     start: u64,
-    tile: Arc<Texels>,
+    tile: Arc<ResidentTexels>,
     bytes: u64,
     /// Since the hand last came by.
     used: bool,
 }
 
-/// What keeping track of a tile takes, besides its texels.
+/// Bookkeeping of a tile besides its texels, in bytes.
 const TILE_OVERHEAD_BYTES: u64 = 160;
 
 impl TileCache {
@@ -46,7 +46,7 @@ impl TileCache {
     }
 
     /// The tile that begins there, if it is in memory.
-    pub fn get(&self, start: u64) -> Option<Arc<Texels>> {
+    pub fn get(&self, start: u64) -> Option<Arc<ResidentTexels>> {
         let mut part = self
             .shard(start)
             .lock()
@@ -58,7 +58,7 @@ impl TileCache {
     }
 
     /// Keeps a tile of so many bytes, in the place of others that have not been used for longer.
-    pub fn insert(&self, start: u64, tile: Arc<Texels>, bytes: u64) {
+    pub fn insert(&self, start: u64, tile: Arc<ResidentTexels>, bytes: u64) {
         let bytes = bytes + TILE_OVERHEAD_BYTES;
         let mut part = self
             .shard(start)
@@ -113,8 +113,8 @@ impl Shard {
 mod tests {
     use super::*;
 
-    fn tile(value: u8) -> Arc<Texels> {
-        Arc::new(Texels::Linear8(vec![[value; 4]]))
+    fn tile(value: u8) -> Arc<ResidentTexels> {
+        Arc::new(ResidentTexels::Linear8(vec![[value; 4]]))
     }
 
     #[test]

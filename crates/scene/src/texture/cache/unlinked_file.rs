@@ -8,15 +8,15 @@ use std::sync::{Mutex, PoisonError};
 /// A file that grows at its end and is read anywhere.
 #[derive(Debug)]
 pub(crate) struct UnlinkedFile {
-    /// Where it was made.
+    /// The folder that it was made in.
     pub folder: PathBuf,
     file: File,
-    /// Where the next bytes go.
+    /// Offset of the next bytes.
     end: Mutex<u64>,
 }
 
-/// Where temporary files go that may be large: where `TMPDIR` says, else to the disk (`/tmp` is memory in many places), else
-/// where the system has them.
+/// Folders for large temporary files: that of `TMPDIR`, else one on the disk (`/tmp` is memory in many places), else
+/// the system's.
 pub(crate) fn folders() -> Vec<PathBuf> {
     match std::env::var_os("TMPDIR") {
         Some(folder) if !folder.is_empty() => vec![folder.into()],
@@ -33,7 +33,7 @@ impl UnlinkedFile {
             let name = format!("raycam-textures-{}-{attempt}", std::process::id());
             let path = folder.join(name);
             match open(&path) {
-                // That of another world of this process, about to lose its name, or left over from another process.
+                // The file of another world of this process, about to lose its name, or left over from another process.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
                     attempt += 1;
                 }

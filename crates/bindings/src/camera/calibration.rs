@@ -8,24 +8,24 @@ use raycam_formats::{Budget, FormatError};
 
 use crate::arrays::rows_of;
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, camera_error, caught};
-use crate::rig::Rig;
+use crate::camera::rig::Rig;
+use crate::error::{IntoPyErr, camera_error, catch_panic};
 
 /// A rotation and a centre.
-type Placed = ([[f64; 3]; 3], [f64; 3]);
+type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
 
 /// A camera as its file has it: what is read is written back to the last bit.
-#[pyclass(frozen, module = "raycam._core")]
-pub(crate) struct Record {
+#[pyclass(frozen, module = "raycam._core", name = "Record")]
+pub(crate) struct PyCameraRecord {
     inner: calibration::CameraRecord,
 }
 
 #[pymethods]
-impl Record {
+impl PyCameraRecord {
     /// The record of a camera; one of a rig with its frame and its name there.
     #[staticmethod]
-    #[pyo3(signature = (name, camera, image, time, on=None))]
-    fn of(
+    #[pyo3(name = "of", signature = (name, camera, image, time, on=None))]
+    fn from_camera(
         name: &str,
         camera: &Camera,
         image: Option<String>,
@@ -51,11 +51,11 @@ impl Record {
         Ok(Self { inner })
     }
 
-    /// Of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
+    /// The mount of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
     /// and the place of the body.
     #[getter]
     #[allow(clippy::type_complexity, reason = "a mount taken apart")]
-    fn mount(&self) -> Option<(&str, &str, &str, Placed, Placed)> {
+    fn mount(&self) -> Option<(&str, &str, &str, RotationCenter, RotationCenter)> {
         let mount = self.inner.mount.as_ref()?;
         let placed = |pose: &Pose| {
             let (r, c) = pose.r_c();
@@ -103,7 +103,7 @@ pub(crate) fn read_cameras(
     format: Option<String>,
     size: Option<[u32; 2]>,
     intrinsics: Option<&Camera>,
-) -> PyResult<(Vec<Record>, Vec<String>)> {
+) -> PyResult<(Vec<PyCameraRecord>, Vec<String>)> {
     let known = ReadHints {
         size,
         intrinsics: intrinsics
@@ -111,9 +111,12 @@ pub(crate) fn read_cameras(
     };
     let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
     let found = py
-        .detach(|| caught(read))?
+        .detach(|| catch_panic(read))?
         .map_err(IntoPyErr::into_py_err)?;
-    let records = found.records.into_iter().map(|inner| Record { inner });
+    let records = found
+        .records
+        .into_iter()
+        .map(|inner| PyCameraRecord { inner });
     Ok((records.collect(), found.notices))
 }
 
@@ -121,12 +124,12 @@ pub(crate) fn read_cameras(
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "two lists")]
 pub(crate) fn write_cameras(
-    records: Vec<PyRef<'_, Record>>,
+    records: Vec<PyRef<'_, PyCameraRecord>>,
     path: PathBuf,
     format: &str,
 ) -> PyResult<(Vec<(String, Vec<u8>)>, Vec<String>)> {
     let records: Vec<_> = records.iter().map(|record| record.inner.clone()).collect();
-    let written = caught(|| calibration::write(&records, &path, format))?;
+    let written = catch_panic(|| calibration::write(&records, &path, format))?;
     let written = written.map_err(IntoPyErr::into_py_err)?;
     Ok((written.files, written.notices))
 }

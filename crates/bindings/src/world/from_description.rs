@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use raycam_formats::{AssetRoot, FormatError};
 use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_value};
-use raycam_scene::{Light, Video, World as Inner};
+use raycam_scene::{Light, World as Inner};
 
-use crate::error::{IntoPyErr, caught};
-use crate::node::node;
-use crate::state::budget;
-use crate::world::World;
+use crate::error::{IntoPyErr, catch_panic};
+use crate::py_value::to_value;
+use crate::world::state::{World, budget};
 
 /// The world of a description, whose files lie in `folder` and nowhere else.
 #[pyfunction]
@@ -19,15 +18,15 @@ pub(crate) fn world_from_dict(
     folder: PathBuf,
     texture_memory: Option<u64>,
 ) -> PyResult<World> {
-    let node = node(description, "")?;
+    let value = to_value(description, "")?;
     let build = || -> Result<Inner, FormatError> {
         let mut files = AssetRoot::new(&folder, &budget(texture_memory));
-        let mut world = from_value::<WorldFile>(&node)?.build(&mut files)?;
+        let mut world = from_value::<WorldFile>(&value)?.build(&mut files)?;
         files.finish_world(&mut world)?;
         Ok(world)
     };
-    let world = description.py().detach(|| caught(build))?;
-    Ok(World::of(
+    let world = description.py().detach(|| catch_panic(build))?;
+    Ok(World::from_inner(
         world.map_err(IntoPyErr::into_py_err)?,
         PathBuf::new(),
     ))
@@ -40,8 +39,9 @@ pub(crate) fn world_add_object(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let spec: ObjectSpec = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.add(description.py(), within, |inner, files| {
+    let spec: ObjectSpec =
+        from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.add_description(description.py(), within, |inner, files| {
         spec.build(inner, files)
     })
 }
@@ -53,8 +53,9 @@ pub(crate) fn world_add_light(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let mut light: Light = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.add(description.py(), within, |inner, files| {
+    let mut light: Light =
+        from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.add_description(description.py(), within, |inner, files| {
         light.read(files)?;
         Ok(inner.add_light(light)?)
     })
@@ -63,16 +64,17 @@ pub(crate) fn world_add_light(
 /// Gives the world a `[video]`, or another one.
 #[pyfunction]
 pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
-    let spec: VideoSpec = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.change(|inner| {
-        inner.video = Some(Video::new(&spec, inner).map_err(IntoPyErr::into_py_err)?);
+    let spec: VideoSpec =
+        from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.modify(|inner| {
+        inner.video = Some(spec.build(inner).map_err(IntoPyErr::into_py_err)?);
         Ok(())
     })
 }
 
 impl World {
     /// Adds what a description says, while other threads of Python run.
-    fn add<T: Send>(
+    fn add_description<T: Send>(
         &self,
         py: Python<'_>,
         within: Option<PathBuf>,
@@ -90,6 +92,6 @@ impl World {
             files.finish_world(inner).map_err(IntoPyErr::into_py_err)?;
             Ok(added)
         };
-        py.detach(|| self.change(change))
+        py.detach(|| self.modify(change))
     }
 }

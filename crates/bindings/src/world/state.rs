@@ -1,4 +1,4 @@
-//! What a world of Python holds: the world as written, and what has been built of it.
+//! The state of a world of Python: the world as written, and what has been built of it.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,17 +8,25 @@ use raycam_formats::Budget;
 use raycam_render::PreparedWorld;
 use raycam_scene::{SceneError, World as Inner};
 
-use crate::error::{IntoPyErr, caught};
-use crate::watch::watched;
-use crate::world::World;
+use crate::error::{IntoPyErr, catch_panic};
+use crate::interruptible::run_interruptible;
 
 /// A world as written, and as it was last prepared.
 #[derive(Clone, Default)]
-pub(crate) struct State {
+pub(crate) struct WorldState {
     pub(crate) world: Arc<Inner>,
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
-    /// Whether `prepared` is of `world` as it is now.
-    pub(crate) current: bool,
+    /// True if `prepared` is of `world` as it is now.
+    pub(crate) is_current: bool,
+}
+
+/// A world.
+#[pyclass(frozen, module = "raycam._core")]
+pub(crate) struct World {
+    /// Locked only while the GIL is held, and never for long: a fork finds it free.
+    pub(crate) state: Mutex<WorldState>,
+    /// The folder that relative file names refer to; empty for the current one.
+    pub(crate) folder: PathBuf,
 }
 
 /// The budget of a world whose textures may take so many bytes of memory.
@@ -27,10 +35,10 @@ pub(crate) fn budget(texture_memory: Option<u64>) -> Budget {
 }
 
 impl World {
-    pub(crate) fn of(world: Inner, folder: PathBuf) -> Self {
-        let state = State {
+    pub(crate) fn from_inner(world: Inner, folder: PathBuf) -> Self {
+        let state = WorldState {
             world: Arc::new(world),
-            ..State::default()
+            ..WorldState::default()
         };
         Self {
             state: Mutex::new(state),
@@ -38,7 +46,7 @@ impl World {
         }
     }
 
-    pub(crate) fn state(&self) -> MutexGuard<'_, State> {
+    pub(crate) fn state(&self) -> MutexGuard<'_, WorldState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -49,7 +57,7 @@ impl World {
 
     /// Changes the world; when that fails, it is as before. `change` must not need the GIL, which others may hold while they
     /// wait for it to end.
-    pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+    pub(crate) fn modify<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         let mut state = self.state();
         let world = Arc::make_mut(&mut state.world);
         let before = [
@@ -62,7 +70,7 @@ impl World {
             world.rigs.len(),
             world.notices.len(),
         ];
-        let changed = caught(|| change(world)).and_then(|result| result);
+        let changed = catch_panic(|| change(world)).and_then(|result| result);
         if changed.is_err() {
             let [
                 meshes,
@@ -83,24 +91,24 @@ impl World {
             world.rigs.truncate(rigs);
             world.notices.truncate(notices);
         } else {
-            state.current = false;
+            state.is_current = false;
         }
         changed
     }
 
     /// A world made of this one, which shares what is built.
-    pub(crate) fn changed(
+    pub(crate) fn derive(
         &self,
         change: impl FnOnce(&Inner) -> Result<Inner, SceneError>,
     ) -> PyResult<Self> {
-        let State {
+        let WorldState {
             world, prepared, ..
         } = self.state().clone();
-        let changed = caught(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
-        let state = State {
+        let changed = catch_panic(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
+        let state = WorldState {
             world: Arc::new(changed),
             prepared,
-            current: false,
+            is_current: false,
         };
         Ok(Self {
             state: Mutex::new(state),
@@ -123,15 +131,15 @@ impl World {
         py: Python<'_>,
         threads: Option<usize>,
     ) -> PyResult<(Arc<Inner>, Arc<PreparedWorld>)> {
-        let State {
+        let WorldState {
             world,
             prepared,
-            current,
+            is_current,
         } = self.state().clone();
-        if let Some(prepared) = prepared.clone().filter(|_| current) {
+        if let Some(prepared) = prepared.clone().filter(|_| is_current) {
             return Ok((world, prepared));
         }
-        let built = watched(py, None, |control| {
+        let built = run_interruptible(py, None, |control| {
             PreparedWorld::new(&world, prepared.as_deref(), threads, control)
         })?;
         let built = Arc::new(built);
@@ -139,7 +147,7 @@ impl World {
         // Another thread may have changed the world meanwhile.
         if Arc::ptr_eq(&state.world, &world) {
             state.prepared = Some(built.clone());
-            state.current = true;
+            state.is_current = true;
         }
         Ok((world, built))
     }

@@ -9,17 +9,17 @@ use raycam_render::{Control, RenderError};
 use crate::error::{IntoPyErr, from_panic, raycam_error};
 
 /// How long Ctrl-C and the progress bar may wait.
-const INTERVAL: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Runs `work` while looking for signals and telling `progress(done, total)` how far it is. An exception of either
 /// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised.
-pub(crate) fn watched<T: Send>(
+pub(crate) fn run_interruptible<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
     work: impl FnOnce(&Control) -> Result<T, RenderError> + Send,
 ) -> PyResult<T> {
     let control = Control::new();
-    let look = || {
+    let poll = || {
         Python::attach(|py| {
             py.check_signals()?;
             match (progress, control.total()) {
@@ -40,11 +40,11 @@ pub(crate) fn watched<T: Send>(
             });
             let mut stopped = None;
             let result = loop {
-                match receiver.recv_timeout(INTERVAL) {
+                match receiver.recv_timeout(POLL_INTERVAL) {
                     Ok(result) => break Some(result),
                     Err(RecvTimeoutError::Disconnected) => break None,
                     Err(RecvTimeoutError::Timeout) if stopped.is_none() => {
-                        if let Err(error) = look() {
+                        if let Err(error) = poll() {
                             control.cancel();
                             stopped = Some(error);
                         }
@@ -61,7 +61,7 @@ pub(crate) fn watched<T: Send>(
             let result =
                 result.ok_or_else(|| raycam_error("the work ended without a result".into()))?;
             let value = result.map_err(IntoPyErr::into_py_err)?;
-            look()?;
+            poll()?;
             Ok(value)
         })
     })

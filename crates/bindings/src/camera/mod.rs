@@ -1,5 +1,8 @@
 //! Cameras.
 
+pub(crate) mod calibration;
+pub(crate) mod rig;
+
 use glam::{DMat4, DVec2};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -8,7 +11,7 @@ use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
 use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
 use crate::error::{IntoPyErr, camera_error};
-use crate::node::node;
+use crate::py_value::to_value;
 
 /// "z" or "y".
 pub(crate) fn up(name: &str) -> PyResult<Up> {
@@ -41,8 +44,8 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
     }
 }
 
-/// What a constructor gives.
-fn made(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
+/// Wraps the result of a constructor.
+fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
     camera
         .map(|inner| Camera { inner })
         .map_err(IntoPyErr::into_py_err)
@@ -54,7 +57,7 @@ type Vector = [f64; 3];
 /// A camera.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Camera {
-    /// What it wraps.
+    /// The camera of `raycam-scene`.
     pub(crate) inner: camera::Camera,
 }
 
@@ -69,7 +72,7 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        made(camera::Camera::new(
+        wrap(camera::Camera::new(
             matrix3(k),
             matrix3(r),
             vector(c),
@@ -80,7 +83,7 @@ impl Camera {
 
     #[staticmethod]
     fn from_matrix(p: [[f64; 4]; 3], size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
-        made(camera::Camera::from_matrix(
+        wrap(camera::Camera::from_matrix(
             p,
             size,
             self::pixel_center(pixel_center)?,
@@ -98,7 +101,7 @@ impl Camera {
     ) -> PyResult<Self> {
         let [roll, pitch, yaw] = roll_pitch_yaw;
         let (up, center) = (self::up(up)?, self::pixel_center(pixel_center)?);
-        made(camera::Camera::from_pose(
+        wrap(camera::Camera::from_pose(
             vector(location),
             roll,
             pitch,
@@ -120,7 +123,7 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        made(camera::Camera::look_at(
+        wrap(camera::Camera::look_at(
             vector(eye),
             vector(target),
             vector(up),
@@ -139,7 +142,7 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        made(camera::Camera::from_opencv(
+        wrap(camera::Camera::from_opencv(
             matrix3(k),
             vector(rvec),
             vector(t),
@@ -157,14 +160,14 @@ impl Camera {
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
         let pose = DMat4::from_cols_array_2d(&world_from_camera).transpose();
-        made(camera::Camera::from_opengl(matrix3(k), pose, size, center))
+        wrap(camera::Camera::from_opengl(matrix3(k), pose, size, center))
     }
 
     /// The same camera with a lens.
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
         let model = LensModel::from_name(model).map_err(IntoPyErr::into_py_err)?;
         let lens = Lens::new(model, &distortion).map_err(IntoPyErr::into_py_err)?;
-        made(self.inner.clone().with_lens(lens))
+        wrap(self.inner.clone().with_lens(lens))
     }
 
     /// A camera of one of COLMAP's models, at a pose.
@@ -183,7 +186,7 @@ impl Camera {
         k.z_axis += DVec2::splat(center.offset() - 0.5).extend(0.0);
         let (r, t) = (matrix3(r), vector(t));
         let pinhole = camera::Camera::new(k, r, -(r.transpose() * t), size, center);
-        made(pinhole.and_then(|camera| camera.with_lens(lens)))
+        wrap(pinhole.and_then(|camera| camera.with_lens(lens)))
     }
 
     /// The name and the parameters of the COLMAP model that it is.
@@ -291,8 +294,8 @@ impl Camera {
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: CameraSpec =
-            from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
-        made(spec.build(self::up(up)?))
+            from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        wrap(spec.build(self::up(up)?))
     }
 
     /// Its description, to the last digit, as JSON.
@@ -303,15 +306,15 @@ impl Camera {
 
     /// The same camera elsewhere.
     fn at_pose(&self, r: Matrix3, c: Vector) -> PyResult<Self> {
-        made(self.inner.at_pose(matrix3(r), vector(c)))
+        wrap(self.inner.at_pose(matrix3(r), vector(c)))
     }
 
     /// The same camera with other intrinsics.
     fn with_intrinsics(&self, k: Matrix3, size: [u32; 2]) -> PyResult<Self> {
-        made(self.inner.with_intrinsics(matrix3(k), size))
+        wrap(self.inner.with_intrinsics(matrix3(k), size))
     }
 
-    /// Where rays come from: "point", "plane" or "infinity".
+    /// The origin of rays: "point", "plane" or "infinity".
     #[getter]
     fn center(&self) -> &'static str {
         match self.inner.center() {

@@ -18,7 +18,7 @@ pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]
         Some(object) => world.objects.get(object..=object).unwrap_or_default(),
         None => &world.objects,
     };
-    each(world, objects, of_object)
+    flat_map_objects(world, objects, of_object)
 }
 
 /// Instance and triangle.
@@ -38,7 +38,7 @@ pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
 /// the middle.
 pub(crate) fn colors(world: &World) -> Vec<Rgb> {
     let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-    each(world, &world.objects, |object, mesh| {
+    flat_map_objects(world, &world.objects, |object, mesh| {
         let color = |(t, corners): (usize, &[u32; 3])| {
             let slot = mesh
                 .material_slots
@@ -65,8 +65,12 @@ pub(crate) fn colors(world: &World) -> Vec<Rgb> {
     })
 }
 
-/// What `f` says of each of these objects, one after the other.
-fn each<T>(world: &World, objects: &[Object], f: impl Fn(&Object, &Mesh) -> Vec<T>) -> Vec<T> {
+/// The concatenated results of `f` for each of these objects.
+fn flat_map_objects<T>(
+    world: &World,
+    objects: &[Object],
+    f: impl Fn(&Object, &Mesh) -> Vec<T>,
+) -> Vec<T> {
     objects
         .iter()
         .flat_map(|object| f(object, &world.meshes[object.mesh]))

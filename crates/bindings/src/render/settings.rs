@@ -1,18 +1,18 @@
-//! What is asked of a picture.
+//! The arguments of a render.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::{Filter, Integrator, Settings, TruthSurface};
 use raycam_scene::ViewTransform;
-use raycam_scene::schema::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
+use raycam_scene::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
 use crate::error::settings_error;
-use crate::frame::channel;
+use crate::render::frame::channel;
 
 /// A dict of everything that [`Settings`] holds, with names for the members of enums.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Request {
+pub(crate) struct RenderArguments {
     integrator: String,
     samples: u32,
     noise: Option<f32>,
@@ -30,7 +30,7 @@ pub(crate) struct Request {
     threads: Option<usize>,
 }
 
-impl Request {
+impl RenderArguments {
     /// As `render` wants it.
     pub(crate) fn settings(&self) -> PyResult<Settings> {
         let unknown = |what, name: &str| settings_error(format!("unknown {what} {name:?}"));
@@ -72,9 +72,12 @@ impl Request {
     }
 }
 
-/// What `[render]` of a world file says, and nothing that it does not.
-pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound<'py, PyDict>> {
-    fn put<'py>(
+/// `[render]` of a world file as a dict of the keys that are given.
+pub(crate) fn render_section_dict<'py>(
+    py: Python<'py>,
+    options: &RenderOptions,
+) -> PyResult<Bound<'py, PyDict>> {
+    fn set_item<'py>(
         dict: &Bound<'py, PyDict>,
         key: &str,
         value: Option<impl IntoPyObject<'py>>,
@@ -82,34 +85,34 @@ pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound
         value.map_or(Ok(()), |value| dict.set_item(key, value))
     }
     let dict = PyDict::new(py);
-    put(
+    set_item(
         &dict,
         "integrator",
-        spec.integrator.map(IntegratorName::name),
+        options.integrator.map(IntegratorName::name),
     )?;
-    put(&dict, "max_depth", spec.max_depth)?;
-    put(&dict, "clamp", spec.clamp)?;
-    put(&dict, "samples", spec.samples)?;
-    put(&dict, "noise", spec.noise)?;
-    put(&dict, "time", spec.time)?;
-    put(
+    set_item(&dict, "max_depth", options.max_depth)?;
+    set_item(&dict, "clamp", options.clamp)?;
+    set_item(&dict, "samples", options.samples)?;
+    set_item(&dict, "noise", options.noise_threshold)?;
+    set_item(&dict, "time", options.time_limit)?;
+    set_item(
         &dict,
         "filter",
-        spec.filter.map(|name| match name {
+        options.filter.map(|name| match name {
             FilterName::Box => "box",
             FilterName::BlackmanHarris => "blackman-harris",
         }),
     )?;
-    put(&dict, "seed", spec.seed)?;
-    put(&dict, "threads", spec.threads)?;
-    match spec.ambient_occlusion {
+    set_item(&dict, "seed", options.seed)?;
+    set_item(&dict, "threads", options.threads)?;
+    match options.ambient_occlusion {
         Some(AmbientOcclusion::Switch(on)) => dict.set_item("ambient_occlusion", on)?,
         Some(AmbientOcclusion::Distance(distance)) => {
             dict.set_item("ambient_occlusion", distance)?
         }
         None => {}
     }
-    put(&dict, "exposure", spec.exposure)?;
-    put(&dict, "view", spec.view.map(ViewTransform::name))?;
+    set_item(&dict, "exposure", options.exposure)?;
+    set_item(&dict, "view", options.view.map(ViewTransform::name))?;
     Ok(dict)
 }

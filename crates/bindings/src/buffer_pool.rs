@@ -10,42 +10,42 @@ use pyo3::types::{PyDict, PySlice};
 use raycam_render::{Channel, OutputPlane, PixelType, PlaneData, zeroed_huge};
 
 /// The most bytes that are kept.
-const MOST: usize = 256 << 20;
-/// What none of so many pictures in a row has needed is given back.
-const PICTURES: u64 = 8;
+const MAX_BYTES: usize = 256 << 20;
+/// Renders in a row that need not use an array before it is freed.
+const MAX_IDLE_RENDERS: u64 = 8;
 /// Planes of fewer bytes are not worth it.
-const LEAST: usize = 1 << 15;
+const MIN_BYTES: usize = 1 << 15;
 
 /// Bytes of a line of the cache: planes begin with one, and whole lines are written fastest.
-const LINE: usize = 64;
+const CACHE_LINE: usize = 64;
 
 /// The values of a plane, in a row, and a line more. What Python holds is a view of it, which keeps it.
-enum Owner {
+enum PooledArray {
     F32(Py<PyArray1<f32>>),
     F64(Py<PyArray1<f64>>),
     I32(Py<PyArray1<i32>>),
 }
 
 /// An array, and when it was last used.
-struct Kept {
-    owner: Owner,
+struct PoolEntry {
+    array: PooledArray,
     values: usize,
-    picture: u64,
+    render: u64,
 }
 
 #[derive(Default)]
-struct Stock {
-    kept: Vec<Kept>,
-    pictures: u64,
+struct BufferPool {
+    entries: Vec<PoolEntry>,
+    renders: u64,
 }
 
 /// Locked only while the GIL is held, and never for long: a fork finds it free. Nothing is made meanwhile that Python owns:
 /// that may run its code (an import, a garbage collector), which lets other threads run, and these would wait here for ever.
-static STOCK: Mutex<Option<Stock>> = Mutex::new(None);
+static POOL: Mutex<Option<BufferPool>> = Mutex::new(None);
 
-impl Owner {
+impl PooledArray {
     fn zeros(py: Python<'_>, kind: PixelType, values: usize) -> Self {
-        let count = values + LINE / bytes(kind, 1);
+        let count = values + CACHE_LINE / bytes(kind, 1);
         match kind {
             PixelType::F32 => Self::F32(zeroed_huge(count).into_pyarray(py).unbind()),
             PixelType::F64 => Self::F64(zeroed_huge(count).into_pyarray(py).unbind()),
@@ -61,9 +61,9 @@ impl Owner {
         }
     }
 
-    /// Whether nobody else has it, nor a view of it.
-    #[expect(deprecated, reason = "what is to take its place is unsafe")]
-    fn is_idle(&self, py: Python<'_>) -> bool {
+    /// True if nothing else references it, nor a view of it.
+    #[expect(deprecated, reason = "what is to acquire its place is unsafe")]
+    fn is_unreferenced(&self, py: Python<'_>) -> bool {
         let holders = match self {
             Self::F32(array) => array.get_refcnt(py),
             Self::F64(array) => array.get_refcnt(py),
@@ -85,9 +85,9 @@ fn bytes(kind: PixelType, values: usize) -> usize {
     values * if kind == PixelType::F64 { 8 } else { 4 }
 }
 
-/// Where a plane of so many values lies in its array.
-fn within<T>(start: *const T, values: usize) -> Range<usize> {
-    let first = start.align_offset(LINE);
+/// The range of a plane in its array that begins at a cache line.
+fn aligned_range<T>(start: *const T, values: usize) -> Range<usize> {
+    let first = start.align_offset(CACHE_LINE);
     first..first + values
 }
 
@@ -99,78 +99,78 @@ fn view<'py, T: Element>(
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
     let array = array.bind(py);
-    let Range { start, end } = within(array.data(), values);
+    let Range { start, end } = aligned_range(array.data(), values);
     let part = PySlice::new(py, start.cast_signed(), end.cast_signed(), 1);
     let plane = array.get_item(part)?.cast_into::<PyArray1<T>>()?;
     Ok(plane.reshape(shape)?.into_any())
 }
 
-impl Stock {
+impl BufferPool {
     /// Begins a picture; returns what is not kept any longer.
-    fn begin(&mut self) -> Vec<Kept> {
-        self.pictures += 1;
-        let oldest = self.pictures.saturating_sub(PICTURES);
-        let old = |kept: &mut Kept| kept.picture < oldest;
-        self.kept.extract_if(.., old).collect()
+    fn begin_render(&mut self) -> Vec<PoolEntry> {
+        self.renders += 1;
+        let oldest = self.renders.saturating_sub(MAX_IDLE_RENDERS);
+        let old = |entry: &mut PoolEntry| entry.render < oldest;
+        self.entries.extract_if(.., old).collect()
     }
 
     /// An idle array, if there is one.
-    fn take(&mut self, py: Python<'_>, kind: PixelType, values: usize) -> Option<Owner> {
-        let fits = |kept: &Kept| {
-            kept.values == values && kept.owner.kind() == kind && kept.owner.is_idle(py)
+    fn acquire(&mut self, py: Python<'_>, kind: PixelType, values: usize) -> Option<PooledArray> {
+        let fits = |entry: &PoolEntry| {
+            entry.values == values && entry.array.kind() == kind && entry.array.is_unreferenced(py)
         };
-        let at = self.kept.iter().position(fits)?;
-        Some(self.kept.swap_remove(at).owner)
+        let at = self.entries.iter().position(fits)?;
+        Some(self.entries.swap_remove(at).array)
     }
 
     /// Keeps the arrays of a picture; returns what is too much, the oldest first.
-    fn keep(&mut self, py: Python<'_>, planes: &[ImagePlane]) -> Vec<Kept> {
-        let picture = self.pictures;
-        self.kept.extend(planes.iter().filter_map(|plane| {
-            let size = bytes(plane.owner.kind(), plane.values);
-            (size >= LEAST).then(|| Kept {
-                owner: plane.owner.clone_ref(py),
+    fn retain(&mut self, py: Python<'_>, planes: &[ImagePlane]) -> Vec<PoolEntry> {
+        let render = self.renders;
+        self.entries.extend(planes.iter().filter_map(|plane| {
+            let size = bytes(plane.array.kind(), plane.values);
+            (size >= MIN_BYTES).then(|| PoolEntry {
+                array: plane.array.clone_ref(py),
                 values: plane.values,
-                picture,
+                render,
             })
         }));
-        self.kept.sort_by_key(|kept| kept.picture);
-        let mut all: usize = self.kept.iter().map(Kept::bytes).sum();
+        self.entries.sort_by_key(|entry| entry.render);
+        let mut all: usize = self.entries.iter().map(PoolEntry::bytes).sum();
         let mut first = 0;
-        while all > MOST {
-            all -= self.kept[first].bytes();
+        while all > MAX_BYTES {
+            all -= self.entries[first].bytes();
             first += 1;
         }
-        self.kept.drain(..first).collect()
+        self.entries.drain(..first).collect()
     }
 }
 
-impl Kept {
+impl PoolEntry {
     fn bytes(&self) -> usize {
-        bytes(self.owner.kind(), self.values)
+        bytes(self.array.kind(), self.values)
     }
 }
 
 /// A plane that is to be written.
 struct ImagePlane {
     channel: Channel,
-    owner: Owner,
+    array: PooledArray,
     values: usize,
     zero: bool,
 }
 
 /// The planes of a picture that is to be rendered.
-pub(crate) struct Planes(Vec<ImagePlane>);
+pub(crate) struct OutputPlanes(Vec<ImagePlane>);
 
-impl Planes {
+impl OutputPlanes {
     /// Planes of so many pixels: used ones, where there are some, or new ones.
     pub fn new(py: Python<'_>, channels: &[Channel], pixels: usize) -> Self {
-        let mut lock = STOCK.lock().unwrap_or_else(PoisonError::into_inner);
-        let stock = lock.get_or_insert_default();
-        let dropped = stock.begin();
+        let mut lock = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+        let pool = lock.get_or_insert_default();
+        let dropped = pool.begin_render();
         let wanted = channels.iter().map(|&channel| {
             let (kind, values) = (channel.pixel_type(), pixels * channel.components());
-            (channel, values, stock.take(py, kind, values))
+            (channel, values, pool.acquire(py, kind, values))
         });
         let wanted: Vec<_> = wanted.collect();
         drop(lock);
@@ -181,7 +181,7 @@ impl Planes {
                 channel,
                 values,
                 zero: used.is_none(),
-                owner: used.unwrap_or_else(|| Owner::zeros(py, channel.pixel_type(), values)),
+                array: used.unwrap_or_else(|| PooledArray::zeros(py, channel.pixel_type(), values)),
             });
         Self(planes.collect())
     }
@@ -192,7 +192,7 @@ impl Planes {
         py: Python<'_>,
         write: impl FnOnce(Vec<OutputPlane<'_>>) -> PyResult<T>,
     ) -> PyResult<T> {
-        enum Open<'py> {
+        enum PlaneGuard<'py> {
             F32(PyReadwriteArray1<'py, f32>),
             F64(PyReadwriteArray1<'py, f64>),
             I32(PyReadwriteArray1<'py, i32>),
@@ -208,14 +208,14 @@ impl Planes {
             values: usize,
         ) -> PyResult<&'a mut [T]> {
             let all = array.as_slice_mut()?;
-            let part = within(all.as_ptr(), values);
+            let part = aligned_range(all.as_ptr(), values);
             Ok(&mut all[part])
         }
         let opened = self.0.iter().map(|plane| {
-            Ok(match &plane.owner {
-                Owner::F32(array) => Open::F32(open(py, array)?),
-                Owner::F64(array) => Open::F64(open(py, array)?),
-                Owner::I32(array) => Open::I32(open(py, array)?),
+            Ok(match &plane.array {
+                PooledArray::F32(array) => PlaneGuard::F32(open(py, array)?),
+                PooledArray::F64(array) => PlaneGuard::F64(open(py, array)?),
+                PooledArray::I32(array) => PlaneGuard::I32(open(py, array)?),
             })
         });
         let mut opened = opened.collect::<PyResult<Vec<_>>>()?;
@@ -223,9 +223,9 @@ impl Planes {
             Ok(OutputPlane {
                 channel: plane.channel,
                 values: match open {
-                    Open::F32(array) => PlaneData::F32(part(array, plane.values)?),
-                    Open::F64(array) => PlaneData::F64(part(array, plane.values)?),
-                    Open::I32(array) => PlaneData::I32(part(array, plane.values)?),
+                    PlaneGuard::F32(array) => PlaneData::F32(part(array, plane.values)?),
+                    PlaneGuard::F64(array) => PlaneData::F64(part(array, plane.values)?),
+                    PlaneGuard::I32(array) => PlaneData::I32(part(array, plane.values)?),
                 },
                 zero: plane.zero,
             })
@@ -233,9 +233,9 @@ impl Planes {
         write(targets.collect::<PyResult<_>>()?)
     }
 
-    /// What Python gets: arrays [height, width] or [height, width, components] by name. Once nobody holds them any more,
+    /// The arrays for Python by name, [height, width] or [height, width, components]. Once Python references them no more,
     /// others get their memory.
-    pub fn give<'py>(
+    pub fn into_arrays<'py>(
         self,
         py: Python<'py>,
         [height, width]: [usize; 2],
@@ -244,15 +244,15 @@ impl Planes {
         for plane in &self.0 {
             let shape = [height, width, plane.channel.components()];
             let shape = &shape[..if shape[2] == 1 { 2 } else { 3 }];
-            let pixels = match &plane.owner {
-                Owner::F32(array) => view(py, array, plane.values, shape)?,
-                Owner::F64(array) => view(py, array, plane.values, shape)?,
-                Owner::I32(array) => view(py, array, plane.values, shape)?,
+            let pixels = match &plane.array {
+                PooledArray::F32(array) => view(py, array, plane.values, shape)?,
+                PooledArray::F64(array) => view(py, array, plane.values, shape)?,
+                PooledArray::I32(array) => view(py, array, plane.values, shape)?,
             };
             dict.set_item(plane.channel.name(), pixels)?;
         }
-        let mut lock = STOCK.lock().unwrap_or_else(PoisonError::into_inner);
-        let dropped = lock.get_or_insert_default().keep(py, &self.0);
+        let mut lock = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+        let dropped = lock.get_or_insert_default().retain(py, &self.0);
         drop(lock);
         drop(dropped);
         Ok(dict)

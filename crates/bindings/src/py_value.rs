@@ -12,12 +12,12 @@ use raycam_scene::schema::{Entry, SpannedValue, Value};
 use crate::error::world_error;
 
 /// Deeper descriptions mean nothing, and a list may contain itself.
-const DEEPEST: usize = 16;
-/// Where an array of uint8 is sRGB.
-const COLORS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
+const MAX_DEPTH: usize = 16;
+/// Keys whose arrays of uint8 are sRGB.
+const SRGB_KEYS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
 
 /// The node of any Python value; `path` names it in errors.
-pub(crate) fn node(value: &Bound<'_, PyAny>, path: &str) -> PyResult<SpannedValue> {
+pub(crate) fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<SpannedValue> {
     convert(value, path, 0).map(SpannedValue::from)
 }
 
@@ -26,8 +26,8 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         let colon = if path.is_empty() { "" } else { ": " };
         Err(world_error(format!("{path}{colon}{message}")))
     };
-    if depth > DEEPEST {
-        return fail(format!("nested more than {DEEPEST} deep"));
+    if depth > MAX_DEPTH {
+        return fail(format!("nested more than {MAX_DEPTH} deep"));
     }
     if value.is_none() {
         return Ok(Value::Null);
@@ -48,7 +48,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         return Ok(Value::String(v.to_str()?.to_owned()));
     }
     if let Ok(array) = value.cast::<PyUntypedArray>() {
-        return of_array(array, path);
+        return array_value(array, path);
     }
     if let Ok(dict) = value.cast::<PyDict>() {
         let mut entries = Vec::with_capacity(dict.len());
@@ -98,11 +98,11 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
     ))
 }
 
-fn of_array(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
+fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
     let shape = array.shape().to_vec();
     let kind = array.dtype().kind();
     let last = path.rsplit('.').next().unwrap_or(path);
-    if COLORS.contains(&last)
+    if SRGB_KEYS.contains(&last)
         && let Ok(bytes) = array.cast::<PyArrayDyn<u8>>()
     {
         let linear = |v| f64::from(color::linear_from_srgb8([v; 3])[0]);

@@ -1,45 +1,39 @@
 //! Worlds: built, asked, prepared once and rendered.
 
+pub(crate) mod bundle;
+pub(crate) mod from_description;
+mod light;
+pub(crate) mod rigs;
+pub(crate) mod state;
+mod triangles;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::annotations::ray_queries;
-use raycam_render::{checked_region, render_into};
-use raycam_scene::video::WorldTime;
+use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner};
 
-use crate::arrays::{Floats, array, hit_arrays, rows};
+use crate::arrays::{Floats, array};
 use crate::camera::{Camera, up, up_name};
-use crate::error::{IntoPyErr, caught, world_error};
-use crate::frame::Parts;
-use crate::light::light_dict;
-use crate::settings::Request;
-use crate::state::{State, budget};
-use crate::stock::Planes;
-use crate::triangles;
-use crate::watch::watched;
+use crate::error::{IntoPyErr, catch_panic, world_error};
+use crate::render::frame::FrameParts;
+use crate::render::settings::RenderArguments;
+use crate::render::{self, RayOptions};
+use crate::world::light::light_dict;
+use crate::world::state::{World, budget};
 
-/// A world.
-#[pyclass(frozen, module = "raycam._core")]
-pub(crate) struct World {
-    /// Locked only while the GIL is held, and never for long: a fork finds it free.
-    pub(crate) state: Mutex<State>,
-    /// Where the names of files start that a program gives: empty for wherever it is at work then.
-    pub(crate) folder: PathBuf,
-}
-
-/// What a world holds, for `objects`: name, category, mesh, triangles, world_from_mesh.
+/// An object, for `objects`: name, category, mesh, triangles, world_from_mesh.
 type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4]);
 
 #[pymethods]
 impl World {
     #[new]
     fn new(up: &str, folder: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
-        Ok(Self::of(
+        Ok(Self::from_inner(
             Inner {
                 up: self::up(up)?,
                 texture_cache: texture_memory.map(TextureCache::new).map(Arc::new),
@@ -52,15 +46,15 @@ impl World {
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
         let budget = budget(texture_memory);
-        let world = py.detach(|| caught(|| raycam_formats::load(&path, &budget)))?;
-        Ok(Self::of(
+        let world = py.detach(|| catch_panic(|| raycam_formats::load(&path, &budget)))?;
+        Ok(Self::from_inner(
             world.map_err(IntoPyErr::into_py_err)?,
             PathBuf::new(),
         ))
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
-        self.change(|world| Ok(world.add_camera(name, camera.inner.clone())))
+        self.modify(|world| Ok(world.add_camera(name, camera.inner.clone())))
     }
 
     #[getter]
@@ -75,7 +69,7 @@ impl World {
 
     /// Puts what another reader has to say in the place of what is there.
     fn set_notices(&self, notices: Vec<String>) -> PyResult<()> {
-        self.change(|world| {
+        self.modify(|world| {
             world.notices = notices;
             Ok(())
         })
@@ -190,10 +184,10 @@ impl World {
         Ok(Camera { inner })
     }
 
-    /// What `[render]` says, by the names of `raycam.render`.
+    /// `[render]` by the names of `raycam.render`.
     #[getter]
     fn render_settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        crate::settings::written(py, &self.snapshot().render)
+        crate::render::settings::written(py, &self.snapshot().render)
     }
 
     /// (fps, seconds, frames) of `[video]`.
@@ -222,7 +216,7 @@ impl World {
     /// The world at a time of an animation (the first) and of its video; it shares what is built.
     #[pyo3(signature = (time, animation))]
     fn at(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
-        self.changed(|world| world.at_time(WorldTime { time, animation }))
+        self.derive(|world| world.at_time(WorldTime { time, animation }))
     }
 
     /// (name, seconds) of each animation.
@@ -247,7 +241,7 @@ impl World {
 
     /// The world in the materials of a variant; it shares what is built.
     fn with_variant(&self, name: &str) -> PyResult<Self> {
-        self.changed(|world| world.with_variant(name))
+        self.derive(|world| world.with_variant(name))
     }
 
     /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all.
@@ -258,7 +252,7 @@ impl World {
         object: Option<usize>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let world = self.snapshot();
-        let corners = py.detach(|| caught(|| triangles::corners(&world, object)))?;
+        let corners = py.detach(|| catch_panic(|| triangles::corners(&world, object)))?;
         let n = corners.len();
         array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])
     }
@@ -273,7 +267,7 @@ impl World {
     /// One linear colour [n, 3] a triangle.
     fn triangle_colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let world = self.snapshot();
-        let colors = py.detach(|| caught(|| triangles::colors(&world)))?;
+        let colors = py.detach(|| catch_panic(|| triangles::colors(&world)))?;
         let n = colors.len();
         array(py, colors.into_flattened(), &[n, 3])
     }
@@ -293,22 +287,10 @@ impl World {
         &self,
         py: Python<'py>,
         camera: &Camera,
-        request: Request,
+        request: RenderArguments,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Parts<'py>> {
-        let settings = request.settings()?;
-        let (world, prepared) = self.prepared_world(py, settings.threads)?;
-        let room = checked_region(&camera.inner, &settings);
-        let ([_, _, width, height], pixels) = room.map_err(IntoPyErr::into_py_err)?;
-        let planes = Planes::new(py, &settings.channels, pixels);
-        let (region, notices) = planes.write(py, |targets| {
-            watched(py, progress.as_ref(), |control| {
-                let camera = &camera.inner;
-                render_into(&world, &prepared, camera, &settings, control, targets)
-            })
-        })?;
-        let planes = planes.give(py, [height as usize, width as usize])?;
-        Ok((planes, region.into(), notices))
+    ) -> PyResult<FrameParts<'py>> {
+        render::render(py, self, camera, &request, progress.as_ref())
     }
 
     #[pyo3(signature = (origins, directions, coherent, threads))]
@@ -320,12 +302,8 @@ impl World {
         coherent: Option<bool>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
-        let prepared = self.prepared(py, threads)?;
-        let hits = watched(py, None, |control| {
-            ray_queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
-        })?;
-        hit_arrays(py, hits)
+        let options = RayOptions { coherent, threads };
+        render::cast_rays(py, self, &origins, &directions, options)
     }
 
     #[pyo3(signature = (origins, directions, t_max, coherent, threads))]
@@ -338,14 +316,7 @@ impl World {
         coherent: Option<bool>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
-        let t_max = rows::<f64, 1>(&t_max, "t_max")?.as_flattened();
-        let prepared = self.prepared(py, threads)?;
-        let dark = watched(py, None, |control| {
-            ray_queries::occluded(
-                &prepared, origins, directions, t_max, coherent, threads, control,
-            )
-        })?;
-        array(py, dark, &[origins.len()])
+        let options = RayOptions { coherent, threads };
+        render::occluded(py, self, [&origins, &directions, &t_max], options)
     }
 }

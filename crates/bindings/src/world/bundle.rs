@@ -8,9 +8,8 @@ use pyo3::types::PyBytes;
 use raycam_formats::{Budget, bundle};
 
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, caught};
-use crate::state::budget;
-use crate::world::World;
+use crate::error::{IntoPyErr, catch_panic};
+use crate::world::state::{World, budget};
 
 /// The world with more cameras at the end, a copy that shares what is built.
 #[pyfunction]
@@ -22,7 +21,7 @@ pub(crate) fn world_with_cameras(
         state: Mutex::new(world.state().clone()),
         folder: world.folder.clone(),
     };
-    copy.change(|inner| {
+    copy.modify(|inner| {
         for (name, camera) in cameras {
             inner.add_camera(&name, camera.inner.clone());
         }
@@ -36,7 +35,7 @@ pub(crate) fn world_with_cameras(
 pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyBytes>> {
     let inner = world.snapshot();
     let bytes = py
-        .detach(|| caught(|| bundle::write(&inner)))?
+        .detach(|| catch_panic(|| bundle::write(&inner)))?
         .map_err(IntoPyErr::into_py_err)?;
     Ok(PyBytes::new(py, &bytes))
 }
@@ -51,9 +50,9 @@ pub(crate) fn world_from_bytes(
     let budget = budget(texture_memory);
     let read = || bundle::read(bytes, Path::new("the world of the job"), budget);
     let world = py
-        .detach(|| caught(read))?
+        .detach(|| catch_panic(read))?
         .map_err(IntoPyErr::into_py_err)?;
-    Ok(World::of(world, PathBuf::new()))
+    Ok(World::from_inner(world, PathBuf::new()))
 }
 
 /// The world as a GLB file, and what that does not say of it.
@@ -64,7 +63,7 @@ pub(crate) fn world_to_gltf<'py>(
 ) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
     let inner = world.snapshot();
     let (bytes, notices) = py
-        .detach(|| caught(|| raycam_formats::write_gltf(&inner)))?
+        .detach(|| catch_panic(|| raycam_formats::write_gltf(&inner)))?
         .map_err(IntoPyErr::into_py_err)?;
     Ok((PyBytes::new(py, &bytes), notices))
 }
@@ -81,9 +80,9 @@ pub(crate) fn world_from_gltf(
     let up = crate::camera::up(up)?;
     let read = || raycam_formats::decode(bytes, &name, &Budget::default());
     let mut world = py
-        .detach(|| caught(read))?
+        .detach(|| catch_panic(read))?
         .map_err(IntoPyErr::into_py_err)?;
     world.up = up;
     world.notices.extend(notices);
-    Ok(World::of(world, PathBuf::new()))
+    Ok(World::from_inner(world, PathBuf::new()))
 }

@@ -9,11 +9,11 @@ use raycam_scene::{ViewTransform, color};
 
 use crate::arrays::array;
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, caught, settings_error};
+use crate::error::{IntoPyErr, catch_panic, settings_error};
 
 /// Any array of plain numbers.
 #[derive(FromPyObject)]
-pub(crate) enum Numbers<'py> {
+pub(crate) enum ArrayView<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
     U16(PyReadonlyArrayDyn<'py, u16>),
     F32(PyReadonlyArrayDyn<'py, f32>),
@@ -57,11 +57,11 @@ pub(crate) fn srgb_from_linear<'py>(
         ));
     };
     if bits == 16 {
-        let data = py.detach(|| caught(|| display::srgb16(pixels, scale, view)))?;
+        let data = py.detach(|| catch_panic(|| display::srgb16(pixels, scale, view)))?;
         let data = data.map_err(IntoPyErr::into_py_err)?;
         return Ok(array(py, data, linear.shape())?.into_any());
     }
-    let data = py.detach(|| caught(|| display::srgb8(pixels, scale, view)))?;
+    let data = py.detach(|| catch_panic(|| display::srgb8(pixels, scale, view)))?;
     let data = data.map_err(IntoPyErr::into_py_err)?;
     Ok(array(py, data, linear.shape())?.into_any())
 }
@@ -74,7 +74,7 @@ pub(crate) fn encode_hdr<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (size, _) = size_of(rgb.shape())?;
     let rgb = contiguous(&rgb)?;
-    let bytes = py.detach(|| caught(|| hdr::encode(size, rgb)))?;
+    let bytes = py.detach(|| catch_panic(|| hdr::encode(size, rgb)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
 }
 
@@ -82,15 +82,15 @@ pub(crate) fn encode_hdr<'py>(
 #[pyfunction]
 pub(crate) fn encode_png<'py>(
     py: Python<'py>,
-    pixels: Numbers<'py>,
+    pixels: ArrayView<'py>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (shape, samples) = match &pixels {
-        Numbers::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
-        Numbers::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
+        ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
+        ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
         _ => return Err(settings_error("a PNG holds uint8 or uint16".into())),
     };
     let (size, channels) = size_of(shape)?;
-    let bytes = py.detach(|| caught(|| png::encode(size, channels, samples)))?;
+    let bytes = py.detach(|| catch_panic(|| png::encode(size, channels, samples)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn encode_png<'py>(
 #[pyfunction]
 pub(crate) fn encode_exr<'py>(
     py: Python<'py>,
-    layers: Vec<(String, Numbers<'py>)>,
+    layers: Vec<(String, ArrayView<'py>)>,
     half: bool,
     camera: Option<&Camera>,
     notes: Vec<(String, String)>,
@@ -108,7 +108,7 @@ pub(crate) fn encode_exr<'py>(
     let mut narrowed = Vec::new();
     for (_, numbers) in &layers {
         narrowed.push(match numbers {
-            Numbers::F64(a) => contiguous(a)?.iter().map(|&v| v as f32).collect(),
+            ArrayView::F64(a) => contiguous(a)?.iter().map(|&v| v as f32).collect(),
             _ => Vec::new(),
         });
     }
@@ -122,9 +122,9 @@ pub(crate) fn encode_exr<'py>(
             }
         };
         let (shape, samples) = match numbers {
-            Numbers::F32(a) => (a.shape(), floats(contiguous(a)?)),
-            Numbers::F64(a) => (a.shape(), floats(&narrowed[..])),
-            Numbers::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
+            ArrayView::F32(a) => (a.shape(), floats(contiguous(a)?)),
+            ArrayView::F64(a) => (a.shape(), floats(&narrowed[..])),
+            ArrayView::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
             _ => {
                 return Err(settings_error(format!(
                     "EXR: {name} is neither of floats nor of int32"
@@ -144,7 +144,7 @@ pub(crate) fn encode_exr<'py>(
         .map(|(key, value)| (&key[..], &value[..]))
         .collect();
     let camera = camera.map(|camera| &camera.inner);
-    let bytes = py.detach(|| caught(|| exr::encode(size, &list, camera, &notes)))?;
+    let bytes = py.detach(|| catch_panic(|| exr::encode(size, &list, camera, &notes)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
 }
 
@@ -153,7 +153,7 @@ pub(crate) fn encode_exr<'py>(
 pub(crate) fn mask_runs(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) -> PyResult<String> {
     let ([width, height], _) = size_of(pixels.shape())?;
     let values = contiguous(&pixels)?;
-    py.detach(|| caught(|| mask::coco_rle(values, width as usize, height as usize)))
+    py.detach(|| catch_panic(|| mask::coco_rle(values, width as usize, height as usize)))
 }
 
 /// Polygons [n, 2] along the pixels' edges that fill a mask [height, width].
@@ -164,7 +164,7 @@ pub(crate) fn mask_polygons(
 ) -> PyResult<Vec<Vec<[u32; 2]>>> {
     let ([width, height], _) = size_of(pixels.shape())?;
     let values = contiguous(&pixels)?;
-    py.detach(|| caught(|| mask::polygons(values, width as usize, height as usize)))
+    py.detach(|| catch_panic(|| mask::polygons(values, width as usize, height as usize)))
 }
 
 /// The values of an array in C order.

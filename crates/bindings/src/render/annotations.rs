@@ -13,11 +13,11 @@ use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints 
 use crate::arrays::{Floats, array, rows, rows_of, vector};
 use crate::camera::Camera;
 use crate::error::settings_error;
-use crate::watch::watched;
-use crate::world::World;
+use crate::interruptible::run_interruptible;
+use crate::world::state::World;
 
-/// What a camera sees of a world.
-fn view<'a>(
+/// The viewpoint of a camera in a world.
+fn viewpoint<'a>(
     world: &'a (Arc<raycam_scene::World>, Arc<PreparedWorld>),
     camera: &'a Camera,
 ) -> Viewpoint<'a> {
@@ -28,7 +28,7 @@ fn view<'a>(
     }
 }
 
-/// What the first camera sees of the first world, followed to the second: arrays [height, width] or
+/// Optical and scene flow from the first camera and world to the second: arrays [height, width] or
 /// [height, width, components] by name.
 #[pyfunction]
 pub(crate) fn flow<'py>(
@@ -42,8 +42,11 @@ pub(crate) fn flow<'py>(
         second.0.prepared_world(py, threads)?,
     );
     let [width, height] = first.1.inner.size().map(|side| side as usize);
-    let (from, to) = (view(&worlds.0, &first.1), view(&worlds.1, &second.1));
-    let found = watched(py, None, |control| follow(from, to, threads, control))?;
+    let (from, to) = (
+        viewpoint(&worlds.0, &first.1),
+        viewpoint(&worlds.1, &second.1),
+    );
+    let found = run_interruptible(py, None, |control| follow(from, to, threads, control))?;
     let dict = PyDict::new(py);
     let flat = [height, width];
     dict.set_item(
@@ -63,7 +66,7 @@ pub(crate) fn flow<'py>(
 /// (object, (x, y, width, height), mask [height, width]) of each object that covers anything.
 type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), Bound<'py, PyArrayDyn<bool>>)>;
 
-/// What objects alone cover of a picture with its margin.
+/// Amodal masks: the pixels that each object alone covers of a picture with its margin.
 #[pyfunction]
 pub(crate) fn amodal_masks<'py>(
     py: Python<'py>,
@@ -74,8 +77,8 @@ pub(crate) fn amodal_masks<'py>(
     threads: Option<usize>,
 ) -> PyResult<Silhouettes<'py>> {
     let world = world.prepared_world(py, threads)?;
-    let seen = view(&world, &camera);
-    let found = watched(py, None, |control| {
+    let seen = viewpoint(&world, &camera);
+    let found = run_interruptible(py, None, |control| {
         amodal::amodal_masks(seen, &objects, margin, threads, control)
     })?;
     found
@@ -116,8 +119,8 @@ pub(crate) fn keypoints<'py>(
     };
     let anchors: Vec<KeypointSource> = points.iter().enumerate().map(anchor).collect();
     let world = seen.0.prepared_world(py, threads)?;
-    let seen = view(&world, &seen.1);
-    let found = watched(py, None, |control| {
+    let seen = viewpoint(&world, &seen.1);
+    let found = run_interruptible(py, None, |control| {
         find(seen, &anchors, tolerance, threads, control)
     })?;
     let n = found.len();
@@ -137,11 +140,11 @@ pub(crate) fn keypoints<'py>(
 }
 
 /// The rotation world_from_box, the centre and the size of a box.
-type Box3 = ([[f64; 3]; 3], [f64; 3], [f64; 3]);
+type OrientedBox = ([[f64; 3]; 3], [f64; 3], [f64; 3]);
 
 /// The box around an object along its own axes.
 #[pyfunction]
-pub(crate) fn oriented_box(py: Python<'_>, world: &World, object: usize) -> PyResult<Box3> {
+pub(crate) fn oriented_box(py: Python<'_>, world: &World, object: usize) -> PyResult<OrientedBox> {
     let inner = world.snapshot();
     let found = py.detach(|| inner.oriented_box(object));
     let found = found.ok_or_else(|| {

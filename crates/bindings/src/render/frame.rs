@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 use raycam_render::{Channel, Frame, ImagePlane, PixelType};
 
 use crate::arrays::array;
-use crate::error::{IntoPyErr, caught, settings_error};
+use crate::error::{IntoPyErr, catch_panic, settings_error};
 
 /// (name, dtype, components) of every channel.
 #[pyfunction]
@@ -27,10 +27,10 @@ pub(crate) fn channel(name: &str) -> PyResult<Channel> {
 }
 
 /// The planes of a frame by name: [height, width] or [height, width, components]; its region; its notices.
-pub(crate) type Parts<'py> = (Bound<'py, PyDict>, (u32, u32, u32, u32), Vec<String>);
+pub(crate) type FrameParts<'py> = (Bound<'py, PyDict>, (u32, u32, u32, u32), Vec<String>);
 
 /// A frame as Python has it.
-pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
+pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>> {
     let planes = PyDict::new(py);
     let [_, _, width, height] = frame.region.map(|side| side as usize);
     for (channel, plane) in frame.planes {
@@ -56,7 +56,7 @@ pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
 pub(crate) fn merge<'py>(
     py: Python<'py>,
     frames: Vec<([u32; 2], [u32; 4], Bound<'py, PyDict>)>,
-) -> PyResult<Parts<'py>> {
+) -> PyResult<FrameParts<'py>> {
     let frames = frames
         .into_iter()
         .map(|(size, region, planes)| {
@@ -75,8 +75,8 @@ pub(crate) fn merge<'py>(
             })
         })
         .collect::<PyResult<_>>()?;
-    let merged = py.detach(|| caught(|| Frame::merge(frames)))?;
-    parts(py, merged.map_err(IntoPyErr::into_py_err)?)
+    let merged = py.detach(|| catch_panic(|| Frame::merge(frames)))?;
+    to_python(py, merged.map_err(IntoPyErr::into_py_err)?)
 }
 
 fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<ImagePlane> {

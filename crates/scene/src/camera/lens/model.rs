@@ -1,0 +1,101 @@
+//! The families of lenses.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{SceneError, suggestion};
+
+/// The families of lenses, by the names people write.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LensModel {
+    /// OpenCV's main model: 4, 5, 8, 12 or 14 coefficients.
+    #[default]
+    #[serde(rename = "opencv")]
+    OpenCv,
+    /// OpenCV's fisheye model (Kannala and Brandt), Kalibr's `equi`: 4 coefficients.
+    Fisheye,
+    /// COLMAP's THIN_PRISM_FISHEYE: 8 coefficients.
+    ThinPrismFisheye,
+    /// COLMAP's RAD_TAN_THIN_PRISM_FISHEYE, Project Aria's fisheye: 12 coefficients.
+    RadTanThinPrismFisheye,
+    /// The field-of-view model: 1 coefficient.
+    Fov,
+    /// The division model: 1 coefficient.
+    Division,
+    /// The unified model, alone (1 coefficient) or with radial and tangential distortion (5).
+    Omni,
+    /// The enhanced unified model: 2 coefficients.
+    Eucm,
+    /// The double sphere model: 2 coefficients.
+    #[serde(rename = "ds")]
+    DoubleSphere,
+    /// The panorama of longitude and latitude: no coefficients.
+    Equirectangular,
+    /// The panorama of longitude and height: no coefficients.
+    Cylindrical,
+}
+
+impl LensModel {
+    /// All there are.
+    pub const ALL: [Self; 11] = [
+        Self::OpenCv,
+        Self::Fisheye,
+        Self::ThinPrismFisheye,
+        Self::RadTanThinPrismFisheye,
+        Self::Fov,
+        Self::Division,
+        Self::Omni,
+        Self::Eucm,
+        Self::DoubleSphere,
+        Self::Equirectangular,
+        Self::Cylindrical,
+    ];
+
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OpenCv => "opencv",
+            Self::Fisheye => "fisheye",
+            Self::ThinPrismFisheye => "thin_prism_fisheye",
+            Self::RadTanThinPrismFisheye => "rad_tan_thin_prism_fisheye",
+            Self::Fov => "fov",
+            Self::Division => "division",
+            Self::Omni => "omni",
+            Self::Eucm => "eucm",
+            Self::DoubleSphere => "ds",
+            Self::Equirectangular => "equirectangular",
+            Self::Cylindrical => "cylindrical",
+        }
+    }
+
+    /// The one of a name.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] with the nearest name where there is none.
+    pub fn from_name(name: &str) -> Result<Self, SceneError> {
+        let found = Self::ALL.into_iter().find(|model| model.name() == name);
+        found.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name);
+            let hint = suggestion(name, names);
+            SceneError::Camera(format!(
+                "no lens model is called {name:?}{hint}; expected one of {}",
+                names.join(", ")
+            ))
+        })
+    }
+
+    /// True if it is a panorama, which has no coefficients and repeats every turn.
+    pub fn is_panorama(self) -> bool {
+        matches!(self, Self::Equirectangular | Self::Cylindrical)
+    }
+}
+
+/// The error of a wrong number of coefficients.
+pub(super) fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
+    SceneError::Camera(format!(
+        "distortion {given:?} has {} coefficients: the {} model has {expected}",
+        given.len(),
+        model.name()
+    ))
+}

@@ -1,0 +1,25 @@
+//! The place of pixel centres in pixel coordinates.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The pixel coordinates of the centre of the first pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PixelCenter {
+    /// At (0, 0), as in OpenCV.
+    #[default]
+    Integer,
+    /// At (0.5, 0.5), as in COLMAP and OpenGL.
+    Half,
+}
+
+impl PixelCenter {
+    /// The coordinate of a pixel's centre less its column or row: 0 or 0.5.
+    pub fn offset(self) -> f64 {
+        match self {
+            PixelCenter::Integer => 0.0,
+            PixelCenter::Half => 0.5,
+        }
+    }
+}

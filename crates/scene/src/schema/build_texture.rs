@@ -1,0 +1,158 @@
+//! From a texture's description to its image and its place in a material.
+
+use std::sync::Arc;
+
+use crate::error::SceneError;
+use crate::mesh::Mesh;
+use crate::model::AssetLoader;
+use crate::schema::build_failure::BuildFailure;
+use crate::schema::shorthand::{Splat, Wraps};
+use crate::schema::spec::object::ObjectSpec;
+use crate::schema::spec::texture::{ImageSpec, TextureSpec, TextureTable};
+use crate::schema::texture_binding::TextureBinding;
+use crate::texture::{Image, Texels, Texture, TextureSampler, TextureSlot};
+
+/// The textures that hold colours, in sRGB where they are 8-bit.
+const COLORS: [&str; 5] = [
+    "texture",
+    "emission",
+    "specular_color",
+    "sheen_color",
+    "diffuse_transmission_color",
+];
+
+impl TextureSpec {
+    /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself.
+    pub(crate) fn read<F: AssetLoader>(
+        &self,
+        key: &'static str,
+        wrap: Option<Wraps>,
+        next: usize,
+        files: &mut F,
+    ) -> Result<(Texture, TextureBinding), BuildFailure<F::Error>> {
+        let TextureSpec(table) = self;
+        let Wraps(wrap) = table.wrap.or(wrap).unwrap_or_default();
+        let image = match &table.image {
+            ImageSpec::Texels(image) => image.clone(),
+            ImageSpec::File(file) => {
+                let texture = files.texture(file, wrap);
+                texture
+                    .map_err(|error| BuildFailure::File(key.into(), error))?
+                    .image
+            }
+        };
+        let image = table.as_used(key, image)?;
+        image.validate()?;
+        let kept = files.store_texture(image);
+        let texture = Texture {
+            image: kept.map_err(|error| BuildFailure::File(key.into(), error))?,
+            sampler: TextureSampler {
+                wrap,
+                magnification: table.filter,
+                minification: table.filter,
+                ..TextureSampler::default()
+            },
+        };
+        let (sin, cos) = table.rotation.to_radians().sin_cos();
+        let Splat([width, height]) = table.repeat.unwrap_or(Splat([1.0; 2]));
+        let [x, y] = table.offset;
+        let rows = [
+            [cos * width, sin * height, x],
+            [-sin * width, cos * height, y],
+        ];
+        let strength = table.strength.unwrap_or(1.0);
+        if !rows.iter().flatten().all(|v| v.is_finite()) {
+            let message = "repeat, rotation and offset: expected finite numbers";
+            return Err(SceneError::schema("", message).into());
+        }
+        if table.strength.is_some() && !matches!(key, "normal" | "clearcoat_normal" | "occlusion") {
+            let message = "it goes with normal and occlusion; elsewhere the material's value is it";
+            return Err(SceneError::schema("strength", message).into());
+        }
+        if !strength.is_finite() || (key == "occlusion" && !(0.0..=1.0).contains(&strength)) {
+            let message = format!("{strength}: expected a finite number, 0..=1 for occlusion");
+            return Err(SceneError::schema("strength", message).into());
+        }
+        let put = TextureBinding {
+            key,
+            slot: TextureSlot {
+                texture: next,
+                uv_set: table.uv_set,
+                image_from_mesh: rows.map(|row| row.map(|v| v as f32)),
+            },
+            strength,
+        };
+        Ok((texture, put))
+    }
+}
+
+impl TextureTable {
+    /// The image as this use sees it: data is linear, and one channel may stand for all.
+    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+        let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
+        if !data && self.channel.is_none() {
+            return Ok(image);
+        }
+        let mut image = Arc::unwrap_or_clone(image);
+        image.texels = image.texels.into_memory()?;
+        if let (true, Texels::Srgb8(texels)) = (data, &mut image.texels) {
+            image.texels = Texels::Linear8(std::mem::take(texels));
+        }
+        if let Some(channel) = self.channel {
+            let channel = channel as usize;
+            match &mut image.texels {
+                Texels::Srgb8(texels) | Texels::Linear8(texels) => splat_channel(texels, channel),
+                Texels::Linear16(texels) => splat_channel(texels, channel),
+                Texels::Float(texels) => splat_channel(texels, channel),
+                Texels::Paged(_) => {} // was made another above
+            }
+        }
+        Ok(Arc::new(image))
+    }
+}
+
+fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
+    for texel in texels {
+        *texel = [texel[channel]; 4];
+    }
+}
+
+/// Images, and where they go.
+type BoundTextures = (Vec<Texture>, Vec<TextureBinding>);
+
+impl ObjectSpec {
+    /// Its images and where they go, for a mesh; the first will be the world's texture `next`.
+    pub(crate) fn read_textures<F: AssetLoader>(
+        &self,
+        mesh: &Mesh,
+        next: usize,
+        files: &mut F,
+    ) -> Result<BoundTextures, BuildFailure<F::Error>> {
+        let base = self.texture.as_ref().map(|texture| ("texture", &**texture));
+        let others = self.textures.as_ref().map(|textures| textures.given());
+        let (mut textures, mut puts) = (Vec::new(), Vec::new());
+        for (key, texture) in base.into_iter().chain(others.into_iter().flatten()) {
+            let path = match key {
+                "texture" => String::from(key),
+                key => format!("textures.{key}"),
+            };
+            let set = texture.0.uv_set;
+            if mesh.uv_set(set).is_none() {
+                let message = match set {
+                    0 => "the mesh has no texture coordinates: give \"uvs\", one for each vertex"
+                        .into(),
+                    set => format!("uv_set {set}: the mesh has no such texture coordinates"),
+                };
+                return Err(SceneError::schema(path, message).into());
+            }
+            let read = texture.read(key, self.wrap, next + textures.len(), files);
+            let (texture, put) = read.map_err(|failure| match failure {
+                BuildFailure::Scene(error) => BuildFailure::Scene(error.in_context(&path)),
+                BuildFailure::File(_, error) => BuildFailure::File(path.clone(), error),
+            })?;
+            textures.push(texture);
+            puts.push(put);
+        }
+        Ok((textures, puts))
+    }
+}

@@ -1,0 +1,82 @@
+//! Images into the texture cache, and out of memory into its file.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use crate::error::SceneError;
+use crate::texture::cache::paged::{Level, PagedTexels, TILE_SIZE};
+use crate::texture::cache::{TextureCache, storage_error};
+use crate::texture::image::{Image, Texels};
+
+impl TextureCache {
+    /// The image, counted, and paged where those kept so far do not fit with it.
+    ///
+    /// # Errors
+    /// Those of [`Image::validate`] and [`TextureCache::page_out`].
+    pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+        image.validate()?;
+        self.count(&image);
+        if self.is_exceeded() {
+            self.page_out(&image).map(Arc::new)
+        } else {
+            Ok(image)
+        }
+    }
+
+    /// Counts an image.
+    pub(crate) fn count(&self, image: &Image) {
+        self.requested_bytes
+            .fetch_add(image.bytes(), Ordering::Relaxed);
+    }
+
+    /// The image with its texels, and those of its mip map, in the temporary file.
+    ///
+    /// # Errors
+    /// [`SceneError::Storage`] where that cannot be written.
+    pub fn page_out(self: &Arc<Self>, image: &Image) -> Result<Image, SceneError> {
+        if matches!(image.texels, Texels::Paged(_)) {
+            return Ok(image.clone());
+        }
+        let mut levels = Vec::new();
+        let mut next = Some(Cow::Borrowed(image));
+        while let Some(image) = next {
+            levels.push(self.write(&image)?);
+            next = image.halved().map(Cow::Owned);
+        }
+        Ok(Image {
+            name: image.name.clone(),
+            size: image.size,
+            texels: Texels::Paged(PagedTexels::new(self.clone(), levels)),
+        })
+    }
+
+    /// Writes an image's tiles: rows of tiles from the top, each from the left.
+    fn write(&self, image: &Image) -> Result<Level, SceneError> {
+        let [width, height] = image.size.map(|n| n as usize);
+        let file = self.file()?;
+        let (mut offset, mut bytes) = (None, Vec::new());
+        for top in (0..height).step_by(TILE_SIZE) {
+            bytes.clear();
+            for left in (0..width).step_by(TILE_SIZE) {
+                let right = (left + TILE_SIZE).min(width);
+                for y in top..(top + TILE_SIZE).min(height) {
+                    let row = y * width;
+                    image
+                        .texels
+                        .write_bytes(row + left..row + right, &mut bytes);
+                }
+            }
+            let start = file.append(&bytes).map_err(|error| {
+                let written = file.len();
+                storage_error(&file.folder, &error, "cannot be written", written)
+            })?;
+            offset.get_or_insert(start);
+        }
+        Ok(Level {
+            kind: image.texels.kind(),
+            size: image.size,
+            offset: offset.unwrap_or(0),
+        })
+    }
+}

@@ -1,0 +1,142 @@
+//! Adding parts to a world, each checked.
+
+use std::sync::Arc;
+
+use crate::camera::{Camera, NamedCamera};
+use crate::error::SceneError;
+use crate::light::Light;
+use crate::material::Material;
+use crate::mesh::Mesh;
+use crate::texture::Texture;
+use crate::world::names::Names;
+use crate::world::{Object, World};
+
+impl World {
+    /// Adds a mesh to be placed by objects and returns its index.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> usize {
+        self.add_shared_mesh(Arc::new(mesh))
+    }
+
+    /// [`World::add_mesh`], for a mesh that others have too.
+    pub fn add_shared_mesh(&mut self, mesh: Arc<Mesh>) -> usize {
+        self.meshes.push(mesh);
+        self.meshes.len() - 1
+    }
+
+    /// Adds an image for materials and returns its index.
+    pub fn add_texture(&mut self, texture: Texture) -> usize {
+        self.textures.push(Arc::new(texture));
+        self.textures.len() - 1
+    }
+
+    /// Adds a material and returns its index, with a notice where it reflects more light than arrives.
+    ///
+    /// # Errors
+    /// Those of [`Material::validate`], and a texture that there is not.
+    pub fn add_material(&mut self, material: Material) -> Result<usize, SceneError> {
+        material.validate()?;
+        if let Some(slot) = material
+            .texture_slots()
+            .into_iter()
+            .find(|slot| slot.texture >= self.textures.len())
+        {
+            return Err(SceneError::World(format!(
+                "texture {} of {}",
+                slot.texture,
+                self.textures.len()
+            )));
+        }
+        if let Some(total) = material.reflectance_above_one() {
+            let name = if material.name.is_empty() {
+                String::new()
+            } else {
+                format!(" {:?}", material.name)
+            };
+            self.notices.push(format!(
+                "material{name} reflects {total} of the light that arrives (diffuse * color + specular), more than \
+                 all of it"
+            ));
+        }
+        self.materials.push(material);
+        Ok(self.materials.len() - 1)
+    }
+
+    /// Adds an object and returns its id. A name that is taken gets a number; an empty one becomes `object`.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where an index is out of range, the transform is singular or not finite, or there are
+    /// fewer materials than slots.
+    pub fn add_object(&mut self, mut object: Object) -> Result<usize, SceneError> {
+        let fail = |message: String| Err(SceneError::World(message));
+        let Some(mesh) = self.meshes.get(object.mesh) else {
+            return fail(format!(
+                "object {:?} has mesh {} of {}",
+                object.name,
+                object.mesh,
+                self.meshes.len()
+            ));
+        };
+        if mesh.slot_count() > object.materials.len() {
+            return fail(format!(
+                "object {:?} has {} materials, its mesh uses {} slots",
+                object.name,
+                object.materials.len(),
+                mesh.slot_count()
+            ));
+        }
+        if let Some(material) = object
+            .materials
+            .iter()
+            .find(|&&material| material >= self.materials.len())
+        {
+            return fail(format!(
+                "object {:?} has material {material} of {}",
+                object.name,
+                self.materials.len()
+            ));
+        }
+        let transform = object.world_from_mesh;
+        if !transform.is_finite() {
+            return fail(format!(
+                "object {:?} is placed by {transform:?}: every number must be finite",
+                object.name
+            ));
+        }
+        if !transform.inverse().is_finite() {
+            return fail(format!(
+                "object {:?} is placed by {transform:?}, which is singular: it flattens the object",
+                object.name
+            ));
+        }
+        object.name = self.names.unique(if object.name.is_empty() {
+            "object"
+        } else {
+            &object.name
+        });
+        self.objects.push(object);
+        Ok(self.objects.len() - 1)
+    }
+
+    /// Adds a light and returns its index.
+    ///
+    /// # Errors
+    /// Those of [`Light::validate`].
+    pub fn add_light(&mut self, light: Light) -> Result<usize, SceneError> {
+        light.validate()?;
+        self.lights.push(light);
+        Ok(self.lights.len() - 1)
+    }
+
+    /// Adds a camera under a name, made unique, and returns its index.
+    pub fn add_camera(&mut self, name: &str, camera: Camera) -> usize {
+        let mut names = Names::default();
+        for camera in &self.cameras {
+            names.unique(&camera.name);
+        }
+        self.cameras.push(NamedCamera {
+            name: names.unique(name),
+            camera,
+        });
+        self.cameras.len() - 1
+    }
+}

@@ -1,0 +1,50 @@
+//! The camera of a world that has none: one that frames everything.
+
+use glam::{BVec3, DVec2, DVec3};
+
+use crate::camera::{Camera, PixelCenter, intrinsics_from_fov};
+use crate::error::SceneError;
+use crate::up::Up;
+use crate::world::World;
+
+impl World {
+    /// The first camera, or one of 45 degrees that frames everything from the front right above. `size` is for the
+    /// latter.
+    ///
+    /// # Errors
+    /// [`SceneError`] where there is neither a camera nor anything to frame, or the size is out of range.
+    pub fn default_camera(&self, size: [u32; 2]) -> Result<Camera, SceneError> {
+        if let Some(first) = self.cameras.first() {
+            return Ok(first.camera.clone());
+        }
+        let Some((low, high)) = self.bounds() else {
+            return Err(SceneError::World(
+                "the world has no objects: there is nothing to look at".into(),
+            ));
+        };
+        let pixel_center = PixelCenter::default();
+        let k = intrinsics_from_fov(45.0, size, pixel_center)?;
+        let away = match self.up {
+            Up::Z => DVec3::new(1.0, -2.0, 1.0),
+            Up::Y => DVec3::new(1.0, 1.0, 2.0),
+        };
+        let center = (low + high) / 2.0;
+        let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;
+        // Near enough for every corner of the bounds to lie within nine tenths of the picture.
+        let reach =
+            0.9 * DVec2::new(
+                f64::from(size[0]) / k.x_axis.x,
+                f64::from(size[1]) / k.y_axis.y,
+            ) / 2.0;
+        let distance = (0..8)
+            .map(|i| {
+                let corner = DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low);
+                let seen = facing.r() * (corner - center);
+                (seen.truncate().abs() / reach).max_element() - seen.z
+            })
+            .fold(0.0, f64::max);
+        let distance = if distance > 0.0 { distance } else { 1.0 };
+        let eye = center - distance * facing.forward();
+        Camera::new(k, facing.r(), eye, size, pixel_center)
+    }
+}

@@ -1,0 +1,43 @@
+//! Rigs of a world.
+
+use crate::camera::{NamedCamera, Rig};
+use crate::error::{SceneError, suggestion};
+use crate::world::World;
+use crate::world::names::Names;
+
+impl World {
+    /// Adds a rig under its name, made unique, and its cameras under the names rig/camera; returns its index.
+    ///
+    /// # Errors
+    /// Those of [`Rig::cameras`].
+    pub fn add_rig(&mut self, rig: Rig) -> Result<usize, SceneError> {
+        let cameras = rig.cameras()?;
+        let mut names = Names::default();
+        for rig in &self.rigs {
+            names.unique(rig.name());
+        }
+        let name = names.unique(rig.name());
+        for NamedCamera { name: own, camera } in cameras {
+            self.add_camera(&format!("{name}/{own}"), camera);
+        }
+        self.rigs.push(rig.named(name));
+        Ok(self.rigs.len() - 1)
+    }
+
+    /// The rig of this name.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] with the nearest name.
+    pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
+        self.rigs
+            .iter()
+            .position(|rig| rig.name() == name)
+            .ok_or_else(|| {
+                let count = self.rigs.len();
+                SceneError::World(format!(
+                    "no rig {name:?} among {count}{}",
+                    suggestion(name, self.rigs.iter().map(Rig::name))
+                ))
+            })
+    }
+}

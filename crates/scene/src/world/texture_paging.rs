@@ -1,0 +1,75 @@
+//! A world's textures within their memory.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use crate::error::SceneError;
+use crate::texture::cache::mebibytes;
+use crate::texture::{Image, Texels, Texture, TextureCache};
+use crate::world::World;
+
+impl World {
+    /// The same, its images within a memory for textures.
+    ///
+    /// # Errors
+    /// Those of [`World::page_textures`].
+    pub fn with_texture_cache(mut self, memory: TextureCache) -> Result<Self, SceneError> {
+        let mut known = HashSet::new();
+        for texture in &self.textures {
+            if known.insert(Arc::as_ptr(&texture.image)) {
+                memory.count(&texture.image);
+            }
+        }
+        self.texture_cache = Some(Arc::new(memory));
+        self.page_textures()?;
+        Ok(self)
+    }
+
+    /// Checks that all textures fit into their memory.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where they do not.
+    pub fn check_textures_in_memory(&self) -> Result<(), SceneError> {
+        match &self.texture_cache {
+            Some(memory) if memory.is_exceeded() => Err(SceneError::World(format!(
+                "the textures, which need {}, exceed texture_memory = {}; a job (a video, a data set, workers) sends all \
+                 of them: raise texture_memory, or render picture by picture",
+                mebibytes(memory.requested_bytes.load(Ordering::Relaxed)),
+                mebibytes(memory.limit)
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Once the images do not fit into the memory for textures: sees to it that all of them lie in its file, and says so.
+    ///
+    /// # Errors
+    /// [`SceneError::Storage`] where the file cannot be written.
+    pub fn page_textures(&mut self) -> Result<(), SceneError> {
+        let Some(memory) = &self.texture_cache else {
+            return Ok(());
+        };
+        if !memory.is_exceeded() {
+            return Ok(());
+        }
+        let mut paged: HashMap<*const Image, Arc<Image>> = HashMap::new();
+        for i in 0..self.textures.len() {
+            let Texture { image, sampler } = &*self.textures[i];
+            if matches!(image.texels, Texels::Paged(_)) {
+                continue;
+            }
+            let (key, sampler) = (Arc::as_ptr(image), *sampler);
+            let image = match paged.get(&key) {
+                Some(known) => known.clone(),
+                None => Arc::new(memory.page_out(image)?),
+            };
+            paged.insert(key, image.clone());
+            self.textures[i] = Arc::new(Texture { image, sampler });
+        }
+        let notice = memory.notice();
+        let new = notice.filter(|notice| !self.notices.contains(notice));
+        self.notices.extend(new);
+        Ok(())
+    }
+}
