@@ -31,7 +31,8 @@ mod tile_renderer;
 
 pub use crate::annotations::ray_queries::RayHits;
 pub use crate::film::channel::{Channel, PixelType};
-pub use crate::film::frame::{Frame, ImagePlane};
+pub use crate::film::frame::Frame;
+pub use crate::film::image_plane::ImagePlane;
 pub use crate::film::output_plane::{MAX_FRAME_BYTES, OutputPlane, PlaneData};
 pub use crate::sampling::filter::Filter;
 pub use control::Control;

@@ -70,14 +70,14 @@ pub fn render_into(
 ) -> Result<([u32; 4], Vec<String>), RenderError> {
     let moments = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
-    let picture = RenderRequest {
+    let request = RenderRequest {
         world: prepared,
         shutter: moments.as_ref(),
         camera,
         settings,
         region,
     };
-    Ok((region, picture.render(control, targets.into_iter())?))
+    Ok((region, request.render(control, targets.into_iter())?))
 }
 
 /// The region of a picture and its number of pixels, if it can be made and there is memory for it.
@@ -106,14 +106,14 @@ fn render_to_frame(
     let mut planes = with_pool(settings.threads, || {
         output_plane::allocate_planes(region, &settings.channels)
     })??;
-    let picture = RenderRequest {
+    let request = RenderRequest {
         world,
         shutter: moments,
         camera,
         settings,
         region,
     };
-    let notices = picture.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
+    let notices = request.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
     Ok(Frame {
         size: camera.size(),
         region,
@@ -155,7 +155,7 @@ impl RenderRequest<'_> {
         })?;
         let texture_cache = world.geometry.texture_cache.as_deref();
         let read_before = texture_cache.map(TextureCache::page_in_stats);
-        let (picture, tiles) = with_pool(settings.threads, || {
+        let (renderer, tiles) = with_pool(settings.threads, || {
             (
                 TileRenderer::new(world, moments, camera, settings, region),
                 Tile::for_threads(region, rayon::current_num_threads()),
@@ -163,19 +163,19 @@ impl RenderRequest<'_> {
         })?;
         let mut notices = settings.integrator.notices(world);
         match settings.time {
-            Some(seconds) if picture.samples => {
+            Some(seconds) if renderer.needs.samples => {
                 let samples = with_pool(settings.threads, || {
-                    render_for_duration(&picture, &tiles, seconds, &film, control)
+                    render_for_duration(&renderer, &tiles, seconds, &film, control)
                 })??;
                 notices.push(format!(
                 "{samples} samples per pixel in time = {seconds}; samples = {samples} gives the same picture"
             ));
             }
             _ => {
-                control.start(tiles.len() * picture.batches_per_tile());
+                control.start(tiles.len() * renderer.batches_per_tile());
                 with_pool(settings.threads, || {
-                    for_each_dynamic(&picture.tasks(&tiles), |buffers, part| {
-                        picture.run_task(part, buffers, &film, control)
+                    for_each_dynamic(&renderer.tasks(&tiles), |scratch, task| {
+                        renderer.run_task(task, scratch, &film, control)
                     })
                 })??;
             }
@@ -184,7 +184,7 @@ impl RenderRequest<'_> {
             memory.check().map_err(RenderError::Textures)?;
             notices.extend(memory.page_in_stats().notice_since(&before));
         }
-        picture.notices(region, &mut notices);
+        renderer.notices(region, &mut notices);
         Ok(notices)
     }
 }
@@ -196,9 +196,9 @@ fn for_each_dynamic(
 ) -> Result<(), RenderError> {
     let next = AtomicUsize::new(0);
     let of_thread = |_: rayon::BroadcastContext| {
-        let mut buffers = ThreadScratch::default();
+        let mut scratch = ThreadScratch::default();
         while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
-            work(&mut buffers, part).inspect_err(|_| {
+            work(&mut scratch, part).inspect_err(|_| {
                 // The others need not go on.
                 next.store(parts.len(), Ordering::Relaxed);
             })?;
@@ -210,7 +210,7 @@ fn for_each_dynamic(
 
 /// Traces and develops tiles for about this time; how many samples each pixel has got.
 fn render_for_duration(
-    picture: &TileRenderer,
+    renderer: &TileRenderer,
     tiles: &[Tile],
     seconds: f64,
     film: &Film,
@@ -223,19 +223,19 @@ fn render_for_duration(
     let mut states: Vec<PixelEstimator> = vec![PixelEstimator::default(); tiles.len()];
     let (mut taken, mut told) = (0, 0);
     let mut round = 1;
-    while taken < picture.settings.samples {
-        let until = picture.settings.samples.min(taken + round);
+    while taken < renderer.settings.samples {
+        let until = renderer.settings.samples.min(taken + round);
         tiles.par_iter().zip(&mut states).try_for_each_init(
             ThreadScratch::default,
-            |buffers, (tile, state)| {
+            |scratch, (tile, state)| {
                 if taken > 0 {
-                    picture.continue_tile(tile, buffers, state, control)?;
+                    renderer.continue_tile(tile, scratch, state, control)?;
                 } else {
-                    picture.begin_tile(tile, buffers, control)?;
+                    renderer.begin_tile(tile, scratch, control)?;
                 }
-                picture.add_samples(buffers, taken..until, control)?;
-                picture.resolve(tile, buffers, film);
-                std::mem::swap(&mut buffers.estimator, state);
+                renderer.add_samples(scratch, taken..until, control)?;
+                renderer.resolve(tile, scratch, film);
+                std::mem::swap(&mut scratch.estimator, state);
                 Ok(())
             },
         )?;

@@ -5,12 +5,12 @@ use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID, Scene};
 use raycam_scene::Camera;
 use rayon::prelude::*;
 
-use crate::annotations::flow::Viewpoint;
+use crate::annotations::viewpoint::Viewpoint;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::output_plane::MAX_FRAME_BYTES;
 use crate::film::tile::{TILE_SIZE, Tile};
-use crate::ground_truth::center_rays::exact_ray;
+use crate::ground_truth::convert::exact_ray;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 

@@ -8,35 +8,17 @@ use raycam_scene::camera::Center;
 use raycam_scene::{Camera, World};
 use rayon::prelude::*;
 
+use crate::annotations::viewpoint::Viewpoint;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::tile::{TILE_SIZE, Tile};
-use crate::ground_truth::center_rays::exact_ray;
+use crate::ground_truth::convert::exact_ray;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// What lies nearer to the second camera by this share of the distance hides a point.
 const OCCLUSION_TOLERANCE: f64 = 1e-6;
-
-/// A world and a camera that sees it.
-#[derive(Clone, Copy)]
-pub struct Viewpoint<'a> {
-    /// The world; of one that moves on while the shutter is open, as it stands in the middle of that.
-    pub world: &'a PreparedWorld,
-    /// The same as it is described, which says how it moves on; none for a world that stands.
-    pub animated_world: Option<&'a World>,
-    /// The camera.
-    pub camera: &'a Camera,
-}
-
-impl<'a> Viewpoint<'a> {
-    /// The times at which its lines see the world, where these differ.
-    pub(crate) fn rolling_shutter(&self) -> Option<ShutterSlices<'a>> {
-        ShutterSlices::new(self.animated_world?, self.world, self.camera)
-            .filter(ShutterSlices::is_rolling)
-    }
-}
 
 /// For each pixel of the first view, row by row, the surface point at its centre, followed to the second view.
 #[derive(Clone, Debug, Default, PartialEq)]

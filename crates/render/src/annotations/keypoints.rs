@@ -8,10 +8,10 @@ use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Mesh, World};
 use rayon::prelude::*;
 
-use crate::annotations::flow::Viewpoint;
+use crate::annotations::viewpoint::Viewpoint;
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::ground_truth::center_rays::exact_ray;
+use crate::ground_truth::convert::exact_ray;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::ground_truth::channels::signed_id;
+use crate::ground_truth::convert::signed_id;
 use crate::interaction::vector::{face_forward, unit_normal};
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;

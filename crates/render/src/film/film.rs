@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use raycam_bvh::with_streaming_stores;
 
 use crate::film::channel::Channel;
-use crate::film::frame::ImagePlane;
+use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::OutputPlane;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
@@ -14,9 +14,12 @@ use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter
 /// Bytes of a picture from which on it is written past the cache: it would not stay there.
 const STREAMING_THRESHOLD: usize = 4 << 20;
 
-/// A block of a tile, and which of the tile's pixels it begins with; where that is none, it shows nothing but the
-/// background.
-pub(crate) type Block = (Tile, Option<usize>);
+/// Block of a tile and the tile's index of its first pixel; `None` if the block shows the background.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelBlock {
+    pub block: Tile,
+    pub first_pixel: Option<usize>,
+}
 
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
@@ -69,7 +72,7 @@ impl<'a> Film<'a> {
     pub fn write(
         &self,
         tile: &Tile,
-        blocks: &[Block],
+        blocks: &[PixelBlock],
         background: &[(Channel, ImagePlane)],
         mut write: impl FnMut(Channel, &mut RowWriter),
     ) {
@@ -82,9 +85,9 @@ impl<'a> Film<'a> {
         let mut runs = vec![];
         with_streaming_stores(|past| {
             // Some rows in all channels before the next ones.
-            for blocks in blocks.chunk_by(|(a, _), (b, _)| a.y == b.y) {
-                let height = blocks.first().map_or(0, |(block, _)| block.height);
-                let blank = blocks.iter().all(|(_, pixels)| pixels.is_none());
+            for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
+                let height = blocks.first().map_or(0, |one| one.block.height);
+                let blank = blocks.iter().all(|one| one.first_pixel.is_none());
                 for row in (0..height).step_by(ROWS_PER_WRITE as usize) {
                     self.pixel_runs(
                         first,
@@ -116,7 +119,11 @@ impl<'a> Film<'a> {
     pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
         let (first, mut strips) = self.tile_row(tile);
         let mut runs = vec![];
-        self.pixel_runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
+        let whole = PixelBlock {
+            block: *tile,
+            first_pixel: None,
+        };
+        self.pixel_runs(first, &[whole], 0..tile.height, &mut runs);
         with_streaming_stores(|past| {
             for (strip, (_, plane)) in strips.iter_mut().zip(background) {
                 let rest = &mut StripCursor::new(strip, Some(plane));
@@ -144,15 +151,21 @@ impl<'a> Film<'a> {
     }
 
     /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
-    fn pixel_runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
+    fn pixel_runs(
+        &self,
+        first: u32,
+        blocks: &[PixelBlock],
+        rows: Range<u32>,
+        runs: &mut Vec<PixelRun>,
+    ) {
         runs.clear();
         for row in rows {
-            for (i, (block, pixels)) in blocks.iter().enumerate() {
+            for (i, &PixelBlock { block, first_pixel }) in blocks.iter().enumerate() {
                 let length = block.width as usize;
                 let before = (block.y + row - first) as usize * self.region[2] as usize;
                 runs.push(PixelRun {
                     to: before + (block.x - self.region[0]) as usize,
-                    from: pixels.map(|pixels| pixels + row as usize * length),
+                    from: first_pixel.map(|pixels| pixels + row as usize * length),
                     length,
                     starts_row: i == 0,
                 });
@@ -182,12 +195,15 @@ mod tests {
             let (mut pixels, mut blocks) = (vec![], vec![]);
             for block in tile.blocks() {
                 let seen = !is_blank(&block);
-                blocks.push((block, seen.then_some(pixels.len())));
+                blocks.push(PixelBlock {
+                    block,
+                    first_pixel: seen.then_some(pixels.len()),
+                });
                 if seen {
                     block.push_rows(&mut pixels);
                 }
             }
-            blocks.sort_by_key(|(block, _)| (block.y, block.x));
+            blocks.sort_by_key(|one| (one.block.y, one.block.x));
             let number = |i: usize| pixels[i][1] * 10_000 + pixels[i][0];
             film.write(&tile, &blocks, &background, |channel, page| match channel {
                 Channel::Position => {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::RenderError;
 use crate::film::channel::{Channel, PixelType};
-use crate::film::frame::ImagePlane;
+use crate::film::image_plane::ImagePlane;
 
 /// The most memory that the planes of a frame may take.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;

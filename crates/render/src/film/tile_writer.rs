@@ -3,7 +3,7 @@
 use raycam_bvh::{Pod, StreamingWriter};
 
 use crate::film::channel::Channel;
-use crate::film::frame::ImagePlane;
+use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::PlaneData;
 use crate::film::tile::TILE_SIZE;
 

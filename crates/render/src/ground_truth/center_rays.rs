@@ -7,7 +7,8 @@ use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
 use raycam_scene::Camera;
 
 use crate::film::channel::Channel;
-use crate::ground_truth::channels::TriangleCache;
+use crate::ground_truth::convert::exact_ray;
+use crate::ground_truth::triangle_cache::TriangleCache;
 use crate::interaction::vector::{face_forward, unit, unit_normal};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
@@ -226,39 +227,5 @@ impl CenterRays {
     #[inline]
     pub fn normals(&self, i: usize) -> &Normals {
         self.normals.get(i).unwrap_or(&Normals::BACKGROUND)
-    }
-}
-
-/// A normal as it is stored; 0 stays 0 whatever its sign.
-pub(crate) fn to_f32_normal(normal: DVec3) -> [f32; 3] {
-    (normal + 0.0).as_vec3().to_array()
-}
-
-/// An exact hit as the float32 kernel would tell it.
-pub(crate) fn to_float_hit(
-    &ExactHit {
-        t,
-        u,
-        v,
-        instance,
-        triangle,
-        ..
-    }: &ExactHit,
-) -> Hit {
-    Hit {
-        t: t as f32,
-        u: u as f32,
-        v: v as f32,
-        instance,
-        triangle,
-    }
-}
-
-/// A camera's ray as the exact search takes it.
-pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
-    ExactRay {
-        origin: origin.to_array(),
-        direction: direction.to_array(),
-        t_max: f64::INFINITY,
     }
 }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raycam_bvh::{ExactHit, INVALID_ID};
 
-use crate::ground_truth::center_rays::{CenterRays, Normals, to_f32_normal, to_float_hit};
+use crate::ground_truth::center_rays::{CenterRays, Normals};
+use crate::ground_truth::convert::{signed_id, to_f32_normal, to_float_hit};
+use crate::ground_truth::triangle_cache::TriangleCache;
 use crate::interaction::ray_cone::Footprint;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
@@ -20,36 +22,6 @@ pub(crate) struct ChannelReader<'a> {
     /// camera_from_world; of cameras that move, that of each pixel.
     shared_rotation: DMat3,
     pixel_rotations: &'a [DMat3],
-}
-
-/// What was found of triangles not long ago: neighbours mostly meet the same ones.
-pub(crate) struct TriangleCache<T> {
-    keys: [(u32, u32); CACHE_SIZE],
-    values: [T; CACHE_SIZE],
-}
-
-/// A power of two: about the triangles of a few rows.
-const CACHE_SIZE: usize = 16;
-
-impl<T: Copy> TriangleCache<T> {
-    pub fn new(nothing: T) -> Self {
-        Self {
-            keys: [(INVALID_ID, INVALID_ID); CACHE_SIZE],
-            values: [nothing; CACHE_SIZE],
-        }
-    }
-
-    /// What is known of the triangle of a hit.
-    #[inline]
-    pub fn get_or_insert(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
-        let of = (hit.instance, hit.triangle);
-        let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % CACHE_SIZE;
-        if self.keys[at] != of {
-            self.keys[at] = of;
-            self.values[at] = find();
-        }
-        &mut self.values[at]
-    }
 }
 
 impl<'a> ChannelReader<'a> {
@@ -172,10 +144,4 @@ impl<'a> ChannelReader<'a> {
         let index = self.hit(i).map(index);
         index.map_or(-1, |index| i32::try_from(index).unwrap_or(-1))
     }
-}
-
-/// An id as it is stored: -1 for nothing.
-#[inline]
-pub(crate) fn signed_id(id: u32) -> i32 {
-    i32::try_from(id).unwrap_or(-1)
 }

@@ -1,5 +1,9 @@
-//! TODO: what is here.
+//! Ground truth: exact float64 rays through the pixel centres, and the channels read from their hits.
+//!
+//! Uses the prepared world; knows nothing of integrators.
 
 pub(crate) mod center_rays;
 pub(crate) mod channels;
+pub(crate) mod convert;
 pub(crate) mod transparent;
+pub(crate) mod triangle_cache;

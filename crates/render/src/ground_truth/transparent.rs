@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
 use raycam_scene::{Material, MaterialModel};
 
-use crate::ground_truth::center_rays::{exact_ray, to_float_hit};
+use crate::ground_truth::convert::{exact_ray, to_float_hit};
 use crate::prepare::geometry::Geometry;
 
 /// A surface with less of it there is passed.

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::control::Control;
     use crate::film::channel::Channel;
-    use crate::film::frame::ImagePlane;
+    use crate::film::image_plane::ImagePlane;
     use crate::prepare::world::PreparedWorld;
     use crate::render;
     use crate::settings::{Integrator, Settings};

@@ -118,6 +118,7 @@ mod tests {
     use crate::guiding::caustic_casters::CausticCaster;
     use crate::guiding::caustic_map::CausticMap;
     use crate::guiding::caustic_map::tests::from_ball;
+    use crate::guiding::sample_cones::SampleGuided;
     use crate::interaction::batch::SurfaceInteractions;
     use crate::prepare::world::PreparedWorld;
     use crate::sampling::chi_squared::{limit, statistic};

@@ -7,9 +7,10 @@ use glam::Vec3;
 use raycam_scene::{Image, Up};
 
 use crate::light::environment_image::{BilinearTaps, EnvironmentImage};
-use crate::light::equirect::{EquirectFrame, PiecewiseConstant2D};
+use crate::light::equirect::EquirectFrame;
 use crate::light::preetham::PreethamSky;
 use crate::light::samples::{EnvironmentSample, LightLiSample};
+use crate::sampling::piecewise_constant_2d::PiecewiseConstant2D;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
@@ -76,7 +77,7 @@ impl EnvironmentLight {
     }
 
     pub fn sample(&self, random: [f32; 2]) -> Option<LightLiSample> {
-        let direction = self.distribution.as_ref()?.sample(&self.frame, random);
+        let direction = self.frame.sample(self.distribution.as_ref()?, random);
         let (radiance, pdf) = self.radiance_and_pdf(direction);
         let around = EnvironmentSample {
             direction,
@@ -94,7 +95,7 @@ impl EnvironmentLight {
         };
         for random in random.chunks(LOOKUP_BLOCK) {
             let mut directions = [[0.0; LOOKUP_BLOCK]; 3];
-            table.sample_many(&self.frame, random, &mut directions);
+            self.frame.sample_many(table, random, &mut directions);
             let views = self.begin_lookups(&directions, random.len());
             out.extend((0..random.len()).map(|lane| {
                 let (radiance, pdf) = self.finish_lookup(&views, lane);

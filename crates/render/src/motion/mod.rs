@@ -1,3 +1,3 @@
-//! TODO: what is here.
+//! Motion blur: the states of a moving world while the shutter is open. Uses the prepared world.
 
 pub(crate) mod shutter;

@@ -14,7 +14,7 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::Settings;
 use crate::soa::{LANES, get_lane, set_lane};
-use crate::tile_renderer::{ThreadScratch, TileRenderer};
+use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRenderer};
 
 /// Rays of a batch, about.
 const BATCH_RAYS: usize = 4096;
@@ -25,7 +25,7 @@ impl TileRenderer<'_> {
     /// More samples of every active pixel.
     pub fn add_samples(
         &self,
-        buffers: &mut ThreadScratch,
+        scratch: &mut ThreadScratch,
         samples: Range<u32>,
         control: &Control,
     ) -> Result<(), RenderError> {
@@ -33,21 +33,21 @@ impl TileRenderer<'_> {
         while first < samples.end {
             let next = samples.end.min(first + SAMPLES_PER_PIXEL_PER_BATCH);
             let pixels = BATCH_RAYS / (next - first) as usize;
-            let all = std::mem::take(&mut buffers.active);
+            let all = std::mem::take(&mut scratch.lists.active);
             for some in all.chunks(pixels) {
                 control.check()?;
-                buffers.batch.clear();
+                scratch.lists.batch.clear();
                 let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));
-                buffers.batch.extend(some.iter().flat_map(of_pixel));
+                scratch.lists.batch.extend(some.iter().flat_map(of_pixel));
                 match self.shutter {
                     None => {
-                        self.trace_batch(self.world, buffers);
-                        self.shade(self.world, buffers, control)?;
+                        self.trace_batch(self.world, scratch);
+                        self.shade(self.world, scratch, control)?;
                     }
-                    Some(moments) => self.shade_by_time_slice(moments, buffers, control)?,
+                    Some(shutter) => self.shade_by_time_slice(shutter, scratch, control)?,
                 }
             }
-            buffers.active = all;
+            scratch.lists.active = all;
             if self.settings.time.is_none() {
                 control.advance_by((next - first) as usize);
             }
@@ -57,18 +57,17 @@ impl TileRenderer<'_> {
     }
 
     /// The rays of a batch, in float32.
-    pub(crate) fn trace_batch(&self, world: &PreparedWorld, buffers: &mut ThreadScratch) {
-        let ThreadScratch {
-            pixels,
+    pub(crate) fn trace_batch(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
+        let PixelLists { pixels, batch, .. } = &scratch.lists;
+        let RayBatchBuffers {
             rays,
             hits,
             origins,
             directions,
             samplers,
             offsets,
-            batch,
             ..
-        } = buffers;
+        } = &mut scratch.rays;
         rays.clear();
         origins.clear();
         directions.clear();
@@ -129,7 +128,7 @@ impl TileRenderer<'_> {
 
     /// The point of the aperture and the part of the exposure of a sample.
     pub(crate) fn lens_and_time(&self, sampler: &Sampler) -> ([f64; 2], f64) {
-        if !self.lens_or_time {
+        if !self.needs.lens_or_time {
             return ([0.5; 2], 0.5);
         }
         let lens = sampler.get_2d(Dimension::Lens).map(f64::from);
@@ -148,7 +147,7 @@ impl TileRenderer<'_> {
 
     /// The sample of this number of the same pixel.
     pub(crate) fn sampler_for(&self, of_pixel: Sampler, sample: u32) -> Sampler {
-        if self.error {
+        if self.needs.error {
             of_pixel.with_replication(sample, REPLICATIONS)
         } else {
             of_pixel.with_sample(sample)

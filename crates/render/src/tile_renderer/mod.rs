@@ -1,6 +1,7 @@
 //! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
 
 pub(crate) mod camera_rays;
+pub(crate) mod needs;
 pub(crate) mod resolve;
 pub(crate) mod rolling_shutter;
 pub(crate) mod screen_mask;
@@ -16,10 +17,11 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::channel::Channel;
 use crate::film::estimator::PixelEstimator;
-use crate::film::film::Block;
-use crate::film::frame::ImagePlane;
+use crate::film::film::PixelBlock;
+use crate::film::image_plane::ImagePlane;
 use crate::film::tile::Tile;
-use crate::ground_truth::center_rays::{self, CenterRays};
+use crate::ground_truth::center_rays::CenterRays;
+use crate::ground_truth::convert::to_float_hit;
 use crate::integrator::path::PathScratch;
 use crate::integrator::{self, CameraRayBatch};
 use crate::interaction::ray_cone::RayCone;
@@ -27,132 +29,119 @@ use crate::motion::shutter::{RowWorlds, ShutterSlices};
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::filter::FilterSampler;
 use crate::sampling::sampler::Sampler;
-use crate::settings::{Settings, TruthSurface};
+use crate::settings::Settings;
+use crate::tile_renderer::needs::RenderNeeds;
 use crate::tile_renderer::screen_mask::ScreenMask;
 use crate::tile_renderer::stats::RenderStats;
 
-/// All that the tiles of one picture share.
+/// Renderer of the tiles of one frame.
 pub(crate) struct TileRenderer<'a> {
     world: &'a PreparedWorld,
-    /// What the rays of samples are traced against.
+    /// Scene that the rays of samples are traced against.
     scene: &'a Scene,
-    /// Where the world moves while the shutter is open.
+    /// World states over the shutter, where the world moves.
     shutter: Option<&'a ShutterSlices<'a>>,
     camera: &'a Camera,
     pub settings: &'a Settings,
+    pub needs: RenderNeeds,
     filter: FilterSampler,
-    /// The part of the middle pixel that a sample stands for.
+    /// Ray cone of a sample through the image centre.
     cone: RayCone,
-    /// Whether pixel-centre rays are needed, whether samples are, and whether either are looked at for more than the
-    /// ground truth.
-    center_rays: bool,
-    pub samples: bool,
-    shading: bool,
-    /// Whether the samples that see what the centre sees are asked for.
-    coverage: bool,
-    color: bool,
-    /// Whether the ground truth may pass what it meets first.
-    skip_transparent: bool,
-    /// Whether samples go through all of an aperture or an exposure.
-    lens_or_time: bool,
-    /// Whether the error of the colour is estimated.
-    error: bool,
     stats: RenderStats,
-    /// Which blocks show anything, and what a pixel of the others is; `None` where all are to be traced.
+    /// Blocks that any object can project to, and the pixel of all other blocks; `None` if every block is traced.
     screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
 }
 
-/// What a thread needs for a tile; kept from tile to tile.
+/// Buffers of one thread, reused from tile to tile.
 #[derive(Default)]
 pub(crate) struct ThreadScratch {
+    lists: PixelLists,
+    rays: RayBatchBuffers,
+    truth: GroundTruthBuffers,
+    pub estimator: PixelEstimator,
+}
+
+/// Pixels of the tile, and those of the current batch.
+#[derive(Default)]
+struct PixelLists {
+    /// Image coordinates of every traced pixel.
     pixels: Vec<[u32; 2]>,
-    blocks: Vec<Block>,
-    center_rays: CenterRays,
+    blocks: Vec<PixelBlock>,
+    /// Pixels that still receive samples.
+    active: Vec<usize>,
+    /// Pixel and sample index of each ray of the batch.
+    batch: Vec<(usize, u32)>,
+}
+
+/// Camera rays of a batch, their hits and radiance.
+#[derive(Default)]
+struct RayBatchBuffers {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     /// Scene-local.
     origins: Vec<DVec3>,
     directions: Vec<Vec3>,
     samplers: Vec<Sampler>,
-    /// The numbers that say where in the pixel.
+    /// Random numbers of the positions in the pixels.
     offsets: Vec<[f32; 2]>,
-    /// Of the paths of a batch.
     paths: PathScratch,
     radiance: Vec<Vec3>,
     misses: Vec<bool>,
-    /// The pixels that get more samples.
-    active: Vec<usize>,
-    /// What the rays at hand are: pixel, and number of the sample.
-    batch: Vec<(usize, u32)>,
-    /// Of worlds that move, the world that the exact ray of each pixel sees.
-    pixel_worlds: Vec<Arc<PreparedWorld>>,
-    row_worlds: RowWorlds,
-    pub estimator: PixelEstimator,
 }
 
-/// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
+/// Centre rays of a tile.
+#[derive(Default)]
+struct GroundTruthBuffers {
+    center_rays: CenterRays,
+    /// World that each pixel's centre ray sees; empty unless rows are exposed one after another.
+    pixel_worlds: Vec<Arc<PreparedWorld>>,
+    row_worlds: RowWorlds,
+}
+
+/// Samples before the first adaptive stopping test; later tests follow at powers of two. Fewer samples do not estimate
+/// the error reliably.
 const FIRST_ADAPTIVE_CHECK: u32 = 64;
 
 impl<'a> TileRenderer<'a> {
     pub fn new(
         world: &'a PreparedWorld,
-        moments: Option<&'a ShutterSlices<'a>>,
+        shutter: Option<&'a ShutterSlices<'a>>,
         camera: &'a Camera,
         settings: &'a Settings,
         region: [u32; 4],
     ) -> Self {
-        let asked = |channel| settings.channels.contains(&channel);
-        let single = settings.samples == 1;
-        let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
-        let covered = asked(Channel::Coverage);
-        let shaded = colored || covered;
-        let estimated = asked(Channel::Error) || settings.noise.is_some();
-        let sampled = !single && shaded;
-        // A moment that is seen by few rays is not worth a tree of its own.
-        let many =
-            sampled && colored && settings.integrator.traces_secondary_rays() && moments.is_none();
+        let geometry = &world.geometry;
+        let needs = RenderNeeds::new(settings, camera, geometry);
+        // A slice of the shutter's time is seen by few rays: a flattened scene of its own does not pay.
+        let many = needs.samples
+            && needs.color
+            && settings.integrator.traces_secondary_rays()
+            && shutter.is_none();
         let [width, height] = camera.size().map(u64::from);
-        let exact = single
-            || settings
-                .channels
-                .iter()
-                .any(|channel| channel.is_ground_truth());
-        if exact && moments.is_none() {
-            world
-                .geometry
-                .note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
+        if needs.center_rays && shutter.is_none() {
+            geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
-        if colored {
+        if needs.color {
             integrator::build_caustic_maps(world, settings);
         }
-        let mut picture = Self {
+        let mut renderer = Self {
             world,
             scene: match many {
-                true => world
-                    .geometry
-                    .scene_for_samples(width * height * u64::from(settings.samples)),
-                false => &world.geometry.scene,
+                true => geometry.scene_for_samples(width * height * u64::from(settings.samples)),
+                false => &geometry.scene,
             },
-            shutter: moments,
+            shutter,
             camera,
             settings,
+            needs,
             filter: FilterSampler::new(settings.filter),
             cone: RayCone::for_pixel(camera, settings.samples),
-            center_rays: exact,
-            samples: sampled,
-            shading: shaded,
-            skip_transparent: settings.surface == TruthSurface::Solid
-                && world.geometry.has_skippable(),
-            coverage: covered,
-            color: colored,
-            lens_or_time: camera.aperture().is_some() || camera.motion().is_some(),
-            error: estimated,
             stats: RenderStats::default(),
             screen_mask: None,
         };
-        picture.screen_mask = ScreenMask::new(&world.geometry.object_bounds, camera, region)
-            .and_then(|cover| Some((cover, picture.background()?)));
-        picture
+        renderer.screen_mask = ScreenMask::new(&geometry.object_bounds, camera, region)
+            .and_then(|mask| Some((mask, renderer.background()?)));
+        renderer
     }
 
     /// What the one who looks at the picture should know of its samples.
@@ -174,8 +163,8 @@ impl<'a> TileRenderer<'a> {
 
     /// Batches of rays per tile.
     pub fn batches_per_tile(&self) -> usize {
-        usize::from(self.center_rays)
-            + if self.samples {
+        usize::from(self.needs.center_rays)
+            + if self.needs.samples {
                 self.settings.samples as usize
             } else {
                 0
@@ -186,11 +175,11 @@ impl<'a> TileRenderer<'a> {
     pub fn trace(
         &self,
         tile: &Tile,
-        buffers: &mut ThreadScratch,
+        scratch: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        self.begin_tile(tile, buffers, control)?;
-        if !self.samples {
+        self.begin_tile(tile, scratch, control)?;
+        if !self.needs.samples {
             return Ok(());
         }
         let samples = self.settings.samples;
@@ -200,17 +189,17 @@ impl<'a> TileRenderer<'a> {
                 Some(_) => barrier.min(samples),
                 None => samples,
             };
-            self.add_samples(buffers, taken..until, control)?;
+            self.add_samples(scratch, taken..until, control)?;
             taken = until;
             barrier = barrier.saturating_mul(2);
             if let Some(noise) = self.settings.noise {
                 let ThreadScratch {
-                    active,
-                    estimator: estimate,
+                    lists: PixelLists { active, .. },
+                    estimator,
                     ..
-                } = &mut *buffers;
+                } = &mut *scratch;
                 // Every pixel by itself, so that it does not depend on the tile.
-                active.retain(|&pixel| estimate.error(pixel) > noise);
+                active.retain(|&pixel| estimator.error(pixel) > noise);
                 if active.is_empty() {
                     control.advance_by((samples - taken) as usize);
                     break;
@@ -218,12 +207,14 @@ impl<'a> TileRenderer<'a> {
             }
         }
         if let Some(noise) = self.settings.noise {
-            let pixels = 0..buffers.pixels.len();
-            let estimate = &buffers.estimator;
-            let spent = pixels.map(|pixel| u64::from(estimate.samples(pixel))).sum();
-            let noisy = |&&pixel: &&usize| estimate.error(pixel) > noise;
-            let unfinished = buffers.active.iter().filter(noisy).count() as u64;
-            self.stats.add_samples(spent, unfinished);
+            let pixels = 0..scratch.lists.pixels.len();
+            let estimator = &scratch.estimator;
+            let samples = pixels
+                .map(|pixel| u64::from(estimator.samples(pixel)))
+                .sum();
+            let noisy = |&&pixel: &&usize| estimator.error(pixel) > noise;
+            let noisy_pixels = scratch.lists.active.iter().filter(noisy).count() as u64;
+            self.stats.add_samples(samples, noisy_pixels);
         }
         Ok(())
     }
@@ -232,57 +223,58 @@ impl<'a> TileRenderer<'a> {
     pub fn continue_tile(
         &self,
         tile: &Tile,
-        buffers: &mut ThreadScratch,
+        scratch: &mut ThreadScratch,
         state: &mut PixelEstimator,
         control: &Control,
     ) -> Result<(), RenderError> {
-        self.collect_pixels(tile, buffers);
-        buffers.active.clear();
-        buffers.active.extend(0..buffers.pixels.len());
-        std::mem::swap(&mut buffers.estimator, state);
-        self.trace_center_rays(buffers, control)
+        self.collect_pixels(tile, scratch);
+        let PixelLists { active, pixels, .. } = &mut scratch.lists;
+        active.clear();
+        active.extend(0..pixels.len());
+        std::mem::swap(&mut scratch.estimator, state);
+        self.trace_center_rays(scratch, control)
     }
 
     /// The blocks of a tile, and the pixels of those that anything may be seen in.
-    fn collect_pixels(
-        &self,
-        tile: &Tile,
-        ThreadScratch { pixels, blocks, .. }: &mut ThreadScratch,
-    ) {
+    fn collect_pixels(&self, tile: &Tile, scratch: &mut ThreadScratch) {
+        let PixelLists { pixels, blocks, .. } = &mut scratch.lists;
         pixels.clear();
         blocks.clear();
         for block in tile.blocks() {
-            let cover = self.screen_mask.as_ref();
-            let seen = cover.is_none_or(|(cover, _)| cover.covers(&block));
-            blocks.push((block, seen.then_some(pixels.len())));
-            if seen {
+            let mask = self.screen_mask.as_ref();
+            let traced = mask.is_none_or(|(mask, _)| mask.covers(&block));
+            blocks.push(PixelBlock {
+                block,
+                first_pixel: traced.then_some(pixels.len()),
+            });
+            if traced {
                 block.push_rows(pixels);
             }
         }
-        blocks.sort_unstable_by_key(|(block, _)| (block.y, block.x));
+        blocks.sort_unstable_by_key(|one| (one.block.y, one.block.x));
     }
 
-    /// Prepares a tile's buffers, with the rays through its pixels' centres where they are needed.
+    /// Prepares a tile's scratch, with the rays through its pixels' centres where they are needed.
     pub fn begin_tile(
         &self,
         tile: &Tile,
-        buffers: &mut ThreadScratch,
+        scratch: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        self.collect_pixels(tile, buffers);
-        let count = buffers.pixels.len();
-        buffers.estimator.reset(count, self.error);
-        buffers.active.clear();
-        buffers.active.extend(0..count);
+        self.collect_pixels(tile, scratch);
+        let count = scratch.lists.pixels.len();
+        scratch.estimator.reset(count, self.needs.error);
+        scratch.lists.active.clear();
+        scratch.lists.active.extend(0..count);
         control.check()?;
-        self.trace_center_rays(buffers, control)?;
-        if self.shading && self.center_rays && !self.samples {
-            self.for_each_row_world(buffers, |world, buffers| {
-                self.center_rays_as_samples(world, buffers);
-                self.shade(world, buffers, control)
+        self.trace_center_rays(scratch, control)?;
+        if self.needs.shading && self.needs.center_rays && !self.needs.samples {
+            self.for_each_row_world(scratch, |world, scratch| {
+                self.center_rays_as_samples(world, scratch);
+                self.shade(world, scratch, control)
             })?;
         }
-        if self.center_rays && self.settings.time.is_none() {
+        if self.needs.center_rays && self.settings.time.is_none() {
             control.advance();
         }
         Ok(())
@@ -291,29 +283,26 @@ impl<'a> TileRenderer<'a> {
     /// The exact rays, where they are needed.
     fn trace_center_rays(
         &self,
-        buffers: &mut ThreadScratch,
+        scratch: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        buffers.pixel_worlds.clear();
-        if !self.center_rays {
+        scratch.truth.pixel_worlds.clear();
+        if !self.needs.center_rays {
             return Ok(());
         }
         match self.shutter {
-            Some(moments) if moments.is_rolling() => {
-                self.trace_center_rays_by_row(moments, buffers, control)
+            Some(shutter) if shutter.is_rolling() => {
+                self.trace_center_rays_by_row(shutter, scratch, control)
             }
             _ => {
-                let ThreadScratch {
-                    pixels,
-                    center_rays: exact,
-                    ..
-                } = buffers;
-                exact.trace(
-                    &self.world.geometry,
+                let (geometry, pixels) = (&self.world.geometry, &scratch.lists.pixels);
+                let center_rays = &mut scratch.truth.center_rays;
+                center_rays.trace(
+                    geometry,
                     self.camera,
                     pixels,
                     self.settings,
-                    self.skip_transparent,
+                    self.needs.skip_transparent,
                 );
                 Ok(())
             }
@@ -321,25 +310,24 @@ impl<'a> TileRenderer<'a> {
     }
 
     /// The exact rays of the active pixels as those of the first sample.
-    fn center_rays_as_samples(&self, world: &PreparedWorld, buffers: &mut ThreadScratch) {
-        let ThreadScratch {
+    fn center_rays_as_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
+        let PixelLists {
             pixels,
-            center_rays: exact,
+            active,
+            batch,
+            ..
+        } = &mut scratch.lists;
+        let RayBatchBuffers {
             hits,
             origins,
             directions,
             samplers,
-            active,
-            batch,
             ..
-        } = buffers;
-        let rays = || active.iter().map(|&i| &exact.rays[i]);
+        } = &mut scratch.rays;
+        let center_rays = &scratch.truth.center_rays;
+        let rays = || active.iter().map(|&i| &center_rays.rays[i]);
         hits.clear();
-        hits.extend(
-            active
-                .iter()
-                .map(|&i| center_rays::to_float_hit(&exact.hits[i])),
-        );
+        hits.extend(active.iter().map(|&i| to_float_hit(&center_rays.hits[i])));
         origins.clear();
         origins.extend(rays().map(|ray| DVec3::from(ray.origin) - world.geometry.origin));
         directions.clear();
@@ -358,41 +346,45 @@ impl<'a> TileRenderer<'a> {
     fn shade(
         &self,
         world: &PreparedWorld,
-        buffers: &mut ThreadScratch,
+        scratch: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
         let ThreadScratch {
-            center_rays: exact,
+            lists,
+            rays,
+            truth,
+            estimator,
+        } = scratch;
+        let RayBatchBuffers {
             hits,
             origins,
             directions,
             samplers,
-            pixels,
-            paths: room,
+            paths,
             radiance,
-            misses: sky,
-            batch: of,
-            estimator: estimate,
+            misses,
             ..
-        } = buffers;
-        let behind = match self.skip_transparent && self.samples && self.coverage {
+        } = rays;
+        let behind = match self.needs.skip_transparent && self.needs.samples && self.needs.coverage
+        {
             true => world.geometry.visible_instances(origins, directions, hits),
             false => vec![],
         };
-        let told = exact.ground_truth_hits();
-        for (at, (&(pixel, _), hit)) in of.iter().zip(&*hits).enumerate() {
+        let truth = truth.center_rays.ground_truth_hits();
+        for (at, (&(pixel, _), hit)) in lists.batch.iter().zip(&*hits).enumerate() {
             let seen = behind.get(at).unwrap_or(&hit.instance);
             // A single sample is the ray through the centre itself.
-            let same = !self.samples || told.get(pixel).is_some_and(|hit| hit.instance == *seen);
-            estimate.add_sample(pixel, same);
+            let same =
+                !self.needs.samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
+            estimator.add_sample(pixel, same);
         }
-        if !self.color {
+        if !self.needs.color {
             return Ok(());
         }
         radiance.clear();
         radiance.resize(hits.len(), Vec3::ZERO);
-        sky.clear();
-        sky.resize(hits.len(), false);
+        misses.clear();
+        misses.resize(hits.len(), false);
         let batch = CameraRayBatch {
             scene: self.scene_of(world),
             ray_cone: self.cone,
@@ -401,14 +393,22 @@ impl<'a> TileRenderer<'a> {
             hits,
             samplers,
         };
-        integrator::radiance(world, self.settings, &batch, control, room, radiance, sky)?;
-        for (&(pixel, _), _) in of.iter().zip(sky).filter(|(_, sky)| **sky) {
-            estimate.add_miss(pixel);
+        integrator::radiance(
+            world,
+            self.settings,
+            &batch,
+            control,
+            paths,
+            radiance,
+            misses,
+        )?;
+        for (&(pixel, _), _) in lists.batch.iter().zip(misses).filter(|(_, miss)| **miss) {
+            estimator.add_miss(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
         // Of one pixel there are many in a row.
         let mut last = None;
-        for (&(pixel, sample), &mut radiance) in of.iter().zip(radiance) {
+        for (&(pixel, sample), &mut radiance) in lists.batch.iter().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
                 self.stats.reject();
                 continue;
@@ -417,16 +417,16 @@ impl<'a> TileRenderer<'a> {
                 Some((known, gain)) if known == pixel => gain,
                 _ => self
                     .camera
-                    .vignetting_factor(self.pixel_center(pixels[pixel]))
+                    .vignetting_factor(self.pixel_center(lists.pixels[pixel]))
                     as f32,
             };
             last = Some((pixel, gain));
             let brightest = radiance.max_element();
             if brightest > limit {
                 self.stats.clamp();
-                estimate.add_radiance(pixel, sample, radiance * (gain * limit / brightest));
+                estimator.add_radiance(pixel, sample, radiance * (gain * limit / brightest));
             } else {
-                estimate.add_radiance(pixel, sample, radiance * gain);
+                estimator.add_radiance(pixel, sample, radiance * gain);
             }
         }
         Ok(())

@@ -130,7 +130,8 @@ mod tests {
     use super::*;
     use crate::control::Control;
     use crate::film::channel::Channel;
-    use crate::film::frame::{Frame, ImagePlane};
+    use crate::film::frame::Frame;
+    use crate::film::image_plane::ImagePlane;
     use crate::prepare::world::PreparedWorld;
     use crate::sampling::filter::Filter;
     use crate::settings::{Integrator, Settings, TruthSurface};

@@ -1,0 +1,33 @@
+//! Cache of per-triangle values: neighbouring pixels mostly hit the same triangles.
+
+use raycam_bvh::{ExactHit, INVALID_ID};
+
+/// What was found of triangles not long ago: neighbours mostly meet the same ones.
+pub(crate) struct TriangleCache<T> {
+    keys: [(u32, u32); CACHE_SIZE],
+    values: [T; CACHE_SIZE],
+}
+
+/// A power of two: about the triangles of a few rows.
+const CACHE_SIZE: usize = 16;
+
+impl<T: Copy> TriangleCache<T> {
+    pub fn new(nothing: T) -> Self {
+        Self {
+            keys: [(INVALID_ID, INVALID_ID); CACHE_SIZE],
+            values: [nothing; CACHE_SIZE],
+        }
+    }
+
+    /// What is known of the triangle of a hit.
+    #[inline]
+    pub fn get_or_insert(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
+        let of = (hit.instance, hit.triangle);
+        let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % CACHE_SIZE;
+        if self.keys[at] != of {
+            self.keys[at] = of;
+            self.values[at] = find();
+        }
+        &mut self.values[at]
+    }
+}

@@ -1,0 +1,48 @@
+//! Work that a frame requires, computed from its channels and settings.
+
+use raycam_scene::Camera;
+
+use crate::film::channel::Channel;
+use crate::prepare::geometry::Geometry;
+use crate::settings::{Settings, TruthSurface};
+
+/// Stages of a tile that a frame needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RenderNeeds {
+    /// Exact rays through the pixel centres.
+    pub center_rays: bool,
+    /// Filtered samples beside the centre rays.
+    pub samples: bool,
+    /// Hits of camera rays, for more than the ground truth.
+    pub shading: bool,
+    /// Fraction of samples that hit the same instance as the centre ray.
+    pub coverage: bool,
+    /// Radiance.
+    pub color: bool,
+    /// Ground truth behind surfaces that can be seen through.
+    pub skip_transparent: bool,
+    /// Sample positions on the lens and in the exposure.
+    pub lens_or_time: bool,
+    /// Standard error of the colour.
+    pub error: bool,
+}
+
+impl RenderNeeds {
+    pub fn new(settings: &Settings, camera: &Camera, geometry: &Geometry) -> Self {
+        let has = |channel| settings.channels.contains(&channel);
+        let color = has(Channel::Color) || has(Channel::Alpha) || has(Channel::Error);
+        let coverage = has(Channel::Coverage);
+        let single = settings.samples == 1;
+        let mut channels = settings.channels.iter();
+        Self {
+            center_rays: single || channels.any(|channel| channel.is_ground_truth()),
+            samples: !single && (color || coverage),
+            shading: color || coverage,
+            coverage,
+            color,
+            skip_transparent: settings.surface == TruthSurface::Solid && geometry.has_skippable(),
+            lens_or_time: camera.aperture().is_some() || camera.motion().is_some(),
+            error: has(Channel::Error) || settings.noise.is_some(),
+        }
+    }
+}
