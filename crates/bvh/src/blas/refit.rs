@@ -1,7 +1,8 @@
 //! Moves the vertices of a mesh: its tree keeps its shape, its boxes and leaves follow.
 
 use crate::aabb::Aabb;
-use crate::blas::{Bvh, power_of_two_scale, validate_mesh};
+use crate::blas::Bvh;
+use crate::blas::build::{power_of_two_scale, validate_mesh};
 use crate::error::BuildError;
 use crate::node::{LeafNode, NodeBlock, NodeRef};
 

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::mem::{MaybeUninit, take};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::build::traits::{BuildContext, LeafBuilder};
 use crate::build::treelet::{Scratch, SubtreeRoot, Treelet, TreeletJob};
-use crate::build::{BuildContext, LeafBuilder};
 use crate::node::NodeBlock;
 use crate::platform::huge_page_vec::{HugePageVec, copy_to_uninit};
 

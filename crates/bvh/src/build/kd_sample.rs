@@ -3,6 +3,7 @@
 //! Only the sample is binned and moved, over and over. All other prims are looked at once, to see into which cell they
 //! fall, and made where that is built: they never stand in memory all together.
 
+use crate::build::traits::PrimSource;
 use crate::limits::MAX_DEPTH;
 use std::array;
 use std::sync::Arc;
@@ -10,37 +11,15 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::build::large_prims::LargePrimFilter;
+use crate::build::parallel_split;
 use crate::build::prim_ref::{PackedBounds, PrimInfo, PrimRef};
 use crate::build::top_plan::{TopNode, TreeletInput};
+use crate::build::traits::{BuildContext, LeafBuilder, TREELET_SIZE};
 use crate::build::treelet::TreeletDesc;
-use crate::build::{BuildContext, LeafBuilder, TREELET_SIZE, parallel_split};
 use crate::simd::Portable;
 
 /// Cells are cut to this depth: below it there are levels left to halve as many prims as there can be.
 const MAX_KD_DEPTH: usize = MAX_DEPTH - 32;
-
-/// What a tree is built over.
-pub trait PrimSource: Sync {
-    /// How many there are.
-    fn count(&self) -> usize;
-    /// The box of one.
-    fn prim(&self, at: usize) -> PrimRef;
-
-    /// The boxes of some, after those that are there.
-    fn prims(&self, ids: &[u32], prims: &mut Vec<PrimRef>) {
-        prims.extend(ids.iter().map(|&id| self.prim(id as usize)));
-    }
-}
-
-impl PrimSource for [PrimRef] {
-    fn count(&self) -> usize {
-        self.len()
-    }
-
-    fn prim(&self, at: usize) -> PrimRef {
-        self[at]
-    }
-}
 
 /// Space cut in two, over and over.
 enum KdNode {

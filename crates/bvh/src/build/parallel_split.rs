@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use crate::build::binned_sah::{BinMapping, SahBins, SahSplit, has_depth_budget};
 use crate::build::large_prims::split_large;
+use crate::build::partition;
 use crate::build::prim_ref::{PrimInfo, PrimRef};
 use crate::build::top_plan::TopNode;
+use crate::build::traits::{BuildContext, LeafBuilder, PARALLEL_THRESHOLD, TREELET_SIZE};
 use crate::build::treelet::TreeletDesc;
-use crate::build::{BuildContext, LeafBuilder, PARALLEL_THRESHOLD, TREELET_SIZE, partition};
 use crate::platform::dispatch::{Dispatch, kernel};
 use crate::simd::{Isa, Portable};
 

@@ -1,9 +1,9 @@
 //! Brings the prims on one side of a plane before those on the other, without a branch per prim: which side one is on
 //! is what no processor can guess.
 
-use crate::build::binned_sah::{BinMapping, SahSplit};
+use crate::build::binned_sah::{BinMapping, SahBins, SahSplit, has_depth_budget};
 use crate::build::prim_ref::{PrimInfo, PrimRef};
-use crate::simd::F32x4;
+use crate::simd::{F32x4, Isa};
 
 /// Items that are read at a time. Few under Miri, which is slow.
 const PARTITION_BLOCK: usize = if cfg!(miri) { 8 } else { 64 };
@@ -134,10 +134,48 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
     cursors.low
 }
 
+/// Splits at least two prims in two, by the cheapest plane between 8 or 16 bins along each axis, where leaves hold `leaf_size` prims: reorders them and returns where the right side starts, and both ranges.
+#[inline(always)]
+pub fn split<I: Isa>(
+    prims: &mut [PrimRef],
+    range: &PrimInfo,
+    depth: usize,
+    bins: usize,
+    leaf_size: u32,
+) -> (usize, PrimInfo, PrimInfo) {
+    if has_depth_budget(prims, depth) {
+        let best = match bins {
+            8 => find_split::<I, 8>(prims, range, leaf_size),
+            _ => find_split::<I, 16>(prims, range, leaf_size),
+        };
+        if let Some((mapping, plane)) = best {
+            return partition(prims, &mapping, &plane);
+        }
+    }
+    let middle = prims.len() / 2;
+    let (left, right) = prims.split_at(middle);
+    (
+        middle,
+        PrimInfo::from_prims::<I>(left),
+        PrimInfo::from_prims::<I>(right),
+    )
+}
+
+#[inline(always)]
+fn find_split<I: Isa, const N: usize>(
+    prims: &[PrimRef],
+    range: &PrimInfo,
+    leaf_size: u32,
+) -> Option<(BinMapping, SahSplit)> {
+    let mapping = BinMapping::new(range, N);
+    let mut bins = SahBins::<N>::empty();
+    bins.add::<I>(prims, &mapping);
+    Some((mapping, bins.best_split::<I>(&mapping, leaf_size)?))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::binned_sah::SahBins;
     use crate::simd::Portable;
 
     /// Boxes whose centroids lie at `xs`.
@@ -217,6 +255,29 @@ mod tests {
             of(&|i| (i as u32).wrapping_mul(2_654_435_761) >> 31 == 0);
             let spread = |i: usize| ((i as u32).wrapping_mul(2_654_435_761) >> 8) as f32;
             check(&(0..n).map(spread).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn the_boxes_of_both_sides_are_those_of_their_items() {
+        let place = |i: u32, k: u32| {
+            let word = u64::from(i * 3 + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let word = (word ^ word >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            (word >> 40) as f32
+        };
+        for bins in [8, 16] {
+            let lower = |i| [0, 1, 2].map(|k| place(i, k));
+            let prim = |i| PrimRef::new(lower(i), lower(i).map(|x| x + 9e3), i);
+            let mut prims: Vec<_> = (0..5000).map(prim).collect();
+            let range = PrimInfo::from_prims::<Portable>(&prims);
+            let (middle, left, right) = split::<Portable>(&mut prims, &range, 0, bins, 4);
+            let (of_left, of_right) = prims.split_at(middle);
+            assert!(!of_left.is_empty() && !of_right.is_empty());
+            for (side, prims) in [(left, of_left), (right, of_right)] {
+                let box_of = |range: &PrimInfo| [0, 1, 2, 4, 5, 6].map(|k| range.bounds[k]);
+                let expected = box_of(&PrimInfo::from_prims::<Portable>(prims));
+                assert_eq!(box_of(&side), expected, "{bins} bins");
+            }
         }
     }
 }

@@ -1,8 +1,10 @@
 //! Trees over boxes of all kinds.
 
 use super::*;
-use crate::limits::MAX_DEPTH;
 use crate::Bvh;
+use crate::build::prim_ref::PrimRef;
+use crate::limits::MAX_DEPTH;
+use crate::node::NodeBlock;
 
 /// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
 struct Boxes(Option<usize>);

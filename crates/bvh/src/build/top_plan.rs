@@ -5,8 +5,8 @@ use crate::build::collapse::{
 };
 use crate::build::concat::{ConcatenatedTree, build_and_concat};
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimRef, unpack_bounds};
+use crate::build::traits::{BuildContext, BuiltBvh, LeafBuilder};
 use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletPrims};
-use crate::build::{BuildContext, BuiltBvh, LeafBuilder};
 use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 

@@ -1,10 +1,10 @@
 //! A desc of the tree that one thread builds while it lies in that core's cache.
 
-use super::collapse::{BinaryNode, collapse, emit_wide_nodes, select_children};
-use super::{BuildContext, LeafBuilder, TREELET_SIZE};
-use crate::build::binned_sah::split;
+use crate::build::collapse::{BinaryNode, collapse, emit_wide_nodes, select_children};
 use crate::build::large_prims::split_large;
+use crate::build::partition::split;
 use crate::build::prim_ref::{PackedBounds, PrimInfo, PrimRef};
+use crate::build::traits::{BuildContext, LeafBuilder, TREELET_SIZE};
 use crate::node::{NodeBlock, NodeRef, WideNode};
 use crate::platform::dispatch::kernel;
 use crate::simd::Isa;

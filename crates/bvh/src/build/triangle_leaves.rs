@@ -1,7 +1,8 @@
 //! How triangles become leaves: a leaf names each vertex once.
 
+use crate::build::prim_ref::PrimRef;
+use crate::build::traits::{LeafBuilder, PrimSource, TREELET_SIZE};
 use crate::build::triangle_pairs::PairFinder;
-use crate::build::{LeafBuilder, PrimRef, PrimSource, TREELET_SIZE};
 use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NodeBlock, NodeRef};
 use crate::simd::prefetch;
 

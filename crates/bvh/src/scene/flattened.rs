@@ -2,41 +2,9 @@
 
 use crate::blas::Bvh;
 use crate::error::BuildError;
-use crate::ray::INVALID_ID;
-use crate::scene::{ExactTriangles, Instance, Scene, translation};
-
-/// Which triangles of a tree are whose.
-#[derive(Debug)]
-pub(crate) struct InstanceRanges {
-    /// Of each mesh, its first triangle in the tree.
-    first_prims: Vec<u32>,
-}
-
-impl InstanceRanges {
-    /// The mesh that a triangle of the tree belongs to, and its number there.
-    fn locate(&self, triangle: u32) -> (u32, u32) {
-        // Meshes without triangles begin where the next one does.
-        let mesh = self.first_prims.partition_point(|first| *first <= triangle) - 1;
-        (mesh as u32, triangle - self.first_prims[mesh])
-    }
-
-    /// Makes the instances and triangles of hits those of the meshes.
-    pub fn remap_hits<'h>(&self, hits: impl Iterator<Item = (&'h mut u32, &'h mut u32)>) {
-        for (instance, triangle) in hits.filter(|(instance, _)| **instance != INVALID_ID) {
-            (*instance, *triangle) = self.locate(*triangle);
-        }
-    }
-}
-
-/// The triangles of all meshes as those of the tree.
-pub(crate) struct FlattenedTriangles<'a, T>(pub &'a InstanceRanges, pub &'a T);
-
-impl<T: ExactTriangles> ExactTriangles for FlattenedTriangles<'_, T> {
-    fn corners(&self, _: u32, triangle: u32) -> [[f64; 3]; 3] {
-        let (mesh, triangle) = self.0.locate(triangle);
-        self.1.corners(mesh, triangle)
-    }
-}
+use crate::scene::build::translation;
+use crate::scene::instance_ranges::InstanceRanges;
+use crate::scene::{Instance, Scene};
 
 impl Scene {
     /// Builds one tree over meshes that stay where they are: `vertices` in scene-local coordinates, `triangles` of all meshes

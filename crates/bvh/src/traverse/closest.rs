@@ -1,49 +1,27 @@
 //! PacketScratch through the scene: the nearest hits.
 
 use crate::blas::Bvh;
-use crate::limits::MAX_TRIANGLES;
 use crate::node::{LeafNode, NodeRef};
-use crate::ray::{Coherence, Hit, INVALID_ID, Ray};
+use crate::ray::{Coherence, Hit, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
-use crate::simd::{F32x4, Isa, Vector};
-use crate::traverse::ClosestSink;
-use crate::traverse::node_test::NO_PRIM;
+use crate::simd::Isa;
+use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
+use crate::traverse::packet::hits::{PacketHits, closest_in_leaf};
 use crate::traverse::packet::incoherent::intersect_incoherent;
-use crate::traverse::packet::soa::{load, load_rays, store, store_masked};
-use crate::traverse::packet::tlas::{PacketQuery, PacketScratch};
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
-use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::packet::triangle_edges::PotentialHits;
+use crate::traverse::single::closest_hit::NO_PRIM;
+use crate::traverse::single::interleaved::RaySource;
 use crate::traverse::single::interleaved::traverse_interleaved;
+use crate::traverse::single::ray_state::RayTask;
 use crate::traverse::stream::chunker::{
     RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue, prefetch_all,
 };
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
-use crate::traverse::triangle::packet::{LaneIntersections, intersect_lanes};
-use crate::traverse::triangle::packet_edges::PotentialHits;
-
-/// Rays of a packet that are fewer than this at a node go on alone.
-pub const MIN_PACKET_RAYS: u32 = 5;
-
-/// What the rays of a packet met in a mesh; t stands in the packet.
-pub struct PacketHits {
-    /// Words in the bits of floats.
-    prim_index: [f32; PACKET_SIZE],
-    /// Times `det`, until [`PacketHits::normalize_barycentrics`].
-    u: [f32; PACKET_SIZE],
-    v: [f32; PACKET_SIZE],
-    det: [f32; PACKET_SIZE],
-}
-
-impl PacketHits {
-    pub const MISS: PacketHits = PacketHits {
-        prim_index: [f32::from_bits(NO_PRIM); PACKET_SIZE],
-        u: [0.0; PACKET_SIZE],
-        v: [0.0; PACKET_SIZE],
-        det: [1.0; PACKET_SIZE],
-    };
-}
+use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
 /// The nearest hits, for any number of rays.
 #[inline(always)]
@@ -276,132 +254,21 @@ impl LeafVisitor for ClosestLeafVisitor<'_> {
     }
 }
 
-/// The rays for which anything was found. `COMMON_ORIGIN` as in [`PotentialHits::find`].
-#[inline(always)]
-pub fn closest_in_leaf<I: Isa, const COMMON_ORIGIN: bool>(
-    mesh: &Bvh,
-    leaf: &LeafNode,
-    active: u64,
-    packet: &mut Packet,
-    nearest: &mut PacketHits,
-    potential: &mut PotentialHits,
-) -> u64 {
-    let mut closer = 0;
-    potential.test_edges::<I, COMMON_ORIGIN>(leaf, active, packet);
-    while potential.hit_mask != 0 {
-        let mut groups = potential.active_groups::<I>();
-        while groups != 0 {
-            let group = groups.trailing_zeros() as usize;
-            groups &= groups - 1;
-            let met = intersect_lanes::<I, false>(leaf, packet, group, potential);
-            let first = nearest.merge::<I>(mesh, leaf, met, group, packet);
-            closer |= u64::from(first) << (I::RAY_LANES * group);
-        }
-        potential.next_triangle();
-    }
-    if closer != 0 {
-        mesh.prefetch_prim_id::<I>(leaf.first_prim);
-    }
-    closer
+/// Parts of one ray may come as separate work, after others of it: the first hit of all counts.
+struct ClosestSink<'a, W> {
+    tasks: W,
+    hits: &'a mut [Hit],
 }
 
-const _: () = assert!(MAX_TRIANGLES < f32::INFINITY.to_bits() as usize);
-
-impl PacketHits {
-    /// Makes u and v what they are, once all has been met.
+impl<W: Iterator<Item = RayTask>> RaySource for ClosestSink<'_, W> {
     #[inline(always)]
-    fn normalize_barycentrics<I: Isa>(&mut self) {
-        for group in 0..PACKET_SIZE / 16 {
-            let det = load::<I>(&self.det, group);
-            let u = load::<I>(&self.u, group).div(det);
-            let v = load::<I>(&self.v, group).div(det);
-            store::<I>(&mut self.u, group, u);
-            store::<I>(&mut self.v, group, v);
-        }
+    fn next(&mut self) -> Option<RayTask> {
+        let mut task = self.tasks.next()?;
+        task.ray.clip_t_max(self.hits[task.ray_id].t);
+        Some(task)
     }
-
-    /// Writes the hits of a full packet, each in its lane: four at a time, and without a branch, for where rays miss is
-    /// anybody's guess.
     #[inline(always)]
-    fn scatter_hits<I: Isa>(
-        &self,
-        mesh: &Bvh,
-        instance: u32,
-        packet: &Packet,
-        hits: &mut [Hit; PACKET_SIZE],
-    ) {
-        let (mut t, mut instances) = ([0.0; PACKET_SIZE], [0.0; PACKET_SIZE]);
-        let [far, here, nowhere] = [
-            f32::INFINITY,
-            f32::from_bits(instance),
-            f32::from_bits(INVALID_ID),
-        ]
-        .map(I::F32x16::splat);
-        for group in 0..PACKET_SIZE / 16 {
-            let prim = load::<I>(&self.prim_index, group);
-            // As a float, `NO_PRIM` is NaN, and no other is: there are too few triangles.
-            let met = prim.eq(prim);
-            let known = load::<I>(&packet.t_max, group);
-            store::<I>(&mut t, group, I::F32x16::select(met, known, far));
-            store::<I>(&mut instances, group, I::F32x16::select(met, here, nowhere));
-        }
-        for (four, hits) in hits.chunks_exact_mut(4).enumerate() {
-            let columns = [&t, &self.u, &self.v, &instances];
-            let columns = columns.map(|row| F32x4::new(std::array::from_fn(|i| row[4 * four + i])));
-            let rows = F32x4::transpose(columns);
-            for (i, (hit, row)) in hits.iter_mut().zip(rows).enumerate() {
-                // SAFETY: a hit begins with t, u, v and the instance, four words.
-                unsafe { (&raw mut *hit).cast::<[f32; 4]>().write(row.array()) };
-                // All bits of what is nothing are set.
-                let prim = self.prim_index[4 * four + i].to_bits();
-                let missed = u32::from(prim == NO_PRIM).wrapping_neg();
-                hit.triangle = mesh.prim_id(prim & !missed) | missed;
-            }
-        }
-    }
-
-    /// Takes what rays of a group met, where it comes first by (t, id); returns the lanes where it does.
-    #[inline(always)]
-    fn merge<I: Isa>(
-        &mut self,
-        mesh: &Bvh,
-        leaf: &LeafNode,
-        met: LaneIntersections<I::RayVec>,
-        group: usize,
-        packet: &mut Packet,
-    ) -> u32 {
-        let LaneIntersections {
-            hit, t, u, v, det, ..
-        } = met;
-        let known = load_rays::<I>(&packet.t_max, group);
-        let prim = I::add_u32_bits(met.triangle, leaf.first_prim);
-        let ties = <I::RayVec as Vector>::to_bitmask(t.eq(known)) & hit;
-        let mut first = hit & !ties;
-        if ties != 0 {
-            first |= self.resolve_ties::<I>(mesh, prim, group, ties);
-        }
-        let lanes = <I::RayVec as Vector>::from_bitmask(first);
-        store_masked::<I>(&mut packet.t_max, group, lanes, t);
-        store_masked::<I>(&mut self.u, group, lanes, u);
-        store_masked::<I>(&mut self.v, group, lanes, v);
-        store_masked::<I>(&mut self.det, group, lanes, det);
-        store_masked::<I>(&mut self.prim_index, group, lanes, prim);
-        first
-    }
-
-    /// Of lanes whose t is the one that is known those that come first by their id, or because nothing was met there.
-    #[cold]
-    #[inline(never)]
-    fn resolve_ties<I: Isa>(&self, mesh: &Bvh, prim: I::RayVec, group: usize, ties: u32) -> u32 {
-        let mut prims = [0u32; 16];
-        // SAFETY: the array holds at least as many words, which as floats are only moved.
-        unsafe { prim.store(prims.as_mut_ptr().cast()) };
-        (0..16)
-            .filter(|lane| ties >> lane & 1 != 0)
-            .filter(|lane| {
-                let known = self.prim_index[I::RAY_LANES * group + lane].to_bits();
-                known == NO_PRIM || mesh.prim_id(prims[*lane]) < mesh.prim_id(known)
-            })
-            .fold(0, |lanes, lane| lanes | 1 << lane)
+    fn report(&mut self, ray_id: usize, hit: Hit) {
+        self.hits[ray_id].keep_closer(hit);
     }
 }

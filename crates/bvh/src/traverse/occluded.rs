@@ -1,23 +1,24 @@
 //! PacketScratch through the scene: any hits.
 
 use crate::node::{LeafNode, NodeRef, leaf, node};
-use crate::ray::{Coherence, Ray};
+use crate::ray::{Coherence, Hit, INVALID_ID, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
-use crate::traverse::OcclusionSink;
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
-use crate::traverse::packet::tlas::{PacketQuery, PacketScratch};
 use crate::traverse::packet::traversal::prefetch_block;
+use crate::traverse::packet::triangle::intersect_lanes;
+use crate::traverse::packet::triangle_edges::PotentialHits;
+use crate::traverse::single::interleaved::RaySource;
 use crate::traverse::single::interleaved::traverse_interleaved;
+use crate::traverse::single::ray_state::RayTask;
 use crate::traverse::stack::MaskStack;
 use crate::traverse::stream::chunker::{
     RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue,
 };
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
-use crate::traverse::triangle::packet::intersect_lanes;
-use crate::traverse::triangle::packet_edges::PotentialHits;
+use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
 /// PacketScratch of a chunk do not pay if they visit more nodes and leaves than so many for each ray, where each ray that goes on
 /// alone counts as so many visits.
@@ -188,4 +189,26 @@ fn occluded_in_leaf<I: Isa>(
         potential.next_triangle();
     }
     occluded
+}
+
+/// Parts of one ray may come as separate work: it is occluded if one of them is.
+struct OcclusionSink<'a, W> {
+    tasks: W,
+    occluded: &'a mut [bool],
+}
+
+impl<W: Iterator<Item = RayTask>> RaySource for OcclusionSink<'_, W> {
+    #[inline(always)]
+    fn next(&mut self) -> Option<RayTask> {
+        loop {
+            let task = self.tasks.next()?;
+            if !self.occluded[task.ray_id] {
+                return Some(task);
+            }
+        }
+    }
+    #[inline(always)]
+    fn report(&mut self, ray_id: usize, hit: Hit) {
+        self.occluded[ray_id] |= hit.instance != INVALID_ID;
+    }
 }

@@ -12,18 +12,34 @@ use crate::traverse::exact::single::{
     ClippedRay, conservative_candidates, coordinate_error, intersect_subtree, intersect_tlas,
     to_mesh_space,
 };
+use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
-use crate::traverse::packet::tlas::{PacketQuery, PacketScratch};
+use crate::traverse::packet::packet_ray::PacketRay;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
-use crate::traverse::packet::{PACKET_SIZE, Packet};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index, ray_mask};
-use crate::traverse::triangle::single::PacketRay;
+use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
 /// Rays start where they are given, and so at one point, up to this many times the reach of the scene.
 const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 
 /// Candidates for each ray from which on each triangle of a leaf is tested by itself for every ray at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
+
+#[inline(always)]
+pub fn closest_exact_batch<I: Isa>(
+    scene: &Scene,
+    rays: &[ExactRay],
+    triangles: &dyn ExactTriangles,
+    hits: &mut [ExactHit],
+) {
+    let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
+    let mut exact = RaySoa64::EMPTY;
+    for (rays, hits) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)) {
+        let room = (&mut packets, &mut near, &mut exact);
+        closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
+    }
+}
 
 /// The answers of at most 64 rays.
 #[inline(always)]

@@ -4,7 +4,7 @@ use crate::node::cross;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::Scene;
 use crate::traverse::exact::single::{ClippedRay, F64_ERROR, t_max_f32};
-use crate::traverse::packet::PACKET_SIZE;
+use crate::traverse::packet::soa::PACKET_SIZE;
 
 /// A value of each ray.
 type RayRow = [f64; PACKET_SIZE];
@@ -288,7 +288,7 @@ impl RaySoa64 {
     }
 
     /// The edge functions of a triangle, sheared so that ray `i` runs along its main axis `z` from 0: those of
-    /// [`crate::traverse::triangle::packet`] in float64.
+    /// [`crate::traverse::packet::triangle`] in float64.
     #[inline(always)]
     fn edge_functions(&self, i: usize, z: usize, corners: &[[f64; 3]; 3]) -> [f64; 3] {
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);

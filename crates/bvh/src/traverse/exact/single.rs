@@ -11,34 +11,14 @@ use crate::ray::{ExactHit, ExactRay};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
-use crate::traverse::exact::packet::closest_exact_chunk;
-use crate::traverse::exact::rays::RaySoa64;
 use crate::traverse::node_test::intersect_children;
-use crate::traverse::packet::PACKET_SIZE;
-use crate::traverse::packet::tlas::PacketScratch;
 use crate::traverse::stack::Stack;
-use crate::traverse::stream::packet_groups::RayBatch;
 use crate::traverse::trav_ray::TravRay;
-use crate::traverse::triangle::packet::{corners, indices};
+use crate::traverse::triangle::edge::{corners, indices};
 use crate::traverse::triangle::single::{RayView, shear_vertices};
 
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
-
-#[inline(always)]
-pub fn closest_exact_batch<I: Isa>(
-    scene: &Scene,
-    rays: &[ExactRay],
-    triangles: &dyn ExactTriangles,
-    hits: &mut [ExactHit],
-) {
-    let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
-    let mut exact = RaySoa64::EMPTY;
-    for (rays, hits) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)) {
-        let room = (&mut packets, &mut near, &mut exact);
-        closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
-    }
-}
 
 /// A ray that was moved to the scene's box.
 #[derive(Clone, Copy)]
@@ -336,7 +316,7 @@ struct TriangleIntersection64 {
     normal: [f64; 3],
 }
 
-/// The test of [`crate::traverse::triangle::packet`] in float64.
+/// The test of [`crate::traverse::packet::triangle`] in float64.
 fn intersect_triangle_f64(
     origin: [f64; 3],
     direction: [f64; 3],

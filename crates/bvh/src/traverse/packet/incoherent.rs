@@ -3,10 +3,14 @@
 use crate::blas::Bvh;
 use crate::node::{NodeRef, WideNode, leaf, node};
 use crate::simd::{Isa, Vector};
-use crate::traverse::closest::{MIN_PACKET_RAYS, PacketHits, closest_in_leaf};
-use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::packet::Packet;
+use crate::traverse::packet::hits::{PacketHits, closest_in_leaf};
+use crate::traverse::packet::soa::PACKET_SIZE;
+use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::stack::MaskStack;
-use crate::traverse::triangle::packet_edges::PotentialHits;
+
+/// Rays of a packet that are fewer than this at a node go on alone.
+const MIN_PACKET_RAYS: u32 = 5;
 
 /// Where rays of a packet go on alone.
 pub struct SingleHandoff {

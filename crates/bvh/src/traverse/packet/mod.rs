@@ -4,19 +4,20 @@
 //! run to, or just the first origin) the t at which any of them may enter a box lies in an interval that follows from
 //! the min_max of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
 
+pub(crate) mod cull;
 pub(crate) mod frustum;
+pub(crate) mod hits;
 pub(crate) mod incoherent;
+pub(crate) mod packet_ray;
 pub(crate) mod setup;
 pub(crate) mod soa;
-pub(crate) mod tlas;
 pub(crate) mod traversal;
+pub(crate) mod triangle;
+pub(crate) mod triangle_edges;
 
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::frustum::Frustum;
-use crate::traverse::packet::soa::{SlabPlanesSoa, load, to_bitmask};
-
-/// The most rays in a packet.
-pub const PACKET_SIZE: usize = 64;
+use crate::traverse::packet::soa::{PACKET_SIZE, SlabPlanesSoa, load, to_bitmask};
 
 /// Rays in the coordinates of one tree, component by component.
 #[repr(C, align(64))]

@@ -4,9 +4,10 @@ use crate::aabb::Aabb;
 use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
+use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::soa::{min_max, store, to_bitmask};
-use crate::traverse::packet::{PACKET_SIZE, Packet};
 use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD, SLAB_PAD};
 
 impl Packet {

@@ -1,7 +1,9 @@
 //! Rows of a packet: one value of each ray, sixteen at a time.
 
 use crate::simd::{Isa, Vector};
-use crate::traverse::packet::PACKET_SIZE;
+
+/// The most rays in a packet.
+pub const PACKET_SIZE: usize = 64;
 
 #[inline(always)]
 pub fn load<I: Isa>(row: &[f32; PACKET_SIZE], group: usize) -> I::F32x16 {

@@ -4,27 +4,16 @@
 //! in memory: whose turn is next would have to be read there after what was just written, and steps would not overlap.
 
 use crate::node::NodeRef;
-use crate::ray::{Hit, Ray};
+use crate::ray::Hit;
 use crate::scene::Scene;
 use crate::simd::Isa;
-use crate::traverse::single::ray_state::RayState;
+use crate::traverse::single::ray_state::{RayState, RayTask};
 
 /// How many rays take ready.
 const RAYS_IN_FLIGHT: usize = 24;
 
 /// Rays at nodes that wait for those at leaves.
 const MAX_WAITING_NODES: u32 = 8;
-
-/// A ray to be traced.
-#[derive(Clone, Copy)]
-pub struct RayTask {
-    pub ray: Ray,
-    /// What to answer it by.
-    pub ray_id: usize,
-    /// Where in the mesh of which instance to start, and to end with it; [`NodeRef::EMPTY`] for the root of everything.
-    pub start_node: NodeRef,
-    pub instance: u32,
-}
 
 /// Where a source gets its rays from and brings its answers to.
 pub trait RaySource {

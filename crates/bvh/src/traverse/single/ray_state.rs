@@ -5,13 +5,22 @@ use crate::node::{NodeBlock, NodeRef, leaf, node};
 use crate::ray::{Hit, INVALID_ID, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
-use crate::traverse::node_test::{
-    ClosestHit, NO_PRIM, any_hit, intersect_children, setup_instance_ray,
-};
-use crate::traverse::single::interleaved::RayTask;
+use crate::traverse::node_test::{intersect_children, setup_instance_ray};
+use crate::traverse::single::closest_hit::{ClosestHit, NO_PRIM, any_hit};
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
 use crate::traverse::triangle::single::edge_test;
+
+/// A ray to be traced.
+#[derive(Clone, Copy)]
+pub struct RayTask {
+    pub ray: Ray,
+    /// What to answer it by.
+    pub ray_id: usize,
+    /// Where in the mesh of which instance to start, and to end with it; [`NodeRef::EMPTY`] for the root of everything.
+    pub start_node: NodeRef,
+    pub instance: u32,
+}
 
 /// Where it is, and what it met.
 #[repr(C, align(64))]

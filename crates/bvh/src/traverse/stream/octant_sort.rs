@@ -4,9 +4,9 @@
 //! all of a small one.
 
 use crate::ray::Ray;
+use crate::scene::backoff::Backoff;
 use crate::simd::Isa;
-use crate::traverse::packet::PACKET_SIZE;
-use crate::traverse::stream::backoff::Backoff;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::stream::packet_groups::{DIRECTION_CLASSES, UNGROUPED, direction_classes};
 
 /// The most rays that are sorted at a time.

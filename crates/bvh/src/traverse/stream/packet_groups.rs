@@ -2,7 +2,7 @@
 
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
-use crate::traverse::packet::PACKET_SIZE;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::trav_ray::MAX_RECIPROCAL;
 
 /// Rays that run alike are traced alone where they are fewer than this...

@@ -1,6 +1,4 @@
 //! TODO: what is here.
 
-pub(crate) mod cull;
-pub(crate) mod packet;
-pub(crate) mod packet_edges;
+pub(crate) mod edge;
 pub(crate) mod single;

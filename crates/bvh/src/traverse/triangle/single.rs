@@ -1,14 +1,13 @@
-//! One ray against the triangles of a leaf, by the test of [`crate::traverse::triangle::packet`]: all edges at once, then the few
+//! One ray against the triangles of a leaf, by the test of [`crate::traverse::packet::triangle`]: all edges at once, then the few
 //! triangles that remain one by one.
 
 use std::hint::select_unpredictable;
 
 use crate::node::{LeafNode, cross};
 use crate::simd::{Isa, Vector};
-use crate::traverse::packet::{PACKET_SIZE, Packet};
 use crate::traverse::trav_ray::TravRay;
-use crate::traverse::triangle::packet::{
-    corner_lanes, corners, edge_functions_f64, indices, vertices_minus,
+use crate::traverse::triangle::edge::{
+    corner_lanes, edge_functions_f64, indices, inside_mask, vertices_minus,
 };
 
 /// A ray as it is tested against triangles, one of a packet or not.
@@ -52,37 +51,6 @@ impl RayView for &TravRay {
     }
 }
 
-/// Ray `1` of a packet.
-#[derive(Clone, Copy)]
-pub struct PacketRay<'a>(pub &'a Packet, pub usize);
-
-impl RayView for PacketRay<'_> {
-    #[inline(always)]
-    fn axes(&self) -> [usize; 3] {
-        self.0.axes
-    }
-    #[inline(always)]
-    fn origin(&self, axis: usize) -> f32 {
-        self.0.origin[axis][self.1 & (PACKET_SIZE - 1)]
-    }
-    #[inline(always)]
-    fn shear(&self, k: usize) -> f32 {
-        self.0.shear[k][self.1 & (PACKET_SIZE - 1)]
-    }
-    #[inline(always)]
-    fn reciprocal(&self, axis: usize) -> f32 {
-        self.0.reciprocal[axis][self.1 & (PACKET_SIZE - 1)]
-    }
-    #[inline(always)]
-    fn t_near(&self, axis: usize, bound: f32) -> f32 {
-        self.0.near.t_at(axis, self.1 & (PACKET_SIZE - 1), bound)
-    }
-    #[inline(always)]
-    fn t_far(&self, axis: usize, bound: f32) -> f32 {
-        self.0.far.t_at(axis, self.1 & (PACKET_SIZE - 1), bound)
-    }
-}
-
 /// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
 #[inline(always)]
 pub fn shear_vertices<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> [I::F32x16; 2] {
@@ -100,65 +68,6 @@ pub fn shear_vertices<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> [I::F32x16;
 pub fn edge_test<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> u32 {
     let [px, py] = shear_vertices::<I>(leaf, ray);
     inside_mask::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.non_degenerate
-}
-
-/// [`inside_mask`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
-#[inline(always)]
-fn inside_mask_by_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) -> u32 {
-    let lower = inside_mask_half::<I, 0>(px, py, leaf);
-    if leaf.count <= 8 {
-        return lower;
-    }
-    lower | inside_mask_half::<I, 1>(px, py, leaf) << 8
-}
-
-/// [`inside_mask`] of triangles `8 * HALF ..`.
-#[inline(always)]
-fn inside_mask_half<I: Isa, const HALF: usize>(
-    px: I::F32x16,
-    py: I::F32x16,
-    leaf: &LeafNode,
-) -> u32 {
-    let [a, b, c] = leaf.packed_indices;
-    edge_functions_agree(
-        (
-            I::permute_half::<HALF>(px, a),
-            I::permute_half::<HALF>(py, a),
-        ),
-        (
-            I::permute_half::<HALF>(px, b),
-            I::permute_half::<HALF>(py, b),
-        ),
-        (
-            I::permute_half::<HALF>(px, c),
-            I::permute_half::<HALF>(py, c),
-        ),
-    )
-}
-
-/// The triangles that have 0 within, of vertices in x and y; `index` as [`indices`] has it.
-#[inline(always)]
-pub fn inside_mask<I: Isa>(
-    px: I::F32x16,
-    py: I::F32x16,
-    leaf: &LeafNode,
-    index: &[I::LaneIndices; 3],
-) -> u32 {
-    if I::RAY_LANES < 16 {
-        return inside_mask_by_halves::<I>(px, py, leaf);
-    }
-    let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, index), corners::<I>(py, index));
-    edge_functions_agree((ax, ay), (bx, by), (cx, cy))
-}
-
-/// The triangles that have 0 within, of their corners' x and y.
-#[inline(always)]
-fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
-    let u = cx.mul(by).sub(cy.mul(bx));
-    let v = ax.mul(cy).sub(ay.mul(cx));
-    let w = bx.mul(ay).sub(by.mul(ax));
-    let zero = V::splat(0.0);
-    V::to_bitmask(V::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero)))
 }
 
 /// Where a ray meets a triangle.

@@ -6,7 +6,8 @@ use crate::ray::Ray;
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
-use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::packet::Packet;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::stack::Stack;
 use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices, ray_index};
 

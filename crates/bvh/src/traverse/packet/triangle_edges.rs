@@ -2,10 +2,11 @@
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
+use crate::traverse::packet::Packet;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::soa::{load, load_xyz, store, to_bitmask};
-use crate::traverse::packet::{PACKET_SIZE, Packet};
-use crate::traverse::triangle::packet::{corner_lanes, indices, vertices_minus};
-use crate::traverse::triangle::single::inside_mask;
+use crate::traverse::triangle::edge::inside_mask;
+use crate::traverse::triangle::edge::{corner_lanes, indices, vertices_minus};
 
 /// Rays of a packet that are as few at a leaf are tested against all its triangles: finding those that may be met costs
 /// as much.

@@ -6,64 +6,19 @@
 //! Front and back are both hit. The edges count as inside.
 //!
 //! That is done in two steps: edges first, of one ray and sixteen triangles ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and
-//! sixteen rays ([`crate::traverse::triangle::packet_edges`]); then the few triangles that remain, one by one for a ray alone
+//! sixteen rays ([`crate::traverse::packet::triangle_edges`]); then the few triangles that remain, one by one for a ray alone
 //! ([`crate::traverse::triangle::single::intersect_triangle`]), or one for each of some rays ([`intersect_lanes`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in any of them.
 
 use crate::node::LeafNode;
-use crate::simd::{Isa, Vector, packed_index};
+use crate::simd::{Isa, Vector};
+use crate::traverse::packet::Packet;
+use crate::traverse::packet::packet_ray::PacketRay;
+use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::soa::load_rays;
-use crate::traverse::packet::{PACKET_SIZE, Packet};
-use crate::traverse::triangle::packet_edges::PotentialHits;
-use crate::traverse::triangle::single::{PacketRay, plane_depth_f64};
-
-/// The corners of the triangles of a leaf.
-#[inline(always)]
-pub fn corners<I: Isa>(v: I::F32x16, index: &[I::LaneIndices; 3]) -> [I::F32x16; 3] {
-    [
-        I::permute(v, index[0]),
-        I::permute(v, index[1]),
-        I::permute(v, index[2]),
-    ]
-}
-
-/// The indices that [`corners`] takes.
-#[inline(always)]
-pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::LaneIndices; 3] {
-    [
-        I::unpack_indices(leaf.packed_indices[0]),
-        I::unpack_indices(leaf.packed_indices[1]),
-        I::unpack_indices(leaf.packed_indices[2]),
-    ]
-}
-
-/// The vertices of a leaf along an axis, less an origin.
-#[inline(always)]
-pub fn vertices_minus<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F32x16 {
-    // SAFETY: each row of `vertex` holds 16 floats.
-    let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
-    row.sub(I::F32x16::splat(origin))
-}
-
-impl LeafNode {
-    /// The leaf with its vertices counted from a point.
-    #[inline(always)]
-    pub fn translated<I: Isa>(&self, point: [f32; 3]) -> LeafNode {
-        let mut leaf = *self;
-        for (axis, row) in leaf.vertices.iter_mut().enumerate() {
-            // SAFETY: the row holds 16 floats.
-            unsafe { vertices_minus::<I>(self, axis, point[axis]).store(row.as_mut_ptr()) };
-        }
-        leaf
-    }
-}
-
-/// The lanes of the corners of triangle `k`.
-#[inline(always)]
-pub fn corner_lanes(leaf: &LeafNode, k: usize) -> [usize; 3] {
-    leaf.packed_indices
-        .map(|packed| usize::from(packed_index(packed, k)))
-}
+use crate::traverse::packet::triangle_edges::PotentialHits;
+use crate::traverse::triangle::edge::edge_functions_f64;
+use crate::traverse::triangle::single::plane_depth_f64;
 
 /// Where rays meet a triangle each, in the lanes of `hit`.
 pub struct LaneIntersections<V> {
@@ -268,15 +223,4 @@ fn edge_functions_f64_lanes(
         }
     }
     hit
-}
-
-/// The edge functions by float64, in which the products are exact; `None` outside.
-#[cold]
-#[inline(never)]
-pub fn edge_functions_f64(corners: [f32; 6]) -> Option<[f32; 3]> {
-    let [ax, ay, bx, by, cx, cy] = corners.map(f64::from);
-    let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
-    let det = u + v + w;
-    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-    (inside && det != 0.0).then(|| [u, v, w].map(|value| (value / det) as f32))
 }

@@ -3,7 +3,7 @@
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::Packet;
-use crate::traverse::triangle::packet::{corners, indices, vertices_minus};
+use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 
 impl Packet {
     /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is

@@ -1,0 +1,58 @@
+//! Ray queries of a scene: closest hit, any hit, and closest hit in float64.
+
+use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
+use crate::scene::instance_ranges::InstanceRanges;
+use crate::scene::{ExactTriangles, Scene};
+use crate::traverse;
+
+impl Scene {
+    /// The nearest hit of every ray, on the calling thread. `hits` is as long as `rays`.
+    pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        traverse::closest(self.dispatch, self, rays, hits, coherence);
+        if let Some(mesh_ranges) = &self.mesh_ranges {
+            mesh_ranges.remap_hits(
+                hits.iter_mut()
+                    .map(|hit| (&mut hit.instance, &mut hit.triangle)),
+            );
+        }
+    }
+
+    /// Whether anything lies on each ray, on the calling thread. `occluded` is as long as `rays`.
+    pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
+        assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
+        traverse::occluded(self.dispatch, self, rays, occluded, coherence);
+    }
+
+    /// The nearest hit of every ray by float64 arithmetic on the float64 corners: ties and edges are decided as exact
+    /// geometry decides them, up to float64 rounding. On the calling thread; `hits` is as long as `rays`.
+    pub fn closest_exact<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        hits: &mut [ExactHit],
+    ) {
+        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        match &self.mesh_ranges {
+            None => traverse::closest_exact(self.dispatch, self, rays, triangles, hits),
+            Some(mesh_ranges) => {
+                let all = FlattenedTriangles(mesh_ranges, triangles);
+                traverse::closest_exact(self.dispatch, self, rays, &all, hits);
+                mesh_ranges.remap_hits(
+                    hits.iter_mut()
+                        .map(|hit| (&mut hit.instance, &mut hit.triangle)),
+                );
+            }
+        }
+    }
+}
+
+/// The triangles of all meshes as those of the tree.
+pub(crate) struct FlattenedTriangles<'a, T>(pub &'a InstanceRanges, pub &'a T);
+
+impl<T: ExactTriangles> ExactTriangles for FlattenedTriangles<'_, T> {
+    fn corners(&self, _: u32, triangle: u32) -> [[f64; 3]; 3] {
+        let (mesh, triangle) = self.0.locate(triangle);
+        self.1.corners(mesh, triangle)
+    }
+}
