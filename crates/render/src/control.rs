@@ -1,10 +1,11 @@
-//! Progress and cancellation of long work, shared between the thread that works and the one that watches.
+//! Progress and cancellation of long work, shared by the worker threads and an observer.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::error::RenderError;
 
-/// Watches and stops one piece of work. All methods may be called from any thread at any time.
+/// Progress counter and cancellation flag of one piece of work. Every method may be called from any thread at any
+/// time.
 #[derive(Debug, Default)]
 pub struct Control {
     cancelled: AtomicBool,
@@ -13,27 +14,27 @@ pub struct Control {
 }
 
 impl Control {
-    /// Work that nobody has stopped yet.
+    /// Returns the control of work that has not started.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Asks the work to stop. It ends within milliseconds with [`RenderError::Cancelled`].
+    /// Requests cancellation. The work ends within milliseconds with [`RenderError::Cancelled`].
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work was asked to stop.
+    /// True after [`Control::cancel`].
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    /// How many units of work (batches of rays, or meshes) are done.
+    /// Number of finished units of work (batches of rays, or meshes).
     pub fn done(&self) -> usize {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// How many units of work there are; 0 before the work has started.
+    /// Total number of units of work; 0 before the work has started.
     pub fn total(&self) -> usize {
         self.total.load(Ordering::Relaxed)
     }

@@ -1,49 +1,51 @@
-//! Why there is no picture.
+//! Errors of preparation and rendering.
 
 use raycam_bvh::BuildError;
 use raycam_scene::SceneError;
 
-/// Whose fault it is decides the variant; the message says what was given, what was expected and what to do.
+/// Error of preparation or rendering. The variant tells who can fix it; the message says what was given, what was
+/// expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// Settings, regions or arrays that no picture can be made from.
+    /// Settings, regions or arrays that no frame can be rendered from.
     #[error("{0}")]
     Settings(String),
     /// A world whose parts do not fit together.
     #[error("{0}")]
     World(String),
-    /// Textures that cannot be read back from where they are.
+    /// Texture tiles that cannot be read back from the texture memory's file.
     #[error(transparent)]
     Textures(SceneError),
-    /// Geometry that no acceleration structure can hold.
+    /// Geometry that no BVH can be built over.
     #[error("mesh {mesh}: {source}")]
     Build {
         /// Index into the world's meshes.
         mesh: usize,
-        /// What is wrong with it.
+        /// The builder's error.
         source: BuildError,
     },
     /// The picture does not fit into memory.
     #[error(
         "{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels"
     )]
+    /// An image that does not fit into memory.
     TooLarge {
-        /// What was asked for.
+        /// The object that was requested.
         what: String,
         /// Its size.
         bytes: u64,
-        /// What there may be.
+        /// The largest size allowed.
         limit: u64,
     },
     /// [`crate::Control::cancel`] was called.
     #[error("cancelled")]
     Cancelled,
-    /// The operating system gives no threads.
+    /// The operating system refused to start threads.
     #[error("cannot start {threads} threads: {message}")]
     Threads {
-        /// How many were asked for.
+        /// Number of threads requested.
         threads: usize,
-        /// What the system says.
+        /// The system's message.
         message: String,
     },
 }

@@ -1,11 +1,49 @@
-//! What a camera sees: a [`World`](raycam_scene::World) is prepared once, then any camera renders it into a [`Frame`].
+//! Renderer: what a camera sees of a [`World`](raycam_scene::World).
 //!
 //! ```text
-//! World ──prepare──> PreparedWorld ──render(Camera, Settings)──> tiles ──> truth + integrator ──> Frame
+//! World ──prepare──> PreparedWorld = Geometry (BVH, instances, materials, textures) + Lighting + Guiding
+//!                          │
+//! Camera ── tile_renderer: GenerateCameraRays ──> hits ──┬──> ground_truth ──────────────┐
+//!                                                        └──> integrator ──> radiance ──> film ──> Frame
+//!                                                             │
+//!                       bounce: HandleEscapedRays, SampleLights (TraceShadowRays), EvaluateMaterialsAndBSDFs
 //! ```
 //!
-//! The unit of work is a tile: a batch of rays that one thread traces, shades, lights and writes. No answer depends on
-//! the tile it came in, on the number of threads or on their order.
+//! The stages are named as in pbrt-v4's wavefront integrator (M. Pharr, W. Jakob and G. Humphreys, "Physically Based
+//! Rendering", 4th edition, 2023, chapter 15). The unit of work is a tile: one thread traces, shades and writes a batch
+//! of rays. No result depends on the tile, on the number of threads or on their order.
+//!
+//! | folder | contents |
+//! |---|---|
+//! | `lobes` | scattering mathematics: GGX, Fresnel, sheen, thin film, albedo tables |
+//! | `sampling` | random numbers, pixel filters, cones, piecewise constant distributions |
+//! | `film` | channels, planes, tiles, estimators, display encoding |
+//! | `prepare` | world as described to world as traced |
+//! | `interaction` | position, normals, textures and vertex attributes at a hit |
+//! | `guiding` | caustic casters, caustic maps and guided directions |
+//! | `bsdf` | BSDFs, for one point and for batches |
+//! | `light` | lights, light tree, light samples |
+//! | `motion` | world states over the shutter |
+//! | `integrator` | path tracing, ambient occlusion, unlit colours |
+//! | `ground_truth` | exact rays through pixel centres and their channels |
+//! | `tile_renderer` | camera rays, shading and resolve of one tile |
+//! | `annotations` | flow, keypoints, amodal masks, ray queries |
+//!
+//! A folder uses folders above it in this table alone; `prepare/world.rs`, which composes the prepared world, stands
+//! between `light` and `motion`.
+//!
+//! Terms:
+//!
+//! * BSDF, bidirectional scattering distribution function: the ratio of scattered radiance to received irradiance, for
+//!   reflection and transmission (F. E. Nicodemus, 1965; F. O. Bartell et al., 1980).
+//! * MIS, multiple importance sampling: one estimate from several sampling strategies, here by the balance heuristic
+//!   (E. Veach and L. Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995).
+//! * Next-event estimation (NEE): a light sample and a shadow ray at every path vertex.
+//! * Russian roulette: a path ends at random, and survivors are weighted by the inverse probability (J. Arvo and D. Kirk,
+//!   "Particle Transport and Image Synthesis", SIGGRAPH 1990).
+//! * Wavefront: all paths of a batch advance by one bounce, stage by stage (S. Laine, T. Karras and T. Aila,
+//!   "Megakernels Considered Harmful", HPG 2013).
+//! * Caustic: light that a mirror or a lens focuses on another surface.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! One camera's picture of a prepared world.
+//! Rendering of one frame.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -20,15 +20,15 @@ use crate::thread_pool::with_pool;
 use crate::tile_renderer::resolve::TileTask;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Renders what a camera sees.
+/// Renders a frame.
 ///
-/// Every pixel has the ground truth of the exact ray through its centre, found in float64. Its colour is the mean over
-/// `settings.samples` rays spread by the filter, found in float32; a single sample is the exact ray itself. The same
-/// arguments give the same bytes, whatever the threads; a region has the bytes it has in the whole picture.
+/// Every pixel has the ground truth of the exact ray through its centre, in float64. Its colour is the mean over
+/// `settings.samples` rays distributed by the filter, in float32; a single sample is the centre ray itself. The same
+/// arguments give the same bytes for any number of threads; a region has the bytes that it has in the whole image.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for settings that no picture can be made from, [`RenderError::TooLarge`],
-/// [`RenderError::Cancelled`], and those of [`with_pool`].
+/// [`RenderError::Settings`] for invalid settings, [`RenderError::TooLarge`], [`RenderError::Cancelled`], and those
+/// of [`with_pool`].
 pub fn render(
     world: &PreparedWorld,
     camera: &Camera,
@@ -38,12 +38,11 @@ pub fn render(
     render_to_frame(world, None, camera, settings, control)
 }
 
-/// [`render`], of a world that moves while the shutter of the camera is open: `prepared` is `world` as it stands, at its
-/// clock, which is the middle of the shutter's work. A world without a clock, or a camera without a shutter, is as with
-/// [`render`].
+/// [`render`] for a world that moves while the camera's shutter is open. `prepared` is `world` at its time, the
+/// middle of the shutter's time. A world without a time, or a camera without a shutter, renders as with [`render`].
 ///
 /// # Errors
-/// Those of [`render`], and [`RenderError::World`] where the world cannot be at a time.
+/// Those of [`render`], and [`RenderError::World`] if the world cannot be evaluated at a time.
 pub fn render_moving(
     world: &World,
     prepared: &PreparedWorld,
@@ -55,11 +54,11 @@ pub fn render_moving(
     render_to_frame(prepared, moments.as_ref(), camera, settings, control)
 }
 
-/// [`render_moving`] into memory that is there: a target for each channel, in their order, as large as [`checked_region`] says.
-/// Returns the region and the notices of the frame. What the targets hold after an error is anything.
+/// [`render_moving`] into the caller's memory: an output plane per channel, in order, as large as [`checked_region`]
+/// returns. Returns the region and the notices. After an error the planes hold arbitrary values.
 ///
 /// # Errors
-/// Those of [`render_moving`], and [`RenderError::Settings`] where the targets are not such.
+/// Those of [`render_moving`], and [`RenderError::Settings`] if the planes do not fit.
 pub fn render_into(
     world: &World,
     prepared: &PreparedWorld,
@@ -80,7 +79,7 @@ pub fn render_into(
     Ok((region, request.render(control, targets.into_iter())?))
 }
 
-/// The region of a picture and its number of pixels, if it can be made and there is memory for it.
+/// Region of a frame and its number of pixels, if the settings are valid and there is memory.
 ///
 /// # Errors
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
@@ -122,7 +121,7 @@ fn render_to_frame(
     })
 }
 
-/// A picture that can be made.
+/// Validated arguments of a render.
 struct RenderRequest<'a> {
     world: &'a PreparedWorld,
     shutter: Option<&'a ShutterSlices<'a>>,
@@ -132,7 +131,7 @@ struct RenderRequest<'a> {
 }
 
 impl RenderRequest<'_> {
-    /// Renders it; returns its notices.
+    /// Renders; returns the notices.
     fn render<'t>(
         &self,
         control: &Control,
@@ -189,7 +188,8 @@ impl RenderRequest<'_> {
     }
 }
 
-/// Gives each part to the next thread that is free: in this pool, which would otherwise deal out many in a row.
+/// Runs each task on the next free thread of the pool; rayon's iterators would assign consecutive tasks to one
+/// thread.
 fn for_each_dynamic(
     parts: &[TileTask],
     work: impl Fn(&mut ThreadScratch, &TileTask) -> Result<(), RenderError> + Sync,
@@ -199,7 +199,7 @@ fn for_each_dynamic(
         let mut scratch = ThreadScratch::default();
         while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
             work(&mut scratch, part).inspect_err(|_| {
-                // The others need not go on.
+                // Stop the other threads.
                 next.store(parts.len(), Ordering::Relaxed);
             })?;
         }
@@ -208,7 +208,7 @@ fn for_each_dynamic(
     rayon::broadcast(of_thread).into_iter().collect()
 }
 
-/// Traces and develops tiles for about this time; how many samples each pixel has got.
+/// Traces and resolves tiles for about this time; returns the samples per pixel.
 fn render_for_duration(
     renderer: &TileRenderer,
     tiles: &[Tile],
@@ -216,7 +216,7 @@ fn render_for_duration(
     film: &Film,
     control: &Control,
 ) -> Result<u32, RenderError> {
-    /// Of the progress bar.
+    /// Steps of the progress bar.
     const PROGRESS_STEPS: f64 = 1000.0;
     let start = Instant::now();
     control.start(PROGRESS_STEPS as usize);
@@ -244,7 +244,7 @@ fn render_for_duration(
         let done = (PROGRESS_STEPS * (spent / whole).min(1.0)) as usize;
         control.advance_by(done.saturating_sub(told));
         told = done.max(told);
-        // As many as should fit, but no more than have been measured.
+        // As many as should fit, at most as many as were measured.
         let fit = (whole - spent) / (spent / f64::from(taken));
         if fit < 1.0 {
             break;

@@ -1,68 +1,70 @@
-//! What is asked of a picture.
+//! Render settings and their validation.
 
 use crate::error::RenderError;
 use crate::film::channel::Channel;
 use crate::sampling::filter::Filter;
 
-/// How the colour of a ray is found.
+/// Algorithm that computes the colour of a camera ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrator {
-    /// The base colour of the nearest triangle, whatever the light: the lecture's picture.
+    /// Base colour of the nearest triangle, unlit (glTF `KHR_materials_unlit`).
     #[default]
     Flat,
-    /// Light that comes straight from the lights, with shadows, also in mirrors and through smooth glass.
+    /// Direct lighting with shadows, also seen in mirrors and through smooth glass.
     Direct,
-    /// All light, by any number of bounces: unbiased.
+    /// Unbiased path tracing.
     Path,
-    /// How much of the sky each point sees.
+    /// Ambient occlusion: the visible fraction of the sky.
     Ao,
 }
 
-/// Which surface on a pixel's centre ray the ground truth tells of.
+/// Surface on a pixel's centre ray that the ground truth describes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TruthSurface {
-    /// The first triangle, whatever it is made of.
+    /// The first triangle hit, whatever its material.
     #[default]
     First,
-    /// The first that one does not see through: less than half opaque surfaces, backs of one-sided ones and what
-    /// refracts are passed, along the straight ray.
+    /// The first surface that cannot be seen through. The straight ray skips surfaces of opacity below one half, back
+    /// faces of one-sided surfaces, and refractive surfaces.
     Solid,
 }
 
-/// What is asked of a picture.
+/// Settings of one rendered frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How the colour of a ray is found.
+    /// Algorithm that computes the colour of a camera ray.
     pub integrator: Integrator,
-    /// Samples per pixel, at least 1. One sample goes through the exact pixel centre, whatever the filter.
+    /// Samples per pixel, at least 1. A single sample is the exact centre ray, whatever the filter.
     pub samples: u32,
-    /// Stops each pixel when the estimated standard error of its luminance is no more than this; `samples` is then the most
-    /// that a pixel gets.
+    /// Target standard error of a pixel's luminance: the pixel stops when the estimate is at or below this value.
+    /// `samples` is then the maximum.
     pub noise: Option<f32>,
-    /// Stops the picture after about as many seconds, all pixels at the same number of samples, `samples` at most. What
-    /// comes out depends on the machine; the notices say how many samples give the same.
+    /// Time limit in seconds. Every pixel gets the same number of samples, at most `samples`. The result depends on
+    /// the machine; a notice states the number of samples that reproduces it.
     pub time: Option<f64>,
-    /// How samples are spread over the pixel.
+    /// Pixel filter.
     pub filter: Filter,
-    /// Chooses the random numbers, together with `frame`.
+    /// Seed of the random numbers, together with `frame`.
     pub seed: u64,
-    /// The frame of a video: another frame has other noise.
+    /// Frame number of a video: each frame has independent noise.
     pub frame: u32,
-    /// What the frame holds, each channel once.
+    /// Channels of the frame, each once.
     pub channels: Vec<Channel>,
-    /// What the ground truth tells of.
+    /// Surface that the ground truth describes.
     pub surface: TruthSurface,
-    /// Leaves the sky out where the camera sees it, for pictures to be laid over others: see [`Channel::Alpha`].
+    /// Hides the environment from camera rays, so that the frame can be composited: see [`Channel::Alpha`].
     pub transparent: bool,
-    /// The most segments of a path in `path`: 1 sees what shines, 2 what it lights, and so on; `None` for no limit.
+    /// Largest number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
+    /// limit.
     pub max_depth: Option<u32>,
-    /// The largest value of a sample, which makes pictures darker than they are; `None` for none.
+    /// Largest value of a sample; it darkens the image. `None`: no limit.
     pub clamp: Option<f32>,
-    /// How far, in metres, surfaces darken the sky of others (infinity: any distance); `None` for an unoccluded sky.
+    /// Distance in metres within which surfaces occlude the ambient light (infinity: any distance). `None`: no
+    /// occlusion.
     pub ambient_occlusion: Option<f64>,
-    /// x, y, width and height of the part to render; `None` for all of it.
+    /// x, y, width and height of the rendered part. `None`: the whole image.
     pub region: Option<[u32; 4]>,
-    /// How many threads work; `None` for all there are.
+    /// Number of threads. `None`: all that the process may use.
     pub threads: Option<usize>,
 }
 
@@ -88,11 +90,11 @@ impl Default for Settings {
     }
 }
 
-/// The most samples per pixel.
+/// Largest number of samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 24;
 
 impl Settings {
-    /// The region to render of an image of this size, if a picture can be made from these settings.
+    /// Validates the settings; returns the region to render of an image of this size.
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
         let fail = |message: String| Err(RenderError::Settings(message));
         if !(1..=MAX_SAMPLES).contains(&self.samples) {

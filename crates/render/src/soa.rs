@@ -1,15 +1,15 @@
-//! Many of a kind at once, field by field, as registers hold them. Loops over lanes are run by
-//! [`raycam_bvh::dispatch_simd`]; each lane is computed as it would be alone.
+//! Structure-of-arrays types: one field of all lanes is contiguous, as SIMD registers hold it.
+//! [`raycam_bvh::vectorized`] runs the loops over lanes; a lane's result does not depend on the other lanes.
 
 use glam::DVec3;
 
-/// How many: two registers of float64, one of float32.
+/// Lanes of a batch: two registers of float64, one of float32 (AVX-512).
 pub(crate) const LANES: usize = 16;
 
 /// Three coordinates of every lane.
 pub(crate) type Vec3xN<T, const N: usize> = [[T; N]; 3];
 
-/// Three points of every lane: a triangle's corners.
+/// Three vertices of every lane.
 pub(crate) type TriangleXN<const N: usize> = [Vec3xN<f64, N>; 3];
 
 #[inline(always)]

@@ -1,11 +1,12 @@
-//! The threads that work: pools of our own, built on first use, that survive a fork.
+//! Thread pools, built on first use and kept for the process. They survive a fork.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::RenderError;
 
-/// The pools of one process. A forked child has none of its parent's threads, hence the process id.
+/// Thread pools of one process, by number of threads. A forked child inherits none of its parent's threads, hence the
+/// process id.
 struct PoolCache {
     process: u32,
     by_threads: HashMap<usize, Arc<rayon::ThreadPool>>,
@@ -13,12 +14,13 @@ struct PoolCache {
 
 static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
 
-/// The most threads one may ask for.
+/// Largest number of threads that can be requested.
 pub const MAX_THREADS: usize = 1024;
 
-/// Runs `f` with `threads` threads (`None`: as many as this process may use), on a pool kept for the next call.
+/// Runs `f` on a pool of `threads` threads (`None`: as many as this process may use). The pool is kept for the next
+/// call.
 ///
-/// Works in a forked child: pools belong to the process that built them.
+/// A forked child builds pools of its own.
 pub fn with_pool<T: Send>(
     threads: Option<usize>,
     f: impl FnOnce() -> T + Send,
@@ -38,7 +40,7 @@ fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
     {
         let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
         if pools.as_ref().is_some_and(|p| p.process != process) {
-            // The parent's pools: their threads are not here, so that dropping them would wait for nobody.
+            // Pools of the parent process: their threads do not exist here, and dropping a pool would join them.
             std::mem::forget(pools.take());
         }
         let known = pools.as_ref().and_then(|p| p.by_threads.get(&threads));
@@ -46,7 +48,7 @@ fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
             return Ok(pool.clone());
         }
     }
-    // Built outside the lock, which is thus never held for long: a fork finds it free.
+    // Built outside the lock, which is therefore held briefly: a fork finds it free.
     let built = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("raycam {i}"))

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use common::*;
 use glam::DVec3;
-use raycam_render::annotations::flow::{Viewpoint, flow};
+use raycam_render::annotations::flow::flow;
+use raycam_render::annotations::viewpoint::Viewpoint;
 use raycam_render::{Control, RenderError};
 
 #[test]

@@ -4,8 +4,8 @@ mod common;
 
 use common::*;
 use glam::{DVec2, DVec3};
-use raycam_render::annotations::flow::Viewpoint;
 use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints};
+use raycam_render::annotations::viewpoint::Viewpoint;
 use raycam_render::{Control, RenderError};
 
 fn seen(anchors: &[KeypointSource]) -> Result<Vec<Keypoint>, RenderError> {

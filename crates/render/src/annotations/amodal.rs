@@ -1,4 +1,4 @@
-//! Silhouettes: what of the picture each object would cover if nothing stood before it (its amodal mask).
+//! Amodal masks: the pixels that an object alone would cover, also where others occlude it.
 
 use glam::{DMat3, DVec2, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID, Scene};
@@ -14,23 +14,23 @@ use crate::ground_truth::convert::exact_ray;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// What one object alone covers.
+/// Pixels that one object alone covers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AmodalMask {
     /// Index of the object.
     pub object: usize,
-    /// First column and row, which may be negative within the margin, width and height of the smallest box.
+    /// First column and row (negative within the margin), width and height of the bounding box.
     pub region: [i32; 4],
-    /// Whether the exact ray through each pixel's centre meets the object: `height * width`, row by row.
+    /// True where the exact centre ray hits the object: `height * width`, row by row.
     pub mask: Vec<bool>,
 }
 
-/// The silhouettes of those of `instances` that cover any pixel centre, in their order. `margin` columns to either side
-/// of the picture and rows above and below it count as well, so that an object cut off by the picture's edge is whole.
-/// Where the world moves on while the camera reads its lines, each line shows the world at its own time.
+/// Amodal masks of those `objects` that cover any pixel centre, in their order. `margin` columns on either side and
+/// rows above and below extend the image, so that objects cut off by its edge are whole. With a rolling shutter, each
+/// row shows the world at its own time.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for an object there is not, [`RenderError::TooLarge`] for a margin beyond memory,
+/// [`RenderError::Settings`] for a missing object, [`RenderError::TooLarge`] for a margin beyond memory,
 /// [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn amodal_masks(
     view: Viewpoint,
@@ -97,7 +97,7 @@ pub fn amodal_masks(
     Ok(objects.iter().zip(patches).filter_map(silhouette).collect())
 }
 
-/// The pixel coordinates of a pixel of the picture and its margin.
+/// Image coordinates of a pixel of the extended image.
 fn canvas_pixel(camera: &Camera, margin: [u32; 2], x: f64, y: f64) -> DVec2 {
     let shift = DVec2::new(margin[0].into(), margin[1].into());
     DVec2::new(x, y) - shift + camera.pixel_center().offset()
@@ -111,18 +111,18 @@ fn too_large([width, height]: [u64; 2]) -> RenderError {
     }
 }
 
-/// The pixels of a tile: bit x of row y.
+/// Pixels of a tile: bit x of row y.
 type TileBits = [u32; TILE_SIZE as usize];
 
-/// One object as if it were all there is.
+/// Scene of one object alone.
 struct IsolatedObject<'a> {
     world: &'a PreparedWorld,
     object: u32,
     scene: Scene,
-    /// A ball around it.
+    /// Bounding sphere.
     center: DVec3,
     radius: f64,
-    /// A box around it, in the coordinates of its mesh.
+    /// Bounding box in mesh coordinates.
     lower: DVec3,
     upper: DVec3,
     mesh_from_world: DMat3,
@@ -167,8 +167,8 @@ impl<'a> IsolatedObject<'a> {
         })
     }
 
-    /// False only where a ray, of unit length, does not meet the ball or the box. Most rays of a tile do not, and are not
-    /// worth a search.
+    /// False only if a unit-length ray misses the bounding sphere or box. Most rays of a tile do, and skip the
+    /// traversal.
     fn may_intersect(&self, ray: &ExactRay) -> bool {
         let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
         let way = self.center - origin;
@@ -182,12 +182,12 @@ impl<'a> IsolatedObject<'a> {
         let to_lower = (self.lower - slack - origin) / direction;
         let to_upper = (self.upper + slack - origin) / direction;
         let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
-        // Comparisons with NaN are false: where nothing is known, the ray is searched for.
+        // Comparisons with NaN are false: unknown rays are traced.
         !(enter.max_element() > leave.min_element() || leave.min_element() < 0.0)
     }
 }
 
-/// What of a tile each object covers, of those that cover any of it.
+/// Pixels of a tile that each object covers; objects that cover none are left out.
 fn rasterize_tile(
     tile: &Tile,
     camera: &Camera,
@@ -230,7 +230,7 @@ fn rasterize_tile(
     covered
 }
 
-/// All rays of a tile: directions within an angle of an axis, origins within a distance of a point.
+/// Cone of a tile's rays: directions within an angle of an axis, origins within a distance of a point.
 struct TileCone {
     origin: DVec3,
     axis: DVec3,
@@ -238,12 +238,13 @@ struct TileCone {
     width: f64,
 }
 
-/// By this share of its size and distance a box is made larger, for rounding.
+/// Padding of boxes relative to size and distance, for rounding.
 const BOX_PADDING: f64 = 1e-6;
-/// How much farther apart the rays inside of a tile may be than those at its edge: lenses bend.
+/// Factor on the spread of rays at a tile's edge that bounds rays inside: lenses bend rays.
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {
+    /// Cone of a tile's rays, from nine of them.
     fn enclosing(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> TileCone {
         let thirds = |start: u32, length: u32| {
             let (start, end) = (f64::from(start), f64::from(start + length - 1));
@@ -262,7 +263,7 @@ impl TileCone {
             .map(|ray| ray.1)
             .sum::<DVec3>()
             .normalize_or_zero();
-        // NaN, where a ray is missing, stays NaN: nothing is left out then.
+        // NaN of a missing ray is kept: nothing is culled then.
         let widest = |a: f64, b: f64| if a >= b { a } else { b };
         let angle = rays
             .iter()
@@ -285,7 +286,7 @@ impl TileCone {
         }
     }
 
-    /// False only where no ray meets the ball.
+    /// False only if every ray misses the sphere.
     fn may_intersect(&self, center: DVec3, radius: f64) -> bool {
         let way = center - self.origin;
         let radius = (radius + self.width) * (1.0 + 1e-6);
@@ -297,7 +298,7 @@ impl TileCone {
     }
 }
 
-/// An object's patches in one mask.
+/// Merges an object's tiles into one mask.
 fn merge_tiles(
     object: usize,
     patches: &[(Tile, TileBits)],
@@ -328,7 +329,7 @@ fn merge_tiles(
             }
         }
     }
-    // The canvas fits int32.
+    // The extended image fits int32.
     let [x, y] = [0, 1].map(|axis| low[axis] as i32 - margin[axis] as i32);
     Some(AmodalMask {
         object,

@@ -1,4 +1,4 @@
-//! Optical flow and scene flow: where what a camera sees is in another world, and where another camera sees it there.
+//! Optical flow and scene flow: motion of surface points between two viewpoints.
 
 use std::sync::Arc;
 
@@ -17,33 +17,32 @@ use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// What lies nearer to the second camera by this share of the distance hides a point.
+/// Relative distance by which an occluder is nearer than the point.
 const OCCLUSION_TOLERANCE: f64 = 1e-6;
 
-/// For each pixel of the first view, row by row, the surface point at its centre, followed to the second view.
+/// Motion of the surface point at each pixel centre of the first viewpoint, row by row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flow {
-    /// How far its image moves right and down, in pixels; NaN where the first view shows the background, and where the
-    /// second camera has no image of the point.
+    /// Image motion to the right and down, in pixels; NaN for the background and for points without an image in the
+    /// second camera.
     pub flow: Vec<[f32; 2]>,
-    /// How far the point moves in the world, in metres; NaN for the background.
+    /// World-space motion in metres; NaN for the background.
     pub scene_flow: Vec<[f32; 3]>,
-    /// Its z along the second camera's principal axis, in metres; NaN for the background.
+    /// Depth along the second camera's principal axis, in metres; NaN for the background.
     pub depth: Vec<f32>,
-    /// Whether the second camera has it inside of its picture, but something hides it.
+    /// True if the point projects into the second image but is occluded.
     pub occluded: Vec<bool>,
-    /// Whether it is not inside of the second picture.
+    /// True if the point does not project into the second image.
     pub outside: Vec<bool>,
 }
 
-/// Follows what the first view shows to the second. Points keep their object, triangle and barycentric coordinates, so
-/// that moved and deformed meshes are followed alike. All in float64 at the exact pixel-centre ray; a ray of the second
-/// camera finds what hides a point.
+/// Computes the motion of the first viewpoint's surface points to the second viewpoint. A point keeps its object,
+/// triangle and barycentric coordinates, so that moved and deformed meshes are followed alike. Everything is float64
+/// along exact centre rays; a ray of the second camera tests occlusion.
 ///
 /// # Errors
-/// [`RenderError::World`] where the worlds do not have the same objects with as many triangles, and where a second one
-/// moves on while its camera reads line after line, and its objects and meshes that bend take too much memory;
-/// [`RenderError::Cancelled`], and those of [`with_pool`].
+/// [`RenderError::World`] if the worlds do not have the same objects with the same numbers of triangles, or if the
+/// worlds of the second camera's rows take too much memory; [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn flow(
     first: Viewpoint,
     second: Viewpoint,
@@ -146,6 +145,7 @@ fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderErro
     Ok(())
 }
 
+/// Visibility of a point in the second viewpoint.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Visibility {
     Visible,
@@ -153,7 +153,7 @@ enum Visibility {
     OutOfFrame,
 }
 
-/// A surface point in the second view.
+/// Surface point in the second viewpoint.
 struct FlowSample {
     flow: [f32; 2],
     scene_flow: [f32; 3],
@@ -161,10 +161,10 @@ struct FlowSample {
     visibility: Visibility,
 }
 
-/// How the second view shows points.
+/// Second viewpoint and the worlds of its rows.
 struct SecondView<'a> {
     view: Viewpoint<'a>,
-    /// The world of each line, where they differ.
+    /// World of each row, if they differ.
     row_worlds: Vec<Arc<PreparedWorld>>,
 }
 
@@ -180,7 +180,7 @@ impl<'a> SecondView<'a> {
         })
     }
 
-    /// Where a point of a triangle is when it is seen, its pixel, and whether it is seen at all.
+    /// Position of a triangle's point when the second camera sees it, its image, and true if it has an image.
     fn project(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
         let camera = self.view.camera;
         let Some(last) = self.row_worlds.len().checked_sub(1) else {
@@ -188,7 +188,7 @@ impl<'a> SecondView<'a> {
             let (pixel, sees) = camera.project(point);
             return (point, pixel, sees);
         };
-        // From line to line, each in the middle of its own part of the picture, everything moves straight on.
+        // Between the middles of two rows, positions are interpolated linearly.
         let at = |line: f64| {
             let line = line * self.row_worlds.len() as f64 - 0.5;
             let before = (line.max(0.0) as usize).min(last.saturating_sub(1));
@@ -199,7 +199,7 @@ impl<'a> SecondView<'a> {
         (at(camera.line_fraction(pixel)), pixel, sees)
     }
 
-    /// The world that a pixel shows.
+    /// World that a pixel of the second camera sees.
     fn world(&self, pixel: DVec2) -> &PreparedWorld {
         let line = self.view.camera.line_fraction(pixel) * self.row_worlds.len() as f64;
         let last = self.row_worlds.len().saturating_sub(1);
@@ -208,23 +208,23 @@ impl<'a> SecondView<'a> {
     }
 }
 
-/// The point of a world that a ray has met in another one.
+/// Position in a world of a point hit in another world.
 fn point_in(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
     let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle);
     a + (b - a) * hit.u + (c - a) * hit.v
 }
 
-/// The ray of the second camera to a point that it shows.
+/// Ray of the second camera to a point inside its image.
 struct OcclusionRay<'a> {
     world: &'a PreparedWorld,
     ray: ExactRay,
     distance: f64,
-    /// Which of the points it is of, and what lies there.
+    /// Index of the point, and its hit in the first viewpoint.
     sample: usize,
     hit: ExactHit,
 }
 
-/// The pixels of a tile that show something, followed.
+/// Flow of a tile's pixels that show a surface.
 fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], FlowSample)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
@@ -253,7 +253,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         if inside {
             let world = second.world(pixel);
             let (origin, direction) = camera.ray(pixel);
-            // Between the middles of two lines a point is a little beside where it is in the world of either.
+            // Between the middles of two rows a point deviates slightly from both worlds.
             let way = point_in(world, &hit) - origin;
             let direction = match second.row_worlds.is_empty() || camera.center() != Center::Point {
                 true => direction,

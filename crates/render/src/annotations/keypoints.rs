@@ -1,4 +1,4 @@
-//! Keypoints: where a camera sees points of objects, and what lies before them.
+//! Keypoints: images and occluders of given points.
 
 use std::cell::RefCell;
 
@@ -16,28 +16,28 @@ use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// Points that a thread takes at a time.
+/// Points of one task.
 const POINTS_PER_TASK: usize = 4096;
 
-/// A point that is looked for.
+/// Point to be projected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeypointSource {
-    /// In the world, where it stays.
+    /// World-space point at rest.
     World(DVec3),
-    /// In the coordinates of an object's mesh: it goes where the object goes.
+    /// Point in mesh coordinates: moves with the object.
     Mesh {
         /// Index of the object.
         object: usize,
-        /// In its mesh's coordinates.
+        /// Mesh coordinates.
         point: DVec3,
     },
-    /// On a triangle of an object: it goes where the corners go, those of a mesh that bends too.
+    /// Point on a triangle: moves with the vertices, also of deforming meshes.
     Triangle {
         /// Index of the object.
         object: usize,
         /// Index of the triangle in its mesh.
         triangle: usize,
-        /// Weights of the corners, of sum 1.
+        /// Barycentric coordinates, of sum 1.
         weights: DVec3,
     },
 }
@@ -50,7 +50,7 @@ impl KeypointSource {
         }
     }
 
-    /// Where it is, in a world whose objects are there; nowhere where its object shows another mesh, as hidden ones do.
+    /// Position for given transforms and meshes; `None` if the object shows another mesh, as hidden objects do.
     fn position_with<'m>(
         &self,
         of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>,
@@ -91,32 +91,31 @@ impl KeypointSource {
     }
 }
 
-/// A point in a picture.
+/// Projected point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keypoint {
-    /// Where it is in the world when it is seen; of a point without an image as the world stands.
+    /// World-space position when the point is seen; without an image, the position in the world at rest.
     pub point: DVec3,
-    /// Its image; NaN where the camera has none.
+    /// Image of the point; NaN if the camera has none.
     pub pixel: DVec2,
-    /// Whether its image lies inside of the picture.
+    /// True if the image lies inside of the picture.
     pub inside: bool,
-    /// The object before it.
+    /// Occluding object.
     pub occluder: Option<usize>,
-    /// Whether nothing lies before it, and what is seen there is a surface at its place.
+    /// True if the point is visible and lies on a surface.
     pub on_surface: bool,
 }
 
-/// The images of points. What lies nearer to the camera than a point by more than `tolerance` times the distance lies
-/// before it, and what lies within that is at its place.
+/// Projects points and tests their visibility. An occluder is nearer to the camera than the point by more than
+/// `tolerance` times the distance; a surface within that range is at the point.
 ///
-/// Of a world that moves on while the camera reads its lines, a point is where the line that sees it finds it: the line
-/// and the place are solved for together, in the world at exactly that time. What lies before it is looked for in the
-/// world of the line's middle, which is the one that the picture shows.
+/// With a rolling shutter, a point's row and position are solved for together, in the world at exactly that time.
+/// Occluders are searched in the world of the row's middle, which the image shows.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for objects and triangles there are not, weights whose sum is not 1, and points in the
-/// coordinates of a mesh that a skin bends; [`RenderError::World`] where the world has no place at a time of its video;
-/// [`RenderError::Cancelled`], and those of [`with_pool`].
+/// [`RenderError::Settings`] for missing objects and triangles, weights whose sum is not 1, and mesh coordinates of a
+/// skinned mesh; [`RenderError::World`] if the world cannot be evaluated at a time; [`RenderError::Cancelled`], and
+/// those of [`with_pool`].
 pub fn keypoints(
     view: Viewpoint,
     anchors: &[KeypointSource],
@@ -141,7 +140,7 @@ pub fn keypoints(
             .par_iter()
             .map(find)
             .collect::<Result<Vec<_>, RenderError>>()?;
-        // Those of a line together: they share its world.
+        // Points of a row together: they share its world.
         let center = |pixel: DVec2| {
             let [x, y] = camera.offset_from_corner(pixel).to_array();
             camera.pixel_center_of(x as u32, y as u32)
@@ -205,7 +204,7 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
                 ));
             }
             let sum = weights.element_sum();
-            // What float32 makes of weights is 1 all the same.
+            // Weights rounded to float32 count as 1.
             if (sum - 1.0).abs() <= 1e-5 {
                 return Ok(());
             }
@@ -229,7 +228,7 @@ fn is_skinned(world: Option<&World>, object: usize) -> bool {
         .any(|mount| mount.object == object && mount.skin.is_some())
 }
 
-/// A point and its image, without what lies before it.
+/// Projects a point, without its occluder.
 fn project_keypoint(
     view: &Viewpoint,
     moments: Option<&ShutterSlices>,
@@ -271,7 +270,7 @@ fn project_keypoint(
     })
 }
 
-/// How far points with these images are along the camera's rays to them, and what these rays meet first.
+/// Distance of each point along the camera's ray, and the ray's first hit.
 fn find_occluders(
     world: &PreparedWorld,
     camera: &Camera,
@@ -281,7 +280,7 @@ fn find_occluders(
         .iter()
         .map(|&(point, pixel)| {
             let (origin, direction) = camera.ray(pixel);
-            // Beside the middle of its line, a point is not quite where it is in the line's world.
+            // Off the middle of its row, a point deviates slightly from the row's world.
             let way = point - origin;
             let direction = match camera.center() {
                 Center::Point => way.normalize(),

@@ -1,4 +1,4 @@
-//! Rays of the caller's own.
+//! Ray queries: nearest hits and occlusion of the caller's rays.
 
 use glam::DVec3;
 use raycam_bvh::{Coherence, Hit, INVALID_ID, Ray};
@@ -11,34 +11,34 @@ use crate::interaction::vector::{face_forward, unit_normal};
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// Rays that a thread takes at a time.
+/// Rays of one task.
 const RAYS_PER_TASK: usize = 4096;
 
-/// What each ray met first, one entry per ray.
+/// Nearest hit of each ray, one entry per ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RayHits {
     /// In lengths of the ray's direction; +inf for a miss.
     pub t: Vec<f64>,
     /// Index of the object; -1 for a miss.
     pub instance: Vec<i32>,
-    /// Index of the triangle within its mesh; -1 for a miss.
+    /// Index of the triangle in its mesh; -1 for a miss.
     pub triangle: Vec<i32>,
-    /// Weights of the triangle's three corners, whose sum is 1; 0 for a miss.
+    /// Barycentric coordinates, of sum 1; 0 for a miss.
     pub barycentric: Vec<[f32; 3]>,
-    /// The triangle's unit normal in the world, on the side the ray comes from; 0 for a miss.
+    /// Unit geometric normal in world coordinates, on the ray's side; 0 for a miss.
     pub normal: Vec<[f32; 3]>,
-    /// The surface point in the world; NaN for a miss.
+    /// Surface point in world coordinates; NaN for a miss.
     pub position: Vec<[f64; 3]>,
 }
 
-/// The nearest hit of each ray `origin + t * direction`, t >= 0, in world coordinates.
+/// Nearest hit of each ray `origin + t * direction`, t >= 0, in world coordinates.
 ///
-/// Directions need no normalisation. A ray that is not finite or has a zero direction is a miss. `coherent` says
-/// whether neighbours in the arrays run alike (`None`: they are looked at); it changes the speed, never the answer.
-/// The kernel finds the triangle in float32; t, position, weights and normal are computed in float64 from its corners.
+/// Directions need not be normalised. A ray that is not finite or has a zero direction misses. `coherent` states if
+/// neighbouring rays are similar (`None`: detected); it affects speed alone. The kernel finds the triangle in
+/// float32; t, position, weights and normal are computed in float64.
 ///
 /// # Errors
-/// [`RenderError::Settings`] where the arrays differ in length, [`RenderError::Cancelled`], and those of [`with_pool`].
+/// [`RenderError::Settings`] if the arrays differ in length, [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn cast_rays(
     world: &PreparedWorld,
     origins: &[[f64; 3]],
@@ -116,7 +116,7 @@ pub fn cast_rays(
     Ok(found)
 }
 
-/// Whether anything lies on each ray at `0 <= t <= t_max` (`t_max` has one entry for all rays, or one per ray).
+/// True for each ray with any hit at `0 <= t <= t_max` (`t_max` has one entry for all rays, or one per ray).
 ///
 /// # Errors
 /// As [`cast_rays`], and for a `t_max` of another length.
@@ -181,7 +181,7 @@ fn coherence(coherent: Option<bool>) -> Coherence {
     }
 }
 
-/// A hit in float64.
+/// Hit in float64.
 struct RefinedHit {
     t: f64,
     barycentric: [f64; 3],
@@ -189,8 +189,8 @@ struct RefinedHit {
     position: DVec3,
 }
 
-/// Where a ray meets the plane of the triangle that float32 found. Near an edge float64 may see it just miss: the
-/// nearest point of the triangle is then taken, so that nothing lies outside it.
+/// Intersection of a ray with the plane of the triangle found in float32, clamped to the triangle: near an edge
+/// float64 may miss it.
 fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> RefinedHit {
     let corners = world.geometry.corners(hit.instance, hit.triangle);
     let [a, b, c] = corners.map(|corner| corner - origin);
@@ -200,7 +200,7 @@ fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3)
     let determinant = e1.dot(p);
     let q = -a.cross(e1);
     let exact = (-a.dot(p) / determinant, direction.dot(q) / determinant);
-    // Seen edge on, the plane says nothing.
+    // Seen edge-on, the plane has no intersection.
     let known = exact.0.is_finite() && exact.1.is_finite();
     let (u, v) = if known {
         exact

@@ -1,6 +1,6 @@
-//! The channels a frame may have: one table, a row per channel.
+//! Output channels (AOVs): one table, a row per channel.
 
-/// What one pixel of a channel is stored as.
+/// Number type of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelType {
     /// float32.
@@ -11,54 +11,58 @@ pub enum PixelType {
     I32,
 }
 
-/// What a frame can say about each pixel. All but `Color`, `Coverage`, `Alpha` and `Error` describe the exact pixel-centre ray.
+/// Output channel of a frame. All but `Color`, `Coverage`, `Alpha` and `Error` describe the exact ray through the
+/// pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
-    /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: the sky's radiance, or black.
+    /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: radiance of the environment, or
+    /// black.
     Color,
-    /// Linear Rec. 709 base colour of the surface, whatever the light: material, face or vertex colour and texture.
-    /// Background: 0.
+    /// Linear Rec. 709 base colour, unlit: material, face or vertex colour and texture. Background: 0.
     Albedo,
     /// z along the camera's principal axis, in metres. Background: +inf.
     Depth,
     /// Length of the ray from the camera centre to the surface, in metres. Background: +inf.
     Distance,
-    /// The surface point, in world coordinates. Background: NaN.
+    /// Surface point in world coordinates. Background: NaN.
     Position,
-    /// The unit normal of the triangle in the world, on the side that faces the camera. Background: 0.
+    /// Unit geometric normal in world coordinates, on the side that faces the camera. Background: 0.
     Normal,
-    /// The same in the camera's axes, x right, y down, z forward: towards the camera z is negative. Background: 0.
+    /// Unit geometric normal in camera axes (x right, y down, z forward): towards the camera z is negative.
+    /// Background: 0.
     NormalCamera,
-    /// The unit normal of the smooth surface that the triangle stands for, from its corners' normals, in the world and on
-    /// the side that faces the camera; the triangle's own where the mesh has none. Background: 0.
+    /// Unit shading normal, interpolated from vertex normals, in world coordinates, on the side that faces the
+    /// camera; the geometric normal where the mesh has no vertex normals. Background: 0.
     ShadingNormal,
-    /// The same in the camera's axes. Background: 0.
+    /// Unit shading normal in camera axes. Background: 0.
     ShadingNormalCamera,
     /// Index of the object. Background: -1.
     Instance,
-    /// The object's category, by its number in [`raycam_scene::world::category`]. Background, and an object without: -1.
+    /// Index of the object's category in [`raycam_scene::world::category`]. Background, and an object without a
+    /// category: -1.
     Category,
-    /// Index of the triangle within its object's mesh. Background: -1.
+    /// Index of the triangle in its mesh. Background: -1.
     Triangle,
-    /// Weights of the triangle's three corners at the surface point; their sum is 1. Background: 0.
+    /// Barycentric coordinates of the surface point; their sum is 1. Background: 0.
     Barycentric,
-    /// Texture coordinates; v = 0 is the top row of the image. Background, and a mesh without: NaN.
+    /// Texture coordinates; v = 0 is the top row of the image. Background, and a mesh without texture coordinates:
+    /// NaN.
     Uv,
     /// Index of the material in the world. Background: -1.
     Material,
-    /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
-    /// one: 1 is a pure pixel. Of the surfaces that the ground truth tells of, the first ones or the solid ones.
+    /// Fraction of the pixel's samples that see the same object as the centre ray; the background counts as an
+    /// object. 1 is a pure pixel. The setting `surface` chooses first or solid surfaces.
     Coverage,
-    /// The fraction of the pixel's samples, as the filter weighs them, that meet anything but the sky: where it is left
-    /// out ([`crate::Settings::transparent`]), the colour is premultiplied by it. What is see-through by its opacity
-    /// counts in part, mirrors and glass count in full.
+    /// Fraction of the pixel's samples, as the filter weighs them, that hit anything. With
+    /// [`crate::Settings::transparent`] the colour is premultiplied by alpha. Partly opaque surfaces count in part,
+    /// mirrors and glass in full.
     Alpha,
-    /// The estimated standard error of the colour's luminance, by the scatter of independent sequences of samples: asking
-    /// for it draws other samples than not asking. With one sample per pixel: +inf.
+    /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
+    /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
     Error,
 }
 
-/// A row of the channel table.
+/// Row of the channel table.
 struct ChannelInfo {
     channel: Channel,
     name: &'static str,
@@ -107,12 +111,12 @@ const CHANNELS: [ChannelInfo; 18] = [
 ];
 
 impl Channel {
-    /// Every channel, in the order of the table.
+    /// Returns every channel, in the order of the table.
     pub fn all() -> impl Iterator<Item = Channel> {
         CHANNELS.iter().map(|row| row.channel)
     }
 
-    /// The channel of that name.
+    /// Returns the channel with this name.
     pub fn from_name(name: &str) -> Option<Channel> {
         CHANNELS
             .iter()
@@ -120,27 +124,27 @@ impl Channel {
             .map(|row| row.channel)
     }
 
-    /// Its name in files and in Python.
+    /// Returns the name in files and in Python.
     pub fn name(self) -> &'static str {
         CHANNELS[self as usize].name
     }
 
-    /// What its values are stored as.
+    /// Returns the number type of the values.
     pub fn pixel_type(self) -> PixelType {
         CHANNELS[self as usize].pixel_type
     }
 
-    /// Values per pixel.
+    /// Returns the number of values per pixel.
     pub fn components(self) -> usize {
         CHANNELS[self as usize].components
     }
 
-    /// Whether it comes from the exact ray through the pixel centre.
+    /// True if the channel needs the exact ray through the pixel centre.
     pub(crate) fn is_ground_truth(self) -> bool {
         !matches!(self, Channel::Color | Channel::Alpha | Channel::Error)
     }
 
-    /// Bytes per pixel.
+    /// Returns the bytes per pixel.
     pub(crate) fn bytes(self) -> u64 {
         let value = match self.pixel_type() {
             PixelType::F32 | PixelType::I32 => 4,

@@ -1,4 +1,4 @@
-//! From the linear light of a frame to the integers that files and displays take.
+//! Conversion of linear radiance to display integers.
 
 use raycam_scene::color::{srgb_from_linear, srgb8_from_linear};
 use raycam_scene::{ViewTransform, color::Rgb};
@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use crate::error::RenderError;
 use crate::thread_pool::with_pool;
 
-/// Pixels that a thread takes at a time.
+/// Pixels of one task.
 const PIXELS_PER_TASK: usize = 1 << 14;
 
-/// 8-bit sRGB of linear colours times `scale`, as a view shows them; NaN becomes 0.
+/// 8-bit sRGB of linear colours times `scale`, through a view transform; NaN becomes 0.
 ///
 /// # Errors
 /// Those of [`with_pool`].
@@ -18,17 +18,17 @@ pub fn srgb8(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u8>,
     map_pixels(pixels, scale, view, srgb8_from_linear)
 }
 
-/// The same with 16 bits.
+/// 16-bit sRGB of linear colours times `scale`, through a view transform; NaN becomes 0.
 ///
 /// # Errors
 /// Those of [`with_pool`].
 pub fn srgb16(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u16>, RenderError> {
-    // `as` takes NaN to 0 and saturates.
+    // `as` maps NaN to 0 and saturates.
     let encode = |v: f32| (srgb_from_linear(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;
     map_pixels(pixels, scale, view, |rgb| rgb.map(encode))
 }
 
-/// Every pixel by itself, on all threads where there are many.
+/// Encodes every pixel, on all threads above [`PIXELS_PER_TASK`].
 fn map_pixels<T: Copy + Default + Send>(
     pixels: &[Rgb],
     scale: f32,

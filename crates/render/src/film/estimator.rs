@@ -1,32 +1,33 @@
-//! What the samples of a tile's pixels add up to, and how far their mean may be off.
+//! Per-pixel estimators of mean radiance and of its error.
 //!
-//! Points that are spread well are not independent: their scatter says nothing about the error of their mean. So where
-//! the error is asked for, a pixel's samples come from several sequences, scrambled independently of each other. The
-//! sequences' means are independent, and their scatter is the error's (A. Owen, "Quasi-Monte Carlo Sampling", 2003).
+//! Points of one low-discrepancy sequence are dependent, so that their variance does not estimate the error of their
+//! mean. With an error estimate, a pixel's samples therefore come from several independently scrambled replications.
+//! The means of the replications are independent, and their variance estimates the error (A. Owen, "Quasi-Monte Carlo
+//! Sampling", 2003).
 
 use glam::{DVec3, Vec3};
 
-/// Independent sequences per pixel.
+/// Independent replications per pixel.
 pub(crate) const REPLICATIONS: u32 = 16;
 
-/// The share of each channel in the luminance of linear Rec. 709.
+/// Luminance weights of linear Rec. 709.
 const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// Sums of the samples of every pixel of a tile.
+/// Sums over the samples of every pixel of a tile.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
-    /// Samples that see what the pixel's centre sees.
+    /// Samples that hit the same instance as the centre ray.
     same_instance: Vec<u32>,
-    /// Samples that see the sky.
+    /// Samples that escape to the environment.
     misses: Vec<u32>,
     count: Vec<u32>,
-    /// Sums of luminance per sequence; empty where the error is not asked for.
+    /// Sums of luminance per replication; empty without an error estimate.
     replications: Vec<[f64; REPLICATIONS as usize]>,
 }
 
 impl PixelEstimator {
-    /// Begins anew.
+    /// Clears all sums.
     pub fn reset(&mut self, pixels: usize, with_error: bool) {
         self.color.clear();
         self.color.resize(pixels, DVec3::ZERO);
@@ -43,18 +44,18 @@ impl PixelEstimator {
         }
     }
 
-    /// Counts a sample, whatever it brings.
+    /// Counts a sample.
     pub fn add_sample(&mut self, pixel: usize, same: bool) {
         self.count[pixel] += 1;
         self.same_instance[pixel] += u32::from(same);
     }
 
-    /// Notes that a sample sees the sky.
+    /// Counts a sample that escapes to the environment.
     pub fn add_miss(&mut self, pixel: usize) {
         self.misses[pixel] += 1;
     }
 
-    /// Adds what the pixel's sample of this number brings.
+    /// Adds the radiance of the sample with this index.
     pub fn add_radiance(&mut self, pixel: usize, sample: u32, radiance: Vec3) {
         let radiance = radiance.as_dvec3();
         self.color[pixel] += radiance;
@@ -63,10 +64,10 @@ impl PixelEstimator {
         }
     }
 
-    /// The mean radiance.
+    /// Mean radiance.
     pub fn color(&self, pixel: usize) -> Vec3 {
         let (sum, count) = (self.color[pixel], self.count[pixel]);
-        // Divisions take longer than all else that is done to a pixel here.
+        // A division costs more than the rest of this function: single samples skip it.
         let mean = if count > 1 {
             sum / f64::from(count)
         } else {
@@ -75,22 +76,22 @@ impl PixelEstimator {
         mean.as_vec3()
     }
 
-    /// The share of samples that see what the pixel's centre sees.
+    /// Fraction of samples that hit the same instance as the centre ray.
     pub fn coverage(&self, pixel: usize) -> f32 {
         (f64::from(self.same_instance[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
-    /// The share of samples that meet anything but the sky.
+    /// Fraction of samples that hit anything.
     pub fn alpha(&self, pixel: usize) -> f32 {
         (1.0 - f64::from(self.misses[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
-    /// How many samples it has.
+    /// Number of samples.
     pub fn samples(&self, pixel: usize) -> u32 {
         self.count[pixel]
     }
 
-    /// The estimated standard error of the mean's luminance; infinite below two samples.
+    /// Estimated standard error of the mean luminance; infinite below two samples.
     pub fn error(&self, pixel: usize) -> f32 {
         let count = self.count[pixel];
         let used = count.min(REPLICATIONS);
@@ -98,7 +99,7 @@ impl PixelEstimator {
             return f32::INFINITY;
         }
         let mean = |r: u32| {
-            // Sample s belongs to sequence s % SEQUENCES.
+            // Sample s belongs to replication s % REPLICATIONS.
             let samples = (count - r).div_ceil(REPLICATIONS);
             self.replications[pixel][r as usize] / f64::from(samples)
         };
@@ -116,7 +117,7 @@ mod tests {
 
     #[test]
     fn the_error_is_that_of_the_mean() {
-        // A function whose integral over the square is known, by many pixels.
+        // A function with a known integral over the square, estimated at many pixels.
         let f = |[x, y]: [f32; 2]| if x * x + y * y < 1.0 { 1.0 } else { 0.2 };
         let exact = 0.2 + 0.8 * std::f64::consts::FRAC_PI_4;
         for samples in [16, 50, 256] {

@@ -1,4 +1,4 @@
-//! The planes of a frame while many threads write them, a tile at a time.
+//! Film: the planes of a frame while many threads write them, a tile at a time.
 
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,7 @@ use crate::film::output_plane::OutputPlane;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
 
-/// Bytes of a picture from which on it is written past the cache: it would not stay there.
+/// Bytes of a frame above which it is written with non-temporal stores: it would not stay in the cache.
 const STREAMING_THRESHOLD: usize = 4 << 20;
 
 /// Block of a tile and the tile's index of its first pixel; `None` if the block shows the background.
@@ -21,16 +21,16 @@ pub(crate) struct PixelBlock {
     pub first_pixel: Option<usize>,
 }
 
-/// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
+/// Planes of a region, cut into rows of tiles; one thread at a time writes a row.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
     tile_rows: Vec<Mutex<Vec<ChannelStrip<'a>>>>,
-    /// Whether it is [`STREAMING_THRESHOLD`].
+    /// True above [`STREAMING_THRESHOLD`].
     use_streaming_stores: bool,
 }
 
 impl<'a> Film<'a> {
-    /// `None` where a target does not fit the region.
+    /// Returns the film of a region; `None` if a target does not fit the region.
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
         let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
@@ -59,7 +59,7 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// Whether it has these channels, in this order.
+    /// True if the film has these channels, in this order.
     pub fn has_channels(&self, channels: &[Channel]) -> bool {
         self.tile_rows.iter().all(|band| {
             let band = band.lock().unwrap_or_else(PoisonError::into_inner);
@@ -67,8 +67,8 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// Writes all channels of a tile: `write` gets their pages. The blocks are those of the tile, row by row; `background` is
-    /// what a frame of one pixel has, if any of them are that.
+    /// Writes all channels of a tile: `write` receives their row writers. `blocks` are the tile's blocks, row by row;
+    /// `background` is a frame of one background pixel, required if any block is background.
     pub fn write(
         &self,
         tile: &Tile,
@@ -84,7 +84,7 @@ impl<'a> Film<'a> {
             .collect();
         let mut runs = vec![];
         with_streaming_stores(|past| {
-            // Some rows in all channels before the next ones.
+            // A few rows of all channels before the next rows.
             for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
                 let height = blocks.first().map_or(0, |one| one.block.height);
                 let blank = blocks.iter().all(|one| one.first_pixel.is_none());
@@ -115,7 +115,7 @@ impl<'a> Film<'a> {
         });
     }
 
-    /// Writes the background all over a tile, which may be wide: whole rows of a channel before the next one.
+    /// Fills a tile, which may be wide, with the background: whole rows of a channel before the next channel.
     pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
         let (first, mut strips) = self.tile_row(tile);
         let mut runs = vec![];
@@ -140,17 +140,17 @@ impl<'a> Film<'a> {
         });
     }
 
-    /// The strips that a tile lies in, and their first row.
+    /// Strips of the row of tiles that holds a tile, and their first image row.
     fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
         let band = (tile.y - self.region[1]) / TILE_SIZE;
-        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
+        // A thread that panicked left only its own pixels unwritten.
         let strips = self.tile_rows[band as usize]
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         (self.region[1] + band * TILE_SIZE, strips)
     }
 
-    /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
+    /// Pixel runs of blocks beside each other, in a strip whose first image row is `first`.
     fn pixel_runs(
         &self,
         first: u32,
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::film::output_plane;
 
-    /// A picture of pixel numbers in which every third block is background, written tile by tile.
+    /// Image of pixel indices in which every third block is background, written tile by tile.
     fn written(region: [u32; 4], channels: &[Channel]) -> Vec<(Channel, ImagePlane)> {
         let mut planes = output_plane::allocate_planes(region, channels).unwrap();
         let film = Film::new(region, planes.iter_mut().map(OutputPlane::zeroed)).unwrap();
@@ -282,7 +282,7 @@ mod tests {
             assert_eq!(large, width == 520);
             let planes = written(region, &channels);
             for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
-                // Blocks begin where the region does.
+                // Blocks begin at the region's corner.
                 let tile = Tile {
                     x: x + column / 8 * 8,
                     y: y + row / 8 * 8,

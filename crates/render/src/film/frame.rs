@@ -1,4 +1,4 @@
-//! What comes out: planes of pixels, and the merging of disjoint parts.
+//! Frames: the channels of a rendered region, and merging of disjoint regions.
 
 use crate::error::RenderError;
 use crate::film::channel::Channel;
@@ -6,21 +6,21 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::allocate_planes;
 use crate::thread_pool::with_pool;
 
-/// A picture, or a rectangular part of one, with its ground truth.
+/// Rendered image, or a rectangular part of one, with its ground truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Width and height of the whole picture.
+    /// Width and height of the whole image.
     pub size: [u32; 2],
     /// x, y, width and height of the part that the planes hold.
     pub region: [u32; 4],
-    /// The channels in the order they were asked for.
+    /// Channels in the requested order.
     pub planes: Vec<(Channel, ImagePlane)>,
-    /// What the one who looks at the picture should know.
+    /// Remarks for the user about this frame.
     pub notices: Vec<String>,
 }
 
 impl Frame {
-    /// The plane of a channel, if the frame has it.
+    /// Returns the plane of a channel, if the frame has it.
     pub fn plane(&self, channel: Channel) -> Option<&ImagePlane> {
         self.planes
             .iter()
@@ -28,12 +28,12 @@ impl Frame {
             .map(|(_, plane)| plane)
     }
 
-    /// Joins disjoint parts of one picture to their bounding rectangle, which they must fill. The result is, bit for
-    /// bit, what one call would have rendered.
+    /// Merges disjoint parts of one image to their bounding rectangle, which they must fill. The result equals, bit
+    /// for bit, one render of the rectangle.
     ///
     /// # Errors
-    /// [`RenderError::Settings`] where there are none, where they are of different pictures or channels, overlap, or
-    /// leave gaps.
+    /// [`RenderError::Settings`] if there are no parts, or parts of different images or channels, or parts that
+    /// overlap or leave gaps.
     pub fn merge(parts: Vec<Frame>) -> Result<Frame, RenderError> {
         let fail = |message: &str| Err(RenderError::Settings(message.into()));
         let Some(first) = parts.first() else {
@@ -76,7 +76,7 @@ impl Frame {
     }
 }
 
-/// The rectangle that regions fill without overlap, if there is one.
+/// Rectangle that the regions fill without overlap, if there is one.
 fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
     let edges = |part: &Frame| {
         let [x, y, width, height] = part.region.map(u64::from);

@@ -1,6 +1,6 @@
 //! Pixels of one channel.
 
-/// The pixels of one channel, row by row, `components` values each.
+/// Pixels of one channel, row by row, `components` values each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ImagePlane {
     /// float32.
@@ -27,7 +27,7 @@ pub enum ImagePlane {
 }
 
 impl ImagePlane {
-    /// Whether all its bits are zero.
+    /// True if every bit is zero.
     pub(crate) fn is_all_zero(&self) -> bool {
         match self {
             ImagePlane::F32 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
@@ -36,7 +36,7 @@ impl ImagePlane {
         }
     }
 
-    /// Copies a part into its place; false where it does not have the values of its region.
+    /// Copies the pixels of a region into this plane; false if `part` does not hold the region's values.
     pub fn paste(&mut self, whole: [u32; 4], part: &ImagePlane, region: [u32; 4]) -> bool {
         match (self, part) {
             (ImagePlane::F32 { data, components }, ImagePlane::F32 { data: part, .. }) => {
@@ -53,7 +53,7 @@ impl ImagePlane {
     }
 }
 
-/// Copies the rows of a region into those of a region around it.
+/// Copies the rows of a region into those of an enclosing region.
 fn copy_rows<T: Copy>(
     to: &mut [T],
     whole: [u32; 4],

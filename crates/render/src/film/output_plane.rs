@@ -1,4 +1,4 @@
-//! Where the planes of a picture are written, and how large they may be.
+//! Output memory of a frame and its limits.
 
 use raycam_bvh::zeroed_huge;
 use rayon::prelude::*;
@@ -7,10 +7,10 @@ use crate::error::RenderError;
 use crate::film::channel::{Channel, PixelType};
 use crate::film::image_plane::ImagePlane;
 
-/// The most memory that the planes of a frame may take.
+/// Largest memory of a frame's planes.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
-/// How many pixels a region has, if there is memory for its planes.
+/// Number of pixels of a region, if there is memory for its planes.
 pub(crate) fn check_size(
     [_, _, width, height]: [u32; 4],
     channels: &[Channel],
@@ -29,14 +29,14 @@ pub(crate) fn check_size(
         .ok()
         .filter(|_| bytes <= MAX_FRAME_BYTES)
         .ok_or_else(too_large)?;
-    // Asked for and given back: an allocation that fails below would end the process.
+    // Reserved and released: an allocation that fails later would abort the process.
     Vec::<u8>::new()
         .try_reserve_exact(bytes as usize)
         .map_err(|_| too_large())?;
     Ok(pixels)
 }
 
-/// Allocates the planes of a region, by the threads of the pool it is called in.
+/// Allocates zeroed planes of a region, on the threads of the current pool.
 pub(crate) fn allocate_planes(
     region: [u32; 4],
     channels: &[Channel],
@@ -66,7 +66,7 @@ pub(crate) fn allocate_planes(
         .collect())
 }
 
-/// Where a plane of a picture is written: as many values as the region has pixels, times the channel's components.
+/// Memory of a plane: one value per pixel of the region and component of the channel.
 pub enum PlaneData<'a> {
     /// float32.
     F32(&'a mut [f32]),
@@ -76,18 +76,18 @@ pub enum PlaneData<'a> {
     I32(&'a mut [i32]),
 }
 
-/// A plane to be written.
+/// Plane to be written.
 pub struct OutputPlane<'a> {
-    /// What of.
+    /// Channel to write.
     pub channel: Channel,
-    /// Where to.
+    /// Memory to write to.
     pub values: PlaneData<'a>,
-    /// Whether all of them are 0 already; else they may be anything.
+    /// True if all values are 0 already; otherwise they are arbitrary.
     pub zero: bool,
 }
 
 impl<'a> OutputPlane<'a> {
-    /// One that is zero.
+    /// Output to a zeroed plane.
     pub(crate) fn zeroed((channel, plane): &'a mut (Channel, ImagePlane)) -> Self {
         Self {
             channel: *channel,
@@ -100,7 +100,7 @@ impl<'a> OutputPlane<'a> {
         }
     }
 
-    /// Whether it is as large as it has to be, and of the kind of its channel.
+    /// True if the size and the number type match the channel.
     pub(crate) fn fits(&self, pixels: usize) -> bool {
         let (kind, length) = match &self.values {
             PlaneData::F32(to) => (PixelType::F32, to.len()),
@@ -110,7 +110,7 @@ impl<'a> OutputPlane<'a> {
         kind == self.channel.pixel_type() && length == pixels * self.channel.components()
     }
 
-    /// Its rows of tiles, of so many pixels each.
+    /// Splits the plane into rows of tiles, of this many pixels each.
     pub(crate) fn split_rows(self, pixels: usize) -> Vec<PlaneData<'a>> {
         let length = pixels * self.channel.components();
         match self.values {

@@ -1,13 +1,13 @@
-//! Tiles: the pixels that one thread takes at a time.
+//! Tiles: rectangles of pixels that one thread renders at a time.
 
-/// Width and height of a tile, in pixels, where there are many for each thread.
+/// Width and height of a tile in pixels, if there are many tiles per thread.
 pub(crate) const TILE_SIZE: u32 = 32;
-/// ... and how many tiles each thread should have, so that none waits for long for the last.
+/// Tiles per thread for load balance.
 const TILES_PER_THREAD: usize = 8;
-/// Rays in a row are best a square of this many pixels.
+/// Side in pixels of the squares whose rays are consecutive in a batch.
 pub(crate) const RAY_BLOCK: u32 = 8;
 
-/// A rectangle of the image.
+/// Rectangle of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tile {
     pub x: u32,
@@ -17,13 +17,13 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// The tiles of a region (x, y, width, height), row by row.
+    /// Tiles of a region (x, y, width, height), row by row.
     pub fn tiles_of(region: [u32; 4]) -> Vec<Tile> {
         Self::tiles_of_size(region, TILE_SIZE)
     }
 
-    /// The same, but smaller ones where there would be few for each of so many threads. Each lies in one row of the large,
-    /// and the next one in another: two threads at a time do not write to one row.
+    /// Tiles of a region, halved in size while there would be few per thread. Consecutive tiles lie in different rows
+    /// of large tiles, so that two threads rarely write to one row.
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
         let mut size = TILE_SIZE;
         loop {
@@ -36,7 +36,7 @@ impl Tile {
         }
     }
 
-    /// Tiles in their order, those beside each other as one, with how many that is of.
+    /// Merges neighbouring tiles of a row; returns each merged tile with the number of tiles in it.
     pub fn merge_rows(mut tiles: Vec<Tile>) -> Vec<(Tile, usize)> {
         tiles.sort_by_key(|tile| (tile.y, tile.x));
         let beside = |a: &Tile, b: &Tile| (a.y, a.height, a.x + a.width) == (b.y, b.height, b.x);
@@ -63,13 +63,13 @@ impl Tile {
         tiles
     }
 
-    /// Its pixels in the image, block by block.
+    /// Writes the tile's pixels, block by block.
     pub fn pixels(&self, pixels: &mut Vec<[u32; 2]>) {
         pixels.clear();
         self.blocks().for_each(|block| block.push_rows(pixels));
     }
 
-    /// Its blocks: whole ones first, so that all of them are 64 rays in a row that begin at a multiple of 64.
+    /// Blocks of the tile, full blocks first, so that each full block is 64 rays starting at a multiple of 64.
     pub fn blocks(&self) -> impl Iterator<Item = Tile> {
         let Tile { width, height, .. } = *self;
         let (x, y) = (self.x, self.y);
@@ -88,7 +88,7 @@ impl Tile {
         parts(true).chain(parts(false))
     }
 
-    /// Adds its pixels, row by row.
+    /// Appends the tile's pixels, row by row.
     pub fn push_rows(&self, pixels: &mut Vec<[u32; 2]>) {
         let row = |v| (0..self.width).map(move |u| [self.x + u, self.y + v]);
         pixels.extend((0..self.height).flat_map(row));

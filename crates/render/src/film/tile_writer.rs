@@ -1,4 +1,4 @@
-//! Some rows of one channel of a tile, which are written at once.
+//! Writer of a few rows of one channel of a tile.
 
 use raycam_bvh::{Pod, StreamingWriter};
 
@@ -7,26 +7,25 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::PlaneData;
 use crate::film::tile::TILE_SIZE;
 
-/// Rows of a tile that are written together, and their pixels: what is known of these fits the nearest cache. Rows of a block
-/// are a multiple.
+/// Rows of a tile written together: their source data fits the L1 cache. A block's height is a multiple.
 pub(crate) const ROWS_PER_WRITE: u32 = 4;
 const PIXELS_PER_WRITE: usize = (TILE_SIZE * ROWS_PER_WRITE) as usize;
 
-/// Pixels in a row: where they lie in a strip, and which of the tile's they are, unless they are background.
+/// Consecutive pixels of a row: position in the strip, and first pixel of the tile unless they are background.
 pub(crate) struct PixelRun {
     pub to: usize,
     pub from: Option<usize>,
     pub length: usize,
-    /// Whether it is the first of a row.
+    /// True for the first run of a row.
     pub starts_row: bool,
 }
 
-/// What planes are of.
+/// Number type of a plane.
 pub(crate) trait PixelValue: Pod + 'static {
-    /// The values of a plane of this kind; none of another.
+    /// Values of a plane of this type; empty for another type.
     fn slice_of(plane: &ImagePlane) -> &[Self];
 
-    /// What is to be written, if it is of this kind.
+    /// Output of this type, if it is of this type.
     fn slice_mut_of<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
@@ -51,22 +50,22 @@ macro_rules! stored {
 }
 stored!(f32: F32, f64: F64, i32: I32);
 
-/// The rows of one channel that a row of tiles covers.
+/// Rows of one channel that a row of tiles covers.
 pub(crate) struct ChannelStrip<'a> {
     pub channel: Channel,
     pub values: PlaneData<'a>,
-    /// Whether all of them were 0 at first.
+    /// True if all values were 0 at first.
     pub zero: bool,
 }
 
-/// What lies in a strip behind the pixels that are written.
+/// Unwritten remainder of a strip.
 pub(crate) struct StripCursor<'a> {
     pub channel: Channel,
     values: PlaneData<'a>,
-    /// The number of its first pixel in the strip.
+    /// Index in the strip of the first remaining pixel.
     position: usize,
     zero: bool,
-    /// What is seen where nothing is.
+    /// Background pixel.
     background: Option<&'a ImagePlane>,
 }
 
@@ -85,13 +84,13 @@ impl<'a> StripCursor<'a> {
         }
     }
 
-    /// Memory that nobody writes to costs nothing.
+    /// True if the memory holds the background already: pages that nobody writes cost nothing.
     pub fn is_already_background(&self) -> bool {
         self.zero && self.background.is_some_and(ImagePlane::is_all_zero)
     }
 }
 
-/// One channel of some pixels of a tile.
+/// Writer of one channel of some rows of a tile.
 pub(crate) struct RowWriter<'p, 'a> {
     pub cursor: &'p mut StripCursor<'a>,
     pub runs: &'p [PixelRun],
@@ -99,12 +98,12 @@ pub(crate) struct RowWriter<'p, 'a> {
 }
 
 impl RowWriter<'_, '_> {
-    /// Puts the value of each pixel in its place, by its number in the tile. Values are of the kind that the channel is of;
-    /// others are not put.
+    /// Writes the value of each pixel, by its index in the tile. Values of another type than the channel's are not
+    /// written.
     #[inline]
     pub fn write<T: PixelValue, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
         let blank = self.background_value();
-        // All of them before the first is copied: what was written a moment ago is slow to be read.
+        // All values before the first copy: reading memory just written would stall on store forwarding.
         let mut pixels = [[T::default(); N]; PIXELS_PER_WRITE];
         let mut room = pixels.as_mut_slice();
         for run in self.runs {
@@ -122,7 +121,7 @@ impl RowWriter<'_, '_> {
         self.copy(pixels.as_flattened(), N, false);
     }
 
-    /// Puts the background.
+    /// Writes the background.
     pub fn write_background(&mut self) {
         match self.cursor.background {
             Some(ImagePlane::F32 { data, .. }) => self.fill(data),
@@ -141,14 +140,14 @@ impl RowWriter<'_, '_> {
         self.copy(&row, pixel.len(), true);
     }
 
-    /// What the background has.
+    /// Background value.
     fn background_value<T: PixelValue, const N: usize>(&self) -> [T; N] {
         let background = self.cursor.background.map(T::slice_of);
         let pixel = background.and_then(|pixel| pixel.first_chunk());
         pixel.copied().unwrap_or([T::default(); N])
     }
 
-    /// Puts the values of the runs' pixels, those of one row after those of another, or the same `always`.
+    /// Copies values to the runs' pixels, row after row, or the same row `always`.
     fn copy<T: PixelValue>(&mut self, mut values: &[T], components: usize, always: bool) {
         let Some(rest) = T::slice_mut_of(&mut self.cursor.values) else {
             return;

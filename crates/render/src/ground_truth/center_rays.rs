@@ -1,4 +1,4 @@
-//! Ground truth: the channels of the exact ray through the pixel's centre, in float64.
+//! Exact rays through pixel centres, traced in float64.
 
 use std::sync::Arc;
 
@@ -14,23 +14,23 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Settings;
 
-/// The normals of a surface in the world, on the side that is seen; 0 for the background.
+/// World-space normals of a surface, on the viewer's side; 0 for the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Normals {
-    /// Of the triangle.
+    /// Triangle's normal.
     pub geometric: DVec3,
-    /// Of the smooth surface that it stands for.
+    /// Interpolated normal.
     pub shading: DVec3,
 }
 
 impl Normals {
-    /// Those of the background.
+    /// Normals of the background.
     const BACKGROUND: Self = Self {
         geometric: DVec3::ZERO,
         shading: DVec3::ZERO,
     };
 
-    /// Whether any of the channels needs normals, and then whether it needs smooth ones.
+    /// `Some` if a channel needs normals, true if one needs shading normals.
     pub fn normals_needed(channels: &[Channel]) -> Option<bool> {
         let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
         let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
@@ -38,13 +38,13 @@ impl Normals {
     }
 }
 
-/// A triangle, as it was seen last.
+/// Normals of a triangle at its last hit.
 #[derive(Clone, Copy)]
 struct CachedTriangle {
-    /// Its normal on the side from which its corners run counter-clockwise, and on the side that was seen.
+    /// Unit normal on the counter-clockwise side, and on the viewer's side.
     normal: DVec3,
     facing_normal: DVec3,
-    /// The smooth ones of its corners there.
+    /// Vertex normals on the viewer's side.
     corners: Option<[DVec3; 3]>,
 }
 
@@ -63,7 +63,7 @@ impl CachedTriangle {
         }
     }
 
-    /// The normals of a hit, the smooth one where asked for.
+    /// Normals at a hit, the shading normal on request.
     fn normals(
         &mut self,
         world: &Geometry,
@@ -96,23 +96,24 @@ impl CachedTriangle {
     }
 }
 
-/// Rays that are answered at a time: what is told of their triangles is told while these are in the cache. Much fewer would
-/// pay for the room that each search needs.
+/// Rays per batch: the triangles hit are still in the cache when normals are read. Smaller batches would not amortise
+/// the setup of a traversal.
 const RAYS_PER_BATCH: usize = 512;
 
-/// The rays through the pixels' centres, and what they met.
+/// Rays through pixel centres and their hits.
 #[derive(Default)]
 pub(crate) struct CenterRays {
     pub rays: Vec<ExactRay>,
-    /// What they met first.
+    /// First hits.
     pub hits: Vec<ExactHit>,
-    /// What lies behind that, where the ground truth tells of it; else empty.
+    /// Hits behind surfaces that can be seen through, if the ground truth describes those; otherwise empty.
     hits_behind: Vec<ExactHit>,
     normals: Vec<Normals>,
 }
 
 impl CenterRays {
-    /// Traces the rays of pixels; with `passing` the ground truth is of what lies behind what one sees through.
+    /// Traces the centre rays of pixels; with `passing` the ground truth describes what lies behind surfaces that can
+    /// be seen through.
     pub fn trace(
         &mut self,
         world: &Geometry,
@@ -156,7 +157,7 @@ impl CenterRays {
         self.rebase_depth(camera.ray_start_depth());
     }
 
-    /// [`CenterRays::trace`], where each pixel sees a world of its own: those of a line the same one.
+    /// [`CenterRays::trace`] with a world per pixel; pixels of a row share one.
     pub fn trace_per_world(
         &mut self,
         worlds: &[Arc<PreparedWorld>],
@@ -191,7 +192,7 @@ impl CenterRays {
         }
     }
 
-    /// Depth and distance count from the plane where rays from infinity have the depth 0, not from their start.
+    /// Measures depth and distance from the plane of depth 0, for rays that start at infinity.
     fn rebase_depth(&mut self, start: f64) {
         if start == 0.0 {
             return;
@@ -205,7 +206,7 @@ impl CenterRays {
         }
     }
 
-    /// One ray that met nothing.
+    /// One ray that misses.
     pub fn background() -> Self {
         Self {
             rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],
@@ -215,7 +216,7 @@ impl CenterRays {
         }
     }
 
-    /// What is told of: what the rays met first, or what lies behind that.
+    /// Hits that the ground truth describes.
     pub fn ground_truth_hits(&self) -> &[ExactHit] {
         match self.hits_behind.is_empty() {
             true => &self.hits,
@@ -223,7 +224,7 @@ impl CenterRays {
         }
     }
 
-    /// The normals of that, where asked for.
+    /// Normals of a hit that the ground truth describes, if requested.
     #[inline]
     pub fn normals(&self, i: usize) -> &Normals {
         self.normals.get(i).unwrap_or(&Normals::BACKGROUND)

@@ -1,4 +1,4 @@
-//! What the ground truth tells of each pixel, channel by channel.
+//! Ground-truth channels, evaluated at the hits of centre rays.
 
 use std::sync::Arc;
 
@@ -12,14 +12,14 @@ use crate::interaction::ray_cone::Footprint;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 
-/// The exact rays of pixels and what is told of them.
+/// Hits of a tile's centre rays, read channel by channel.
 pub(crate) struct ChannelReader<'a> {
     exact: &'a CenterRays,
     hits: &'a [ExactHit],
     world: &'a Geometry,
-    /// Of worlds that move, that of each pixel; else empty.
+    /// World of each pixel, where worlds differ between rows; otherwise empty.
     pixel_worlds: &'a [Arc<PreparedWorld>],
-    /// camera_from_world; of cameras that move, that of each pixel.
+    /// camera_from_world rotation, and that of each pixel for a moving camera.
     shared_rotation: DMat3,
     pixel_rotations: &'a [DMat3],
 }
@@ -42,7 +42,7 @@ impl<'a> ChannelReader<'a> {
         }
     }
 
-    /// The hit, unless the ray met nothing.
+    /// Hit of a pixel, unless its ray missed.
     #[inline]
     fn hit(&self, i: usize) -> Option<&ExactHit> {
         Some(&self.hits[i]).filter(|hit| hit.instance != INVALID_ID)
@@ -89,13 +89,13 @@ impl<'a> ChannelReader<'a> {
         self.hit(i).map_or(DVec3::NAN, at).to_array()
     }
 
-    /// A normal in the world.
+    /// Normal in world coordinates.
     #[inline]
     pub fn normal(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
         to_f32_normal(normal(self.exact.normals(i)))
     }
 
-    /// A normal in the camera's axes.
+    /// Normal in camera axes.
     #[inline]
     pub fn in_camera(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
         to_f32_normal(*self.rotation(i) * normal(self.exact.normals(i)))

@@ -3,12 +3,12 @@
 use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, Hit};
 
-/// A normal as it is stored; 0 stays 0 whatever its sign.
+/// Normal as stored in a frame; -0 becomes 0.
 pub(crate) fn to_f32_normal(normal: DVec3) -> [f32; 3] {
     (normal + 0.0).as_vec3().to_array()
 }
 
-/// An exact hit as the float32 kernel would tell it.
+/// Exact hit as a float32 hit.
 pub(crate) fn to_float_hit(
     &ExactHit {
         t,
@@ -28,7 +28,7 @@ pub(crate) fn to_float_hit(
     }
 }
 
-/// A camera's ray as the exact search takes it.
+/// Camera ray as an exact ray.
 pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
     ExactRay {
         origin: origin.to_array(),
@@ -37,7 +37,7 @@ pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
     }
 }
 
-/// An id as it is stored: -1 for nothing.
+/// Id as stored in a frame: -1 for a miss.
 #[inline]
 pub(crate) fn signed_id(id: u32) -> i32 {
     i32::try_from(id).unwrap_or(-1)

@@ -1,4 +1,4 @@
-//! The ground truth's way through what one sees through.
+//! Ground truth behind surfaces that can be seen through.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
@@ -7,15 +7,15 @@ use raycam_scene::{Material, MaterialModel};
 use crate::ground_truth::convert::{exact_ray, to_float_hit};
 use crate::prepare::geometry::Geometry;
 
-/// A surface with less of it there is passed.
+/// Opacity below which a surface is skipped, and transmission above which it refracts.
 const OPACITY_THRESHOLD: f32 = 0.5;
-/// A ray goes on this share of the distance behind what it has passed; nothing lies in between but float64 rounding.
+/// Relative distance behind a skipped surface at which a ray restarts: beyond float64 rounding.
 const RESTART_OFFSET: f64 = 1e-12;
-/// Surfaces that a ray passes at most: after these it tells of the next one whatever it is.
+/// Largest number of skipped surfaces per ray; the next surface counts whatever it is.
 const MAX_SKIPS: usize = 1000;
 
 impl Geometry {
-    /// Whether there is anything that [`Geometry::skip_transparent`] would pass.
+    /// True if [`Geometry::skip_transparent`] may skip any surface.
     pub(crate) fn has_skippable(&self) -> bool {
         let passable = |material: &Material| {
             is_refractive(material)
@@ -27,7 +27,7 @@ impl Geometry {
             .any(|prepared| passable(&prepared.material))
     }
 
-    /// Replaces hits on what one sees through by the first hits behind that are not.
+    /// Replaces hits on surfaces that can be seen through by the first hits behind that cannot.
     pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
             hit.instance != INVALID_ID
@@ -68,7 +68,7 @@ impl Geometry {
         }
     }
 
-    /// The instances that rays in scene-local coordinates see, whose first hits these are: the first that are not passed.
+    /// Instances that scene-local rays with these first hits see behind surfaces that can be seen through.
     pub(crate) fn visible_instances(
         &self,
         origins: &[DVec3],
@@ -95,7 +95,7 @@ impl Geometry {
         seen
     }
 
-    /// The t just behind a hit.
+    /// Ray parameter just behind a hit.
     fn restart_t(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
         let reach =
             DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
@@ -116,7 +116,7 @@ impl Geometry {
     }
 }
 
-/// Whether light goes through the surface by its material.
+/// True if light passes through the material.
 fn is_refractive(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Glass(_) => true,

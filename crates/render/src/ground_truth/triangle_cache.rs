@@ -2,13 +2,13 @@
 
 use raycam_bvh::{ExactHit, INVALID_ID};
 
-/// What was found of triangles not long ago: neighbours mostly meet the same ones.
+/// Direct-mapped cache of values by triangle.
 pub(crate) struct TriangleCache<T> {
     keys: [(u32, u32); CACHE_SIZE],
     values: [T; CACHE_SIZE],
 }
 
-/// A power of two: about the triangles of a few rows.
+/// Entries, a power of two: about the triangles of a few rows.
 const CACHE_SIZE: usize = 16;
 
 impl<T: Copy> TriangleCache<T> {
@@ -19,7 +19,7 @@ impl<T: Copy> TriangleCache<T> {
         }
     }
 
-    /// What is known of the triangle of a hit.
+    /// Value of the triangle of a hit, computed on a cache miss.
     #[inline]
     pub fn get_or_insert(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
         let of = (hit.instance, hit.triangle);

@@ -1,4 +1,4 @@
-//! From a hit to what is there: colour, normals, and where rays may start.
+//! Material and vertex attributes at a hit: colours, normals, opacity, emission, texture coordinates.
 
 use glam::{DVec3, Vec2, Vec3};
 use raycam_bvh::Hit;
@@ -10,13 +10,13 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 
 impl Geometry {
-    /// The material of a hit triangle.
+    /// Material of a hit triangle.
     #[inline]
     pub(crate) fn material(&self, hit: &Hit) -> &PreparedMaterial {
         &self.materials[self.material_index(hit.instance, hit.triangle)]
     }
 
-    /// Which of the world's materials a triangle has.
+    /// Index of a triangle's material.
     pub(crate) fn material_index(&self, instance: u32, triangle: u32) -> usize {
         let object = &self.instances[instance as usize];
         let slots = object.mesh.mesh.material_slots.as_ref();
@@ -24,7 +24,7 @@ impl Geometry {
         object.materials[slot]
     }
 
-    /// The normals of a triangle's corners in the world, of any length; `None` where the mesh has none.
+    /// World-space normals of a triangle's vertices, of arbitrary length; `None` if the mesh has none.
     #[inline]
     pub(crate) fn vertex_normals(&self, instance: u32, triangle: u32) -> Option<[DVec3; 3]> {
         let object = &self.instances[instance as usize];
@@ -34,12 +34,12 @@ impl Geometry {
             let [x, y, z] = normals[vertex as usize];
             object.normal_from_mesh * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
         };
-        // Spelled out: the compiler may leave `map` a call.
+        // Written out: the compiler may not inline `map`.
         let [a, b, c] = mesh.triangles[triangle as usize];
         Some([of_vertex(a), of_vertex(b), of_vertex(c)])
     }
 
-    /// The same of unit length, on the side of `geometric`, which stands in where a corner has none.
+    /// Unit vertex normals on the side of `geometric`, which replaces missing normals.
     pub(crate) fn facing_vertex_normals(
         &self,
         instance: u32,
@@ -50,12 +50,12 @@ impl Geometry {
         Some(normals.map(|normal| normalize_facing(normal, geometric)))
     }
 
-    /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
+    /// Linear base colour at a hit: product of the material's, face's, vertices' and texture's colours.
     pub(crate) fn base_color(&self, hit: &Hit, footprint: &Footprint) -> Vec3 {
         self.base_color_with(self.material(hit), hit, footprint)
     }
 
-    /// The same where the hit's material is known.
+    /// [`Geometry::base_color`] with a known material.
     #[inline]
     pub(crate) fn base_color_with(
         &self,
@@ -84,7 +84,7 @@ impl Geometry {
         color
     }
 
-    /// How much of a hit surface is there, 0..=1 (glTF 2.0, 3.9.4).
+    /// Opacity at a hit, 0..=1 (glTF 2.0, 3.9.4).
     pub(crate) fn opacity(&self, hit: &Hit) -> f32 {
         let material = &self.material(hit).material;
         if material.alpha == Alpha::Opaque {
@@ -105,7 +105,7 @@ impl Geometry {
         }
     }
 
-    /// What the surface shines against a direction, in W/(m² sr): one-sided surfaces from their front alone.
+    /// Emitted radiance in W/(m² sr) against a ray direction; one-sided surfaces emit from their front alone.
     pub(crate) fn emission(&self, hit: &Hit, direction: Vec3) -> Vec3 {
         let material = &self.material(hit).material;
         if material.emission.value == [0.0; 3] {
@@ -124,14 +124,14 @@ impl Geometry {
         Vec3::from(material.emission.value) * texel.map_or(Vec3::ONE, |t| Vec3::from_slice(&t))
     }
 
-    /// The value of a texture at a hit, linear; `None` where the mesh lacks its coordinates.
+    /// Texture value at a hit, linear; `None` if the mesh lacks the texture coordinates.
     pub(crate) fn texel(&self, slot: &TextureSlot, hit: &Hit) -> Option<[f32; 4]> {
         let weights = [hit.u, hit.v].map(f64::from);
         let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
         Some(self.textures[slot.texture].lookup(slot.coordinates(uv)))
     }
 
-    /// The mean of a texture over the part of the triangle that a ray covers.
+    /// Mean texture value over a ray's footprint.
     pub(crate) fn filtered_texel(
         &self,
         slot: &TextureSlot,
@@ -155,7 +155,7 @@ impl Geometry {
         Some(self.textures[slot.texture].mean(uv.to_array(), axes))
     }
 
-    /// Texture coordinates of a set at the weights of a triangle's second and third corner; `None` where the mesh has
+    /// Texture coordinates of a set at the weights of a triangle's second and third vertex; `None` if the mesh has
     /// none.
     pub(crate) fn uv(
         &self,
@@ -168,7 +168,7 @@ impl Geometry {
         Some(Self::interpolate_uv(&corners, weights))
     }
 
-    /// Those of the triangle's corners.
+    /// Texture coordinates of a triangle's vertices.
     pub(crate) fn uv_corners(
         &self,
         instance: u32,
@@ -181,14 +181,14 @@ impl Geometry {
         Some(mesh.triangles[triangle as usize].map(corner))
     }
 
-    /// Those between the corners, at the weights of the second and the third.
+    /// Texture coordinates at the weights of the second and third vertex.
     #[inline]
     pub(crate) fn interpolate_uv([a, b, c]: &[[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
         [0, 1].map(|axis| (a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v) as f32)
     }
 }
 
-/// A value of the three corners at a hit.
+/// Value of three vertices interpolated at a hit.
 fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
     a + (b - a) * hit.u + (c - a) * hit.v
 }

@@ -1,4 +1,4 @@
-//! Places, many at a time, field by field.
+//! Surface interactions of a batch of hits, structure of arrays.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, WithSimd};
@@ -11,27 +11,27 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::instance::ErrorBounds;
 use crate::soa::{TriangleXN, Vec3xN, get_lane, get_triangle, lane_dvec3, set_lane, set_triangle};
 
-/// Rays, the triangles that they meet, and where. Each lane is computed as it would be alone.
+/// Rays, hit triangles and the resulting interactions. A lane's result does not depend on the other lanes.
 #[derive(Debug)]
 pub(crate) struct SurfaceInteractions<const N: usize> {
-    /// In the world at first, then scene-local.
+    /// World-space vertices, made scene-local by the kernel.
     corners: TriangleXN<N>,
     scene_origin: DVec3,
-    /// At the corners, in the world and of any length, where the mesh has normals.
+    /// World-space vertex normals of arbitrary length, where the mesh has them.
     vertex_normals: [Vec3xN<f64, N>; 3],
-    /// Whether it has, and whether any has.
+    /// True for lanes with vertex normals, and for batches with such a lane.
     has_normals: [bool; N],
     any_has_normals: bool,
-    /// Of the second and third corner.
+    /// Weights of the second and third vertex.
     barycentrics: [[f64; N]; 2],
     direction: Vec3xN<f32, N>,
     flips_orientation: [bool; N],
-    /// The columns of `of_point`, and `of_mesh`.
+    /// [`ErrorBounds::columns`].
     error_bounds: [Vec3xN<f64, N>; 4],
     footprint: [Footprint; N],
-    /// The triangle's normal: at first where its corners run counter-clockwise, then on the viewer's side.
+    /// Geometric normal: at first on the counter-clockwise side, then on the viewer's side.
     unoriented_normal: Vec3xN<f64, N>,
-    /// The rest is what a [`SurfaceInteraction`] has.
+    /// Fields of [`SurfaceInteraction`].
     position: Vec3xN<f64, N>,
     geometric_normal: Vec3xN<f32, N>,
     shading_normal: Vec3xN<f32, N>,
@@ -65,15 +65,15 @@ impl<const N: usize> Default for SurfaceInteractions<N> {
 }
 
 impl<const N: usize> SurfaceInteractions<N> {
-    /// Forgets all; returns the corners of the triangles, in the world, to be set before the lanes are put. What lanes hold
-    /// that are not does not matter.
+    /// Clears the batch; returns the world-space vertices, to be written before the lanes are set. Unused lanes may
+    /// hold anything.
     #[inline]
     pub fn clear(&mut self) -> &mut TriangleXN<N> {
         self.any_has_normals = false;
         &mut self.corners
     }
 
-    /// Sets a lane: the ray in this direction whose hit it is.
+    /// Sets a lane to the hit of a ray with this direction and cone width.
     #[inline]
     pub fn set_lane(
         &mut self,
@@ -110,7 +110,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         }
     }
 
-    /// What a lane has, after [`WithSimd::run`].
+    /// Interaction of a lane, after the kernel has run.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> SurfaceInteraction {
         SurfaceInteraction {
@@ -124,7 +124,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         }
     }
 
-    /// Where they are, scene-local.
+    /// Scene-local positions.
     pub fn positions(&self) -> &Vec3xN<f64, N> {
         &self.position
     }
@@ -135,12 +135,12 @@ impl<const N: usize> SurfaceInteractions<N> {
         get_lane(&self.geometric_normal, lane).into()
     }
 
-    /// Of the triangles, on the viewers' side.
+    /// Geometric normals on the viewers' side.
     pub fn geometric_normals(&self) -> &Vec3xN<f32, N> {
         &self.geometric_normal
     }
 
-    /// The normal of the smooth surface of a lane.
+    /// Shading normal of a lane.
     #[inline(always)]
     pub fn shading_normal(&self, lane: usize) -> Vec3 {
         get_lane(&self.shading_normal, lane).into()
@@ -176,7 +176,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         self.position(lane) + beyond.as_dvec3()
     }
 
-    /// [`SurfaceInteraction::shading_frame`] of a lane, seen along its ray.
+    /// [`SurfaceInteraction::shading_frame`] of a lane, for its ray.
     #[inline(always)]
     pub fn shading_frame(&self, lane: usize) -> ShadingFrame {
         let direction = Vec3::from(get_lane(&self.direction, lane));
@@ -187,12 +187,12 @@ impl<const N: usize> SurfaceInteractions<N> {
         )
     }
 
-    /// Of the rays.
+    /// Ray directions.
     pub fn directions(&self) -> &Vec3xN<f32, N> {
         &self.direction
     }
 
-    /// The normals of the smooth surfaces.
+    /// Shading normals.
     pub fn shading_normals(&self) -> &Vec3xN<f32, N> {
         &self.shading_normal
     }
@@ -275,9 +275,9 @@ impl<const N: usize> SurfaceInteractions<N> {
         }
     }
 
-    /// The normal of the smooth surface that the corners' normals describe, on the side of the triangle's, and how far above
-    /// the triangle it lies: rays start there, so that a coarse mesh does not shade itself (J. Hanika, "Hacking the Shadow
-    /// Terminator", Ray Tracing Gems II, 2021, chapter 4).
+    /// Interpolates vertex normals on the geometric normal's side, and lifts ray origins to the smooth surface that
+    /// they describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking the Shadow Terminator", Ray
+    /// Tracing Gems II, 2021, chapter 4).
     #[inline(always)]
     fn interpolate_normals(&mut self) {
         for lane in 0..N {
@@ -311,7 +311,7 @@ impl<const N: usize> SurfaceInteractions<N> {
 }
 
 impl SurfaceInteraction {
-    /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
+    /// Interaction of a ray with this direction and its hit; `width` is the ray cone's width there.
     pub fn new(world: &Geometry, direction: Vec3, hit: &Hit, width: f32) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
         let mut met = SurfaceInteractions::<1>::default();
@@ -345,7 +345,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
     use crate::soa::{LANES, set_triangle};
 
-    /// A floor, a smooth ball, the same mirrored and stretched, and a triangle without area.
+    /// Floor, smooth ball, the same ball mirrored and stretched, and a degenerate triangle.
     fn world() -> PreparedWorld {
         let mut world = World::default();
         let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());

@@ -1,4 +1,6 @@
-//! Where rays meet triangles.
+//! Surface interactions: position, normals and attributes at a hit.
+//!
+//! Uses the geometry and the shading frame alone; BSDFs and lights are built on top.
 
 pub(crate) mod attributes;
 pub(crate) mod batch;
@@ -12,32 +14,32 @@ use raycam_bvh::Ray;
 use crate::interaction::ray_cone::Footprint;
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// Where a ray meets a triangle, on the side that is seen.
+/// Point where a ray hits a triangle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SurfaceInteraction {
     /// Scene-local.
     pub position: DVec3,
-    /// The triangle's normal, on the viewer's side.
+    /// Triangle's unit normal, on the viewer's side.
     pub geometric_normal: Vec3,
-    /// Of the smooth surface that the triangle stands for.
+    /// Interpolated unit normal, on the viewer's side.
     shading_normal: Vec3,
-    /// Whether the viewer is where the triangle's corners run counter-clockwise.
+    /// True if the viewer sees the vertices in counter-clockwise order.
     pub is_front: bool,
-    /// How far rays that leave it start from it, on the viewer's side and on the other: beyond all float32 rounding.
+    /// Offsets of ray origins from the point, on the viewer's side and behind: beyond all float32 errors.
     offset_front: Vec3,
     offset_back: Vec3,
-    /// What the ray covers of the triangle, where there are textures.
+    /// Footprint of the ray cone, in scenes with textures.
     pub footprint: Footprint,
 }
 
 impl SurfaceInteraction {
-    /// The directions of the smooth surface, seen along a ray in this direction.
+    /// Shading frame for the viewer of a ray with this direction.
     #[inline]
     pub fn shading_frame(&self, direction: Vec3) -> ShadingFrame {
         ShadingFrame::new(self.geometric_normal, self.shading_normal, -direction)
     }
 
-    /// Where rays in this direction start, scene-local.
+    /// Scene-local origin of a ray that leaves the point in this direction.
     #[inline]
     pub fn offset_ray_origin(&self, direction: Vec3) -> DVec3 {
         let below = self.geometric_normal.dot(direction) < 0.0;
@@ -50,7 +52,7 @@ impl SurfaceInteraction {
             .as_dvec3()
     }
 
-    /// A ray from here into the world.
+    /// Ray that leaves the point.
     #[inline]
     pub fn spawn_ray(&self, direction: Vec3, t_max: f32) -> Ray {
         Ray {
@@ -61,12 +63,12 @@ impl SurfaceInteraction {
     }
 }
 
-/// A point that is lit.
+/// Point for which lights are sampled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSampleContext {
     /// Scene-local.
     pub position: DVec3,
-    /// Of unit length where light arrives on one side of a surface only, towards that side; else zero. It guides the
-    /// choice alone: no light is lost for it.
+    /// Unit normal towards the lit side, where light arrives on one side of a surface only; otherwise zero. Guides
+    /// light selection alone: no light is lost for it.
     pub normal: Vec3,
 }

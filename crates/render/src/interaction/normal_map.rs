@@ -1,4 +1,4 @@
-//! Tangents, and the normals of normal maps (glTF 2.0, 3.7.2.1 and 3.9.3).
+//! Tangents and normal maps (glTF 2.0, 3.7.2.1 and 3.9.3).
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
@@ -8,8 +8,8 @@ use crate::interaction::ray_cone::Footprint;
 use crate::prepare::geometry::Geometry;
 
 impl Geometry {
-    /// The directions of increasing u and v at a hit, in the world: the mesh's tangents, or the triangle's own by a set
-    /// of its texture coordinates; `None` where there are none.
+    /// World-space directions of increasing u and v at a hit: the mesh's tangents, or those of a set of texture
+    /// coordinates on the triangle; `None` without either.
     pub(crate) fn tangents(&self, hit: &Hit, uv_set: usize) -> Option<[Vec3; 2]> {
         let object = &self.instances[hit.instance as usize];
         let mesh = &*object.mesh.mesh;
@@ -38,7 +38,7 @@ impl Geometry {
         Some([unit(tangent)?, unit(-down)?])
     }
 
-    /// The normal that a map says at a hit, on the side of `normal`; `front` is whether that is the front.
+    /// Normal of a normal map at a hit, on the side of `normal`.
     pub(crate) fn mapped_normal(
         &self,
         map: &NormalMap,

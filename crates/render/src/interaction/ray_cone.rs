@@ -3,24 +3,24 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use raycam_scene::Camera;
 
-/// How wide a ray is.
+/// Width of a ray along its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RayCone {
-    /// Where it starts.
+    /// Width at the origin, in metres.
     pub width: f32,
-    /// How much wider it is a metre on.
+    /// Growth in metres per metre.
     pub spread: f32,
 }
 
-/// The part of a triangle that a cone covers, by its axes, from side to side, in weights of the second and third corner.
+/// Footprint of a cone on a triangle: axes of an ellipse, from side to side, in weights of the second and third
+/// vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Footprint {
     axes: [Vec2; 2],
 }
 
 impl RayCone {
-    /// A pixel's share of each of its samples, measured in the middle of the picture; many samples see a texture as sharp
-    /// as a quarter of a pixel.
+    /// Cone of one of a pixel's samples, measured in the image centre, at least a quarter of a pixel wide.
     pub fn for_pixel(camera: &Camera, samples: u32) -> Self {
         let middle = DVec2::from(camera.size().map(f64::from)) / 2.0;
         let [(o, d), (o1, d1)] = [0.0, 1.0].map(|x| camera.ray(middle + DVec2::new(x, 0.0)));
@@ -38,7 +38,7 @@ impl RayCone {
         }
     }
 
-    /// The same ray after a distance.
+    /// Cone after a distance.
     pub fn propagate(&self, distance: f32) -> Self {
         Self {
             width: self.width + self.spread * distance,
@@ -46,14 +46,14 @@ impl RayCone {
         }
     }
 
-    /// What leaves a surface: mirrors keep it together, anything else ends it.
+    /// Cone after a scattering event: specular reflection keeps it, anything else collapses it.
     pub fn after_scatter(&self, mirrored: bool) -> Self {
         if mirrored { *self } else { Self::default() }
     }
 }
 
 impl Footprint {
-    /// Of a cone that has this width where its axis, `direction`, meets a triangle.
+    /// Footprint of a cone of this width whose axis hits a triangle along `direction`.
     pub fn new([a, b, c]: [DVec3; 3], direction: Vec3, width: f32) -> Self {
         if width <= 0.0 {
             return Self::default();
@@ -65,7 +65,7 @@ impl Footprint {
             return Self::default();
         }
         let cosine = normal.dot(direction).abs();
-        // At grazing angles the ellipse is no longer one; the triangle ends it.
+        // At grazing angles the footprint is not an ellipse; its length is limited.
         let long = width / cosine.max(1e-3);
         let along = (direction - normal * normal.dot(direction))
             .try_normalize()
@@ -76,12 +76,12 @@ impl Footprint {
         }
     }
 
-    /// Its axes in an image, in units of the whole image, by the corners' coordinates there.
+    /// Axes in the image, in units of the whole image, for the vertices' texture coordinates.
     pub fn in_texture(&self, [a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
         self.axes.map(|axis| (b - a) * axis.x + (c - a) * axis.y)
     }
 
-    /// Whether it is a point.
+    /// True for an empty footprint.
     pub fn is_point(&self) -> bool {
         self.axes == [Vec2::ZERO; 2]
     }
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn a_footprint_is_an_ellipse_on_the_triangle() {
-        // A triangle of two by one metres; seen at 60 degrees along x the long axis is twice the width.
+        // Triangle of two by one metres; seen at 60 degrees along x the long axis is twice the width.
         let corners = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y];
         let direction = Vec3::new(3f32.sqrt() / 2.0, 0.0, -0.5);
         let footprint = Footprint::new(corners, direction, 0.1);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// The normal of a corner, of unit length, on the side of the triangle's.
+/// Unit vertex normal on the side of `geometric`, which replaces a zero normal.
 #[inline(always)]
 pub(crate) fn normalize_facing(normal: DVec3, geometric: DVec3) -> DVec3 {
     let normal = normal.normalize_or(geometric);
@@ -13,7 +13,7 @@ pub(crate) fn normalize_facing(normal: DVec3, geometric: DVec3) -> DVec3 {
     }
 }
 
-/// A normal on the side that a ray in this direction sees.
+/// Normal on the side that faces a ray of this direction.
 #[inline]
 pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
     if normal.dot(direction) > 0.0 {
@@ -23,26 +23,25 @@ pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
     }
 }
 
-/// The normal of a triangle, unit length, on the side from which its corners run counter-clockwise; 0 for one without
-/// area.
+/// Unit normal of a triangle on the side of counter-clockwise vertices; 0 for a degenerate triangle.
 #[inline]
 pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     let (e1, e2) = (b - a, c - a);
     unit(e1.cross(e2)).unwrap_or_else(|| {
-        // Scaled by its largest edge: corners may be far apart or close together.
+        // Scaled by the largest edge: squared lengths may overflow or underflow.
         let scale = e1.abs().max(e2.abs()).max_element().recip();
         (e1 * scale).cross(e2 * scale).normalize_or_zero()
     })
 }
 
-/// The direction of a vector whose length is far from the ends of float64.
+/// Unit vector, if the squared length neither overflows nor underflows float64.
 #[inline]
 pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
     let square = vector.length_squared();
     is_safe_square(square).then(|| vector / square.sqrt())
 }
 
-/// Whether the square of a length is far from the ends of float64.
+/// True for a squared length far from overflow and underflow.
 #[inline(always)]
 pub(crate) fn is_safe_square(square: f64) -> bool {
     (1e-200..1e200).contains(&square)

@@ -1,26 +1,26 @@
-//! Where a group of lights is, where it shines, and how much of it may arrive at a point.
+//! Bounds of a group of lights in position, direction and power, and the resulting bound on received light.
 //!
-//! The bounds on angles are those of M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition,
+//! The bounds on angles follow M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition,
 //! section 12.6.3.
 
 use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-/// Where lights are, where they shine and how much.
+/// Box, normal cone and power of a group of lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightBounds {
-    /// Scene-local.
+    /// Scene-local box.
     pub lower: Vec3,
     pub upper: Vec3,
-    /// Of a cone that holds all their normals; the cosine of its half angle.
+    /// Axis of the cone of normals, and the cosine of its half angle.
     pub axis: Vec3,
     pub cos_theta_o: f32,
-    /// The cosine of how far from its normal a light shines.
+    /// Cosine of the largest angle between a normal and an emission direction.
     pub cos_theta_e: f32,
-    /// Whether they shine to the other side as well.
+    /// True if any light also emits from its back.
     pub two_sided: bool,
-    /// The largest intensity of all together, in W/sr.
+    /// Largest total intensity in W/sr, summed over the colour channels.
     pub phi: f32,
 }
 
@@ -31,7 +31,7 @@ impl Default for LightBounds {
 }
 
 impl LightBounds {
-    /// Of a light that shines everywhere.
+    /// Bounds of a light that emits in every direction.
     pub fn isotropic(lower: DVec3, upper: DVec3, intensity: Vec3) -> Self {
         Self {
             lower: lower.as_vec3(),
@@ -44,7 +44,7 @@ impl LightBounds {
         }
     }
 
-    /// Of one that shines from a plane.
+    /// Bounds of a light that emits from a plane.
     pub fn planar(corners: &[DVec3], normal: DVec3, intensity: Vec3, two_sided: bool) -> Self {
         let lower = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let upper = corners
@@ -64,7 +64,7 @@ impl LightBounds {
     }
 
     pub fn union(&self, other: &Self) -> Self {
-        // What is dark has no say.
+        // Lights without power do not widen the bounds.
         if other.phi <= 0.0 {
             return *self;
         }
@@ -86,7 +86,7 @@ impl LightBounds {
         }
     }
 
-    /// Made ready to be weighed.
+    /// Precomputes the terms of [`PreparedLightBounds::importance`].
     pub fn prepare(&self) -> PreparedLightBounds {
         let half = (self.upper - self.lower) / 2.0;
         PreparedLightBounds {
@@ -101,7 +101,7 @@ impl LightBounds {
         }
     }
 
-    /// The cost of a group in the surface area orientation heuristic: intensity, area and the measure of its directions.
+    /// Cost in the surface area orientation heuristic: power, area and measure of directions.
     pub fn saoh_cost(&self) -> f32 {
         let size = self.upper - self.lower;
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
@@ -115,20 +115,20 @@ impl LightBounds {
                     - (normals - 2.0 * edge).cos()
                     - 2.0 * normals * sin_normals
                     + cos_normals);
-        // Lights in one point or line still cost more apart.
+        // Degenerate boxes (points, lines) still have a cost.
         self.phi * directions * (area + size.max_element().powi(2))
     }
 }
 
-/// What [`LightBounds`] say, as it takes least to weigh them for a point.
+/// [`LightBounds`] in the form that is cheapest to evaluate at a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedLightBounds {
-    /// Of the box, and from there to a corner; the length of that.
+    /// Centre, half extent and half diagonal of the box.
     pub center: Vec3,
     pub half: Vec3,
     pub radius: f32,
     pub axis: Vec3,
-    /// Of the cone around the axis that holds all normals.
+    /// Half angle of the cone of normals.
     pub theta_o: Angle,
     pub cos_theta_e: f32,
     pub two_sided: bool,
@@ -136,23 +136,23 @@ pub(crate) struct PreparedLightBounds {
 }
 
 impl PreparedLightBounds {
-    /// A bound on what arrives at a point, up to a factor: intensity over squared distance, by the smallest angles that
-    /// the bounds leave. 0 only where nothing arrives. Without branches, which loops over many points must not have.
+    /// Upper bound on the received light, up to a factor: power over squared distance, for the smallest angles that
+    /// the bounds allow. 0 only if nothing is received. Branch-free, for loops over many points.
     #[inline(always)]
     pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
         let away = position - self.center;
         let radius2 = self.radius * self.radius;
-        // From inside, every distance is possible: that of the rim stands for them.
+        // Inside the bounding sphere any distance is possible: its radius is taken.
         let distance2 = away.length_squared();
         let inverse = 1.0 / distance2.sqrt().max(f32::MIN_POSITIVE);
         let direction = away * inverse;
         let by_distance = self.phi / distance2.max(radius2).max(1e-30);
         let flat = (normal.x != 0.0) | (normal.y != 0.0) | (normal.z != 0.0);
-        // The corner that stands highest above the point's horizon, a bit more against rounding.
+        // Height of the box's highest corner above the point's horizon, with a margin for rounding.
         let highest = self.half.dot(normal.abs()) - away.dot(normal);
         let below = flat & (highest <= -1e-5 * away.abs().element_sum());
         let inside = distance2 <= radius2;
-        // The half angle that the box fills, at most; a bit more against rounding.
+        // Upper bound on the half angle that the box subtends, with a margin for rounding.
         let half_box = Angle::from_sin((self.radius * inverse + 1e-3).min(1.0));
         let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
         let cos_axis = if self.two_sided {
@@ -169,14 +169,14 @@ impl PreparedLightBounds {
         let least = height.saturating_sub(half_box).cos;
         let beside = beside | (flat & (least <= 0.0));
         let importance = importance * if flat { least } else { 1.0 };
-        // What is asked first comes last.
+        // The tests are applied in reverse order of precedence.
         let importance = if beside { 0.0 } else { importance };
         let importance = if inside { by_distance } else { importance };
         if below { 0.0 } else { importance }
     }
 }
 
-/// An angle in 0..=180 degrees.
+/// Sine and cosine of an angle in 0..=180 degrees.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Angle {
     pub sin: f32,
@@ -190,14 +190,14 @@ impl Angle {
         Self { sin, cos }
     }
 
-    /// Of at most 90 degrees.
+    /// From the sine of an angle of at most 90 degrees.
     #[inline(always)]
     fn from_sin(sin: f32) -> Self {
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         Self { sin, cos }
     }
 
-    /// The difference, at least 0.
+    /// Difference of two angles, at least 0.
     #[inline(always)]
     fn saturating_sub(self, other: Self) -> Self {
         let sin = self.sin * other.cos - self.cos * other.sin;
@@ -210,10 +210,10 @@ impl Angle {
     }
 }
 
-/// The smallest cone that holds two, as axis and cosine of the half angle.
+/// Smallest cone that contains two cones, as axis and cosine of the half angle.
 fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
     let between = a.0.dot(b.0).clamp(-1.0, 1.0);
-    // Most often one holds the other, and no angle is asked for.
+    // Usually one cone contains the other, and no angle is computed.
     if cone_contains(a.1, b.1, between) {
         return a;
     }
@@ -227,11 +227,11 @@ fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
         return (Vec3::Z, -1.0);
     }
     let axis = glam::Quat::from_axis_angle(turn.normalize(), half - ta) * a.0;
-    // A little wider against rounding.
+    // Slightly wider, against rounding.
     (axis.normalize(), (half + 1e-4).min(PI).cos())
 }
 
-/// Whether a cone holds another one, by the cosines of their half angles and of the angle between their axes.
+/// True if a cone contains another cone, by the cosines of the half angles and of the angle between the axes.
 fn cone_contains(outer: f32, inner: f32, between: f32) -> bool {
     let [wide, narrow] = [outer, inner].map(|cos| Angle::from_cos(cos.clamp(-1.0, 1.0)));
     outer <= -1.0 || (wide.cos <= narrow.cos && between >= wide.saturating_sub(narrow).cos)

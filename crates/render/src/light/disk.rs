@@ -1,4 +1,4 @@
-//! The disk light: a disk of even radiance.
+//! Disk light: a disk of uniform radiance.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use crate::light::samples::LightLiSample;
 pub(crate) struct DiskLight {
     /// Scene-local.
     center: DVec3,
-    /// Where it shines to.
+    /// Direction of emission.
     normal: DVec3,
     radius: f64,
     radiance: Vec3,
@@ -36,7 +36,7 @@ impl DiskLight {
     }
 
     pub fn bounds(&self) -> LightBounds {
-        // How far a disk reaches along an axis.
+        // Half extent of the disk along each axis.
         let reach = (DVec3::ONE - self.normal * self.normal).max(DVec3::ZERO);
         let reach = DVec3::new(reach.x.sqrt(), reach.y.sqrt(), reach.z.sqrt()) * self.radius;
         let corners = [self.center - reach, self.center + reach];
@@ -44,7 +44,7 @@ impl DiskLight {
         LightBounds::planar(&corners, self.normal, intensity.as_vec3(), self.two_sided)
     }
 
-    /// A point drawn evenly from the area.
+    /// Samples a point uniformly by area.
     pub fn sample(&self, point: DVec3, [x, y]: [f32; 2]) -> Option<LightLiSample> {
         if !self.faces(point) {
             return None;
@@ -63,6 +63,7 @@ impl DiskLight {
         distance2 / (PI * self.radius * self.radius * self.normal.dot(direction).abs())
     }
 
+    /// Distance at which a ray hits the disk, the radiance there, and the density of [`DiskLight::sample`].
     pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let direction = direction.as_dvec3();
         let distance = (self.center - point).dot(self.normal) / direction.dot(self.normal);

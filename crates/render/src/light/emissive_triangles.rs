@@ -1,4 +1,4 @@
-//! Surfaces that shine by themselves: every triangle with an emission is a light.
+//! Emissive triangles: every triangle of an emissive material is a light.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
@@ -10,17 +10,17 @@ use crate::light::tree::LightTree;
 use crate::light::tree::importance::LightTreeContext;
 use crate::prepare::geometry::Geometry;
 
-/// All triangles that shine.
+/// All emissive triangles of the scene.
 #[derive(Debug, Default)]
 pub(crate) struct EmissiveTriangles {
-    /// Object and triangle.
+    /// Instance and triangle.
     triangles: Vec<[u32; 2]>,
-    /// For each object that shines, where each of its triangles is in `triangles`.
+    /// Light index of every triangle of an emissive instance.
     light_of_triangle: Vec<Vec<u32>>,
     tree: LightTree,
 }
 
-/// A triangle of an object that does not shine.
+/// Light index of a triangle that does not emit.
 const NOT_EMISSIVE: u32 = u32::MAX;
 
 impl EmissiveTriangles {
@@ -58,17 +58,17 @@ impl EmissiveTriangles {
         self.triangles.is_empty()
     }
 
-    /// Which of them to choose.
+    /// Light tree over the triangles.
     pub fn tree(&self) -> &LightTree {
         &self.tree
     }
 
-    /// How much all of them may matter to a point.
+    /// Importance of all triangles together at a point.
     pub fn importance(&self, from: &LightSampleContext) -> f64 {
         self.tree.importance(from)
     }
 
-    /// A triangle, and a point drawn evenly from it.
+    /// Samples a triangle by the light tree and a point uniformly on it.
     pub fn sample(
         &self,
         world: &Geometry,
@@ -104,7 +104,7 @@ impl EmissiveTriangles {
         LightLiSample::new(direction, end, radiance, probability * density)
     }
 
-    /// By solid angle, of a hit at a distance.
+    /// Density by solid angle with which [`EmissiveTriangles::sample`] yields a hit at this distance.
     pub fn pdf(
         &self,
         world: &Geometry,
@@ -124,19 +124,19 @@ impl EmissiveTriangles {
     }
 }
 
-/// The first corner, scene-local, and the edges to the others.
+/// First vertex, scene-local, and the edges to the others.
 fn edges(world: &Geometry, instance: u32, triangle: u32) -> [DVec3; 3] {
     let [a, b, c] = world.corners(instance, triangle);
     [a - world.origin, b - a, c - a]
 }
 
-/// The density by solid angle of a point drawn evenly from an area, given as a normal of that length.
+/// Density by solid angle of a point sampled uniformly on an area, given as a normal of that length.
 fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
     distance * distance / area.dot(direction).abs()
 }
 
-/// How a triangle shines; `None` where it has no area. Its radiance is the mean over points spread evenly, for the
-/// choice alone: where they miss what is bright, scattered rays find it.
+/// Light bounds of a triangle; `None` if it is degenerate. The radiance is the mean over an even grid and serves
+/// light selection alone: bright texels between grid points are found by BSDF samples.
 fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<LightBounds> {
     const MEASURE_GRID: usize = 8;
     let [a, e1, e2] = edges(world, instance, triangle);
@@ -180,7 +180,7 @@ fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<Li
     ))
 }
 
-/// The way a ray travels that sees a triangle's front.
+/// Direction of a ray that sees the triangle's front.
 fn front_direction(world: &Geometry, instance: u32, normal: DVec3) -> Vec3 {
     let mirrored = world.instances[instance as usize].flips_orientation;
     (if mirrored { normal } else { -normal }).as_vec3()

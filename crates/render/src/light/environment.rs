@@ -1,4 +1,4 @@
-//! An image around the world, or a clear sky.
+//! Environment light: an image around the scene, or a Preetham sky.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -13,13 +13,13 @@ use crate::light::samples::{EnvironmentSample, LightLiSample};
 use crate::sampling::piecewise_constant_2d::PiecewiseConstant2D;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-/// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
+/// Largest number of columns, and of rows, of a sampling distribution; cells of larger images are merged.
 const MAX_CELLS: usize = 2048;
 
-/// Columns and rows of the table of a clear sky.
+/// Columns and rows of the sampling distribution of a Preetham sky.
 const SKY_CELLS: [usize; 2] = [256, 128];
 
-/// How many directions are asked for together: what they read fits into the first cache.
+/// Directions per block of lookups: the data read fits the L1 cache.
 const LOOKUP_BLOCK: usize = 64;
 
 #[derive(Debug)]
@@ -29,15 +29,14 @@ pub(crate) struct EnvironmentLight {
     source: EnvironmentSource,
 }
 
-/// What is seen behind everything.
+/// Radiance by direction.
 #[derive(Debug)]
 enum EnvironmentSource {
     Image(EnvironmentImage),
     Preetham(PreethamSky),
 }
 
-/// Directions that were looked at: for an image what is to be read of it, which is on its way; for a sky, which is
-/// computed and not read, the radiance itself.
+/// Lookups in flight: for an image the texel addresses, prefetched; for a sky, which is computed, the radiance.
 enum PendingLookups<'a, const N: usize> {
     Image(&'a EnvironmentImage, BilinearTaps<N>),
     Sky {
@@ -47,7 +46,7 @@ enum PendingLookups<'a, const N: usize> {
 }
 
 impl<const N: usize> PendingLookups<'_, N> {
-    /// Where a lane lies in the picture.
+    /// Image coordinates of a lane.
     fn uv(&self, lane: usize) -> [f32; 2] {
         match self {
             PendingLookups::Image(_, spots) => spots.uv(lane),
@@ -66,7 +65,7 @@ impl EnvironmentLight {
         }
     }
 
-    /// A clear sky.
+    /// Environment light of a Preetham sky.
     pub fn of_sky(sky: PreethamSky, up: Up) -> Self {
         let frame = EquirectFrame::new(up, 0.0);
         Self {
@@ -76,6 +75,7 @@ impl EnvironmentLight {
         }
     }
 
+    /// Samples a direction in proportion to brightness; `None` if the environment is black.
     pub fn sample(&self, random: [f32; 2]) -> Option<LightLiSample> {
         let direction = self.frame.sample(self.distribution.as_ref()?, random);
         let (radiance, pdf) = self.radiance_and_pdf(direction);
@@ -87,7 +87,7 @@ impl EnvironmentLight {
         Some(around.sample())
     }
 
-    /// The same of many, unless all is dark.
+    /// [`EnvironmentLight::sample`] for many random numbers; empty if the environment is black.
     pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<EnvironmentSample>) {
         out.clear();
         let Some(table) = &self.distribution else {
@@ -108,13 +108,13 @@ impl EnvironmentLight {
         }
     }
 
-    /// The radiance out of a direction, and the density of [`EnvironmentLight::sample`].
+    /// Radiance from a direction, and the density of [`EnvironmentLight::sample`].
     pub fn radiance_and_pdf(&self, direction: Vec3) -> (Vec3, f32) {
         let directions = direction.to_array().map(|value| [value]);
         self.finish_lookup(&self.begin_lookups(&directions, 1), 0)
     }
 
-    /// The same of many: one after the other, what is read would be waited for.
+    /// [`EnvironmentLight::radiance_and_pdf`] for many directions, with prefetched memory.
     pub fn lookup_many(&self, directions: impl Iterator<Item = Vec3>, out: &mut Vec<(Vec3, f32)>) {
         out.clear();
         let mut block = [[0.0; LOOKUP_BLOCK]; 3];
@@ -134,7 +134,8 @@ impl EnvironmentLight {
         find(&block, count);
     }
 
-    /// Looks at the first directions, and asks for what [`EnvironmentLight::finish_lookup`] reads there.
+    /// Computes the addresses of the first `count` directions and prefetches what [`EnvironmentLight::finish_lookup`]
+    /// reads.
     fn begin_lookups<const N: usize>(
         &self,
         directions: &Vec3xN<f32, N>,
@@ -162,6 +163,7 @@ impl EnvironmentLight {
         views
     }
 
+    /// Radiance and density of a lane.
     fn finish_lookup<const N: usize>(&self, views: &PendingLookups<N>, lane: usize) -> (Vec3, f32) {
         let pdf = match &self.distribution {
             Some(table) => table.pdf(views.uv(lane)),
@@ -175,8 +177,9 @@ impl EnvironmentLight {
     }
 }
 
-/// By the mean brightness of each cell as it is seen: linear between texels, which spreads every texel over its
-/// neighbours by 1/8, 3/4, 1/8 both ways. So no direction that shines has the density 0.
+/// Sampling distribution of an image: mean brightness of each cell under bilinear interpolation, which spreads a
+/// texel over its neighbours with weights 1/8, 3/4, 1/8 along both axes. No emitting direction therefore has density
+/// 0.
 fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
     let [width, height] = image.size.map(|n| n as usize);
     let bright = |x: usize, y: usize| {
@@ -206,7 +209,7 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
             row((y + 1).min(height - 1)),
         )
     };
-    // A cell of the table may cover parts of texels: all that it touches count.
+    // A cell may cover parts of texels: every texel that it touches counts.
     let range = |cell: usize, cells: usize, texels: usize| {
         cell * texels / cells..((cell + 1) * texels).div_ceil(cells)
     };
@@ -223,7 +226,8 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
     })
 }
 
-/// By the brightest of each cell's corners and its middle, so that the glow around the sun is not missed.
+/// Sampling distribution of a sky: the brightest of each cell's corners and centre, so that the glow around the sun
+/// is covered.
 fn sky_distribution(sky: &PreethamSky, frame: &EquirectFrame) -> Option<PiecewiseConstant2D> {
     let [columns, rows] = SKY_CELLS.map(|n| n as f64);
     PiecewiseConstant2D::new(SKY_CELLS, |column, row| {
@@ -244,7 +248,7 @@ mod tests {
 
     use super::*;
 
-    /// Of an image whose every texel is another.
+    /// Environment of an image whose texels all differ.
     fn made(size: [u32; 2]) -> (EnvironmentLight, Texture) {
         let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 503 % 1009) as f32 / 100.0);
         let image = Arc::new(Image {
@@ -267,7 +271,7 @@ mod tests {
         DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
     }
 
-    /// Asks for many directions, and sees that each is what it is alone; the radiance of each.
+    /// Looks many directions up and checks that each equals a single lookup; returns the radiance of each.
     fn many(environment: &EnvironmentLight, count: usize) -> Vec<Vec3> {
         let random = |i: usize| [(i * 53 % 211) as f32 / 210.0, (i % 97) as f32 / 96.0];
         let random: Vec<[f32; 2]> = (0..count).map(random).collect();

@@ -1,4 +1,4 @@
-//! The texels of an image around the world, linear between their centres, for many directions at a time.
+//! Environment map: bilinear lookups for many directions at a time.
 
 use std::sync::Arc;
 
@@ -6,21 +6,21 @@ use glam::{Vec3, Vec4};
 use raycam_bvh::{WithSimd, dispatch_simd, prefetch};
 use raycam_scene::{Image, Texels};
 
-/// What is seen behind everything: an image that repeats to the sides.
+/// Equirectangular image that repeats horizontally.
 #[derive(Debug)]
 pub(crate) struct EnvironmentImage {
     pub image: Arc<Image>,
-    /// What its values are multiplied by.
+    /// Factor on the image's values.
     pub scale: f32,
 }
 
-/// Places in the picture, 0..=1 to the right and down, and between which texels they lie.
+/// Image coordinates in 0..=1 (right, down) and the four texels around each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BilinearTaps<const N: usize> {
     uv: [[f32; N]; 2],
     columns: [[u32; N]; 2],
     rows: [[u32; N]; 2],
-    /// How far from the first texel to the second, to the right and down.
+    /// Interpolation weights of the second column and row.
     fraction: [[f32; N]; 2],
 }
 
@@ -31,7 +31,7 @@ impl<const N: usize> BilinearTaps<N> {
 }
 
 impl EnvironmentImage {
-    /// What these places lie between.
+    /// Texels around image coordinates.
     pub fn taps<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
         let mut spots = BilinearTaps {
             uv: places,
@@ -46,10 +46,10 @@ impl EnvironmentImage {
         spots
     }
 
-    /// Asks for the texels of a place.
+    /// Prefetches the texels of a lane.
     #[inline]
     pub fn prefetch<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) {
-        // Images with a high dynamic range are of this kind; others are a quarter of the size.
+        // High dynamic range images are stored as float32; others have a quarter of the size.
         if let Texels::Float(texels) = &self.image.texels {
             let [above, below] = self.indices(spots, lane);
             for index in above.into_iter().chain(below) {
@@ -58,7 +58,7 @@ impl EnvironmentImage {
         }
     }
 
-    /// The radiance at a place.
+    /// Radiance of a lane.
     #[inline]
     pub fn radiance<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) -> Vec3 {
         let texel = |index: usize| match &self.image.texels {
@@ -73,7 +73,7 @@ impl EnvironmentImage {
         mix(above, below, down).truncate().max(Vec3::ZERO) * self.scale
     }
 
-    /// Row by row.
+    /// Texel indices, row by row.
     #[inline]
     fn indices<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) -> [[usize; 2]; 2] {
         let width = self.image.size[0] as usize;
@@ -82,7 +82,7 @@ impl EnvironmentImage {
     }
 }
 
-/// Finds the texels of spots in an image of this size.
+/// Loop of [`EnvironmentImage::taps`].
 struct ComputeTaps<'a, const N: usize> {
     size: [u32; 2],
     spots: &'a mut BilinearTaps<N>,
@@ -95,7 +95,7 @@ impl<const N: usize> WithSimd for ComputeTaps<'_, N> {
         let ends = size.map(|size| size as i32 - 1);
         for lane in 0..N {
             let [(x, right), (y, down)] = [0, 1].map(|axis: usize| {
-                // Half a texel before the edge at the least, and half a one behind it at the most.
+                // From half a texel before the first centre to half a texel behind the last.
                 let position = spots.uv[axis][lane] * size[axis] as f32 + 0.5;
                 let next = (position as i32).clamp(0, ends[axis] + 1);
                 (next, position - next as f32)

@@ -1,4 +1,4 @@
-//! Directions as an equirectangular picture of the sphere has them, and how to draw them by its brightness.
+//! Equirectangular mapping between directions and image coordinates.
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use raycam_bvh::{WithSimd, dispatch_simd, prefetch};
@@ -8,12 +8,12 @@ use crate::lobes::shading_frame::{atan2_turns, sincos_turns};
 use crate::sampling::piecewise_constant_2d::PiecewiseConstant2D;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-/// Which way a panorama is turned.
+/// Orientation of an equirectangular image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EquirectFrame {
-    /// Rows: where its middle is, left of that, up.
+    /// Rows: image centre, left of it, up.
     panorama_from_world: DMat3,
-    /// The same in float32, for what is asked of every ray.
+    /// The same in float32, for per-ray use.
     rounded: Mat3,
 }
 
@@ -35,7 +35,7 @@ impl EquirectFrame {
         }
     }
 
-    /// Where a direction lies in the picture: 0..=1 to the right, 0..=1 down.
+    /// Image coordinates of a direction: 0..=1 to the right, 0..=1 down.
     #[inline(always)]
     pub fn to_uv(&self, direction: Vec3) -> [f32; 2] {
         let d = self.rounded * direction;
@@ -44,7 +44,7 @@ impl EquirectFrame {
         [u, 2.0 * atan2_turns(d.truncate().length(), d.z)]
     }
 
-    /// The same of many.
+    /// [`EquirectFrame::to_uv`] of many directions.
     pub fn to_uv_many<const N: usize>(
         &self,
         directions: &Vec3xN<f32, N>,
@@ -57,16 +57,16 @@ impl EquirectFrame {
         });
     }
 
-    /// The direction of a place in the picture, of unit length; `marginal_cdf` is the cosine of the angle to the zenith.
+    /// Unit direction at an image coordinate u and the cosine of the zenith angle.
     #[inline(always)]
     pub fn direction(&self, u: f64, down: f64) -> Vec3 {
-        // A half turn from where u begins.
+        // u begins half a turn from the image centre.
         let (sin, cos) = sincos_turns(u as f32);
         let radius = (1.0 - down * down).max(0.0).sqrt() as f32;
         self.rounded.transpose() * Vec3::new(-cos * radius, sin * radius, down as f32)
     }
 
-    /// A direction in the world of one whose axes are middle, left and up.
+    /// World direction of a vector with the axes centre, left and up.
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.panorama_from_world.transpose() * local
     }
@@ -94,7 +94,7 @@ impl EquirectFrame {
     }
 }
 
-/// Finds where directions lie in the picture.
+/// Loop of [`EquirectFrame::to_uv_many`].
 struct ComputeUvs<'a, const N: usize> {
     frame: &'a EquirectFrame,
     directions: &'a Vec3xN<f32, N>,

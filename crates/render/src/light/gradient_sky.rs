@@ -1,4 +1,4 @@
-//! The sky: the same radiance from everywhere, or from the zenith down to the horizon.
+//! Gradient sky: radiance by elevation, or the same in every direction.
 
 use std::f32::consts::PI;
 
@@ -32,7 +32,7 @@ impl GradientSky {
         }
     }
 
-    /// A direction by its cosine to the normal (Malley's method); from the whole sphere where there is none.
+    /// Samples a cosine-weighted direction (Malley's method); uniform on the sphere without a normal.
     pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightLiSample {
         let (sin, cos) = sincos_turns(y);
         let (axis, height, radius) = if normal == Vec3::ZERO {

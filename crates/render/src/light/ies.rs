@@ -1,4 +1,4 @@
-//! A luminaire as measured: a point with an intensity for every direction.
+//! IES light: a point light with a measured intensity profile.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -9,17 +9,17 @@ use raycam_scene::IesProfile;
 use crate::light::bounds::LightBounds;
 use crate::light::samples::LightLiSample;
 
-/// Of light of one colour that the eye sees best; white light counts as if it were that.
+/// Luminous efficacy of monochromatic light at the eye's peak, lm/W; white light uses the same value.
 const LUMEN_PER_WATT: f64 = 683.0;
 
 #[derive(Debug)]
 pub(crate) struct IesLight {
     /// Scene-local.
     position: DVec3,
-    /// Rows: horizontal angle 0, 90, and the nadir.
+    /// Rows: horizontal angles 0 and 90 degrees, and the nadir.
     luminaire_from_world: DMat3,
     profile: Arc<IesProfile>,
-    /// In W/sr per candela.
+    /// W/sr per candela.
     scale: Vec3,
 }
 
@@ -38,7 +38,7 @@ impl IesLight {
             DVec3::X
         });
         let front = (front - nadir * front.dot(nadir)).normalize_or_zero();
-        // Seen from above, that is along the nadir from behind, horizontal angles run counter-clockwise.
+        // Seen from above (against the nadir), horizontal angles run counter-clockwise.
         let side = front.cross(nadir);
         let scale = match power {
             None => Vec3::splat((1.0 / LUMEN_PER_WATT) as f32),
@@ -65,7 +65,7 @@ impl IesLight {
         }
         let direction = offset / distance;
         let out = self.luminaire_from_world * -direction;
-        // atan2 keeps its digits near the poles, where acos does not.
+        // atan2 keeps precision near the poles, where acos does not.
         let vertical = out.truncate().length().atan2(out.z).to_degrees();
         let horizontal = out.y.atan2(out.x).to_degrees();
         let candela = f64::from(self.profile.intensity(vertical, horizontal));
@@ -74,7 +74,7 @@ impl IesLight {
     }
 }
 
-/// The integral of a profile over all directions in lumen: the midpoint rule on half degrees.
+/// Luminous flux of a profile in lumen: the midpoint rule on half degrees.
 fn flux(profile: &IesProfile) -> f64 {
     const ROWS: usize = 360;
     const COLUMNS: usize = 720;

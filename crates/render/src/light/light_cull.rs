@@ -1,4 +1,4 @@
-//! Spheres around lights: most rays miss most lights, and this says so at little cost.
+//! Bounding spheres of lights: a cheap test that most rays fail.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::WithSimd;
@@ -6,7 +6,7 @@ use raycam_bvh::WithSimd;
 use crate::light::bounds::LightBounds;
 use crate::soa::{Vec3xN, get_lane, lane_dvec3};
 
-/// A sphere around a light.
+/// Sphere around a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     center: DVec3,
@@ -17,7 +17,7 @@ impl BoundingSphere {
     pub fn enclosing(bounds: &LightBounds) -> Self {
         let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
         let center = (lower + upper) / 2.0;
-        // The corners have been rounded to float32.
+        // The corners were rounded to float32.
         let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
         let radius = (upper - lower).length() / 2.0 + rounding;
         Self {
@@ -26,18 +26,18 @@ impl BoundingSphere {
         }
     }
 
-    /// Whether a ray may meet it; false only if it does not.
+    /// False only if a ray misses the sphere.
     #[inline(always)]
     pub fn may_intersect(&self, from: DVec3, direction: Vec3) -> bool {
         let way = (self.center - from).as_vec3();
         let (along, distance2) = (way.dot(direction), way.length_squared());
         let room = self.radius2 + 1e-5 * distance2;
-        // Without branches, which loops over many rays must not have.
+        // Branch-free, for loops over many rays.
         (distance2 <= room) | (along > 0.0) & (distance2 - along * along <= room)
     }
 }
 
-/// Finds which of many rays may meet any of some spheres.
+/// Loop that tests many rays against all spheres.
 pub(crate) struct TestSpheres<'a, const N: usize> {
     pub spheres: &'a [(usize, BoundingSphere)],
     pub from: &'a Vec3xN<f64, N>,

@@ -1,4 +1,4 @@
-//! Which light to sample: how often each kind of them is chosen, and how often each light.
+//! Light sampling: selection of a light, samples towards it, and the densities that MIS needs.
 
 use glam::Vec3;
 use raycam_bvh::Hit;
@@ -14,26 +14,26 @@ use crate::light::tree::importance::{LightTreeContext, NodeImportances};
 use crate::light::tree::node::{Child, LightTreeNode};
 use crate::prepare::geometry::Geometry;
 
-/// How often each light is chosen.
+/// Strategy of light selection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightSampling {
-    /// By how much it may matter to the point that is lit.
+    /// One light, by its importance at the point.
     Importance,
-    /// As often as any other: asked for [`Lights::count`] samples with evenly spread numbers, each once. Surfaces that
-    /// shine count as one.
+    /// One light, uniformly: [`Lights::count`] stratified samples select each light once. Emissive triangles count as
+    /// one light.
     Uniform,
-    /// Each of those infinitely far away, some of the others, and surfaces that shine: by [`Lights::sample_each`].
+    /// Every infinite light, several finite lights and an emissive triangle: see [`Lights::sample_split`].
     Split,
 }
 
-/// The most directions that [`Lights::sample_each`] tells of.
+/// Largest number of samples of [`Lights::sample_split`].
 pub(crate) const MAX_SPLIT_SAMPLES: usize = 2 * MAX_SPLIT_LIGHTS + 1;
 
-/// A point that is lit, and what is known of the trees over lights there.
+/// Point for which lights are sampled, with precomputed importances.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSampleContexts<'a> {
     pub from: &'a LightSampleContext,
-    /// Of lights without a mesh, and of surfaces that shine; see [`Lights::single_node_trees`].
+    /// Node importances and lane for finite lights and for emissive triangles; see [`Lights::single_node_trees`].
     pub importances: [Option<(&'a NodeImportances, usize)>; 2],
 }
 
@@ -62,20 +62,20 @@ impl<'a> LightSampleContexts<'a> {
     }
 }
 
-/// Probabilities that add up to 1 over all lights, unless each kind is sampled.
+/// Selection probabilities by kind of light; they sum to 1 unless every kind is sampled.
 pub(crate) struct KindProbabilities {
-    /// How many of those infinitely far away are chosen at all.
+    /// Infinite lights that can be selected.
     pub infinite_count: usize,
-    /// Of each of them.
+    /// Probability of each infinite light.
     pub infinite: f64,
-    /// Of all others without a mesh together.
+    /// Probability of all finite lights without a mesh.
     pub finite: f64,
-    /// Of all surfaces that shine together.
+    /// Probability of all emissive triangles.
     pub emissive: f64,
 }
 
 impl Lights {
-    /// Whether [`Lights::sample`] ever finds anything.
+    /// True if [`Lights::sample`] can return a sample.
     pub fn has_light_samples(&self, choice: LightSampling) -> bool {
         choice == LightSampling::Uniform
             || self.non_constant_infinite > 0
@@ -83,7 +83,7 @@ impl Lights {
             || self.has_emissive_triangles()
     }
 
-    /// Whether [`Lights::sample`] needs the first of its numbers, which chooses among lights.
+    /// True if [`Lights::sample`] uses the number that selects a light.
     pub fn needs_choice(&self, choice: LightSampling) -> bool {
         match choice {
             LightSampling::Uniform => self.count() > 1,
@@ -93,7 +93,7 @@ impl Lights {
         }
     }
 
-    /// The light that [`Lights::sample`] always chooses, where there is one.
+    /// Only light that [`Lights::sample`] can select, if there is one.
     pub fn single_light(&self, choice: LightSampling) -> Option<&PreparedLight> {
         let one = self.non_constant_infinite == 0
             && self.tree.count() == 1
@@ -105,15 +105,14 @@ impl Lights {
         (one && choice == LightSampling::Importance).then_some(only)
     }
 
-    /// Whether the only light is one that is infinitely far away and uneven: then there is nothing to choose.
+    /// True if the only light is one non-constant infinite light.
     pub(crate) fn is_single_infinite(&self, choice: LightSampling) -> bool {
         let one =
             self.non_constant_infinite == 1 && self.infinite.len() == 1 && self.finite.is_empty();
         one && choice == LightSampling::Importance && !self.has_emissive_triangles()
     }
 
-    /// The most directions that [`Lights::sample_each`] tells of, if there is more than one kind of light to tell apart and
-    /// not too much of what is infinitely far away.
+    /// Number of samples of [`Lights::sample_split`], if there are several lights and not too many infinite ones.
     pub fn max_split_samples(&self) -> Option<usize> {
         let several = self.non_constant_infinite
             + self.tree.count()
@@ -123,8 +122,8 @@ impl Lights {
             .then_some(self.non_constant_infinite + MAX_SPLIT_LIGHTS + 1)
     }
 
-    /// What [`LightSampleContexts::importances`] takes for many points at a time: of lights without a mesh and of surfaces that shine, the node
-    /// that is all of the tree over them, where there is something to choose in it.
+    /// Root of each light tree with one node and several children: finite lights, emissive triangles. Its importances
+    /// can be computed for a batch of points.
     pub fn single_node_trees(&self, choice: LightSampling) -> [Option<&LightTreeNode>; 2] {
         let finite = self
             .tree
@@ -134,14 +133,14 @@ impl Lights {
             .map(|node| node.filter(|node| node.children().len() > 1))
     }
 
-    /// Whether [`Lights::sample_each`] may tell of a direction with this number.
+    /// True if [`Lights::sample_split`] may return a sample with this index.
     pub fn may_use_index(&self, index: usize) -> bool {
         let surfaces = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
         index < self.non_constant_infinite + self.tree.count().min(MAX_SPLIT_LIGHTS)
             || (index == surfaces && self.has_emissive_triangles())
     }
 
-    /// One of the lights without a mesh that are not infinitely far away, by a number in 0..1, and its probability.
+    /// Selects a finite light by a number in 0..1; returns it and its probability.
     pub(crate) fn choose_finite(
         &self,
         from: &LightTreeContext,
@@ -156,7 +155,7 @@ impl Lights {
         self.tree.sample(from, number)
     }
 
-    /// The probability with which such a light is chosen among them, or how many of it are expected.
+    /// Selection probability of a finite light among the finite lights, or its expected count.
     pub(crate) fn finite_pmf(
         &self,
         from: &LightSampleContext,
@@ -170,7 +169,7 @@ impl Lights {
         }
     }
 
-    /// With which probability each kind of light is chosen.
+    /// Selection probabilities by kind.
     pub(crate) fn kind_probabilities(
         &self,
         from: &LightSampleContext,
@@ -194,7 +193,7 @@ impl Lights {
                 emissive: 1.0,
             },
             LightSampling::Importance => {
-                // Scattered rays find even skies as well as any sample would.
+                // BSDF samples find constant skies as well as light samples would.
                 let sought = self.non_constant_infinite;
                 if sought == 0 && !(near && shining) {
                     return KindProbabilities {
@@ -204,7 +203,7 @@ impl Lights {
                         emissive: f64::from(u8::from(shining)),
                     };
                 }
-                // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
+                // The received light of infinite lights is unknown: each is as likely as all finite lights together.
                 let near = [
                     self.tree.importance(from),
                     self.emissive_triangles.importance(from),
@@ -224,8 +223,8 @@ impl Lights {
         }
     }
 
-    /// One light chosen for this point, and a direction to it. Lights infinitely far away count as one where their
-    /// directions meet: their radiance and densities are sums. `by` knows what may matter to the point.
+    /// Samples one light. Infinite lights count as one where they overlap: radiance and densities are summed. `by`
+    /// holds the point and known importances.
     pub fn sample(
         &self,
         by: &LightSampleContexts,
@@ -260,8 +259,8 @@ impl Lights {
         }
     }
 
-    /// Directions to all kinds of light, as [`LightSampling::Split`] says: tells of each with its number, for which `random` gives
-    /// where on the light. `which` chooses within branches, `by` knows what may matter to the point.
+    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index. `random`
+    /// returns the numbers of an index; `which` selects within branches.
     pub fn sample_split(
         &self,
         by: &LightSampleContexts,
@@ -294,7 +293,7 @@ impl Lights {
         }
     }
 
-    /// A direction to one of those infinitely far away.
+    /// Samples an infinite light.
     fn sample_infinite(
         &self,
         from: &LightSampleContext,
@@ -316,7 +315,7 @@ impl Lights {
         (sample.pdf > 0.0).then_some(sample)
     }
 
-    /// A direction to one of `finite`, that is chosen with this probability or of which so many are expected.
+    /// Samples a finite light that was selected with this probability or expected count.
     fn sample_finite(
         &self,
         from: &LightSampleContext,
@@ -328,7 +327,7 @@ impl Lights {
         sample.with_selection_pdf(probability)
     }
 
-    /// A direction to a surface that shines, where these are chosen with this probability.
+    /// Samples an emissive triangle, where the kind was selected with this probability.
     fn sample_emissive_triangles(
         &self,
         world: &Geometry,
@@ -343,7 +342,7 @@ impl Lights {
         sample.with_selection_pdf(probability)
     }
 
-    /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
+    /// Radiance of the infinite lights from a direction, and the density with which [`Lights::sample`] yields it.
     pub fn radiance_and_pdf(
         &self,
         from: &LightSampleContext,
@@ -374,7 +373,7 @@ impl Lights {
         (radiance, pdf)
     }
 
-    /// The density with which [`Lights::sample`] finds this hit, `distance` away from `from`.
+    /// Density with which [`Lights::sample`] yields this hit, `distance` away.
     pub fn emission_pdf(
         &self,
         from: &LightSampleContext,
@@ -390,8 +389,8 @@ impl Lights {
         (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 
-    /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: where, its
-    /// radiance, and the density with which [`Lights::sample`] finds it there.
+    /// Reports every light without a mesh that a ray crosses within `distance`: where, its radiance, and the density
+    /// with which [`Lights::sample`] yields it.
     #[inline]
     pub fn intersect_visible(
         &self,

@@ -14,28 +14,29 @@ use crate::light::tree::LightTree;
 use crate::prepare::geometry::Geometry;
 use crate::soa::Vec3xN;
 
-/// All lights of a world.
+/// Lights of a scene, with and without a mesh.
 #[derive(Debug, Default)]
 pub(crate) struct Lights {
     /// Lights without a mesh, in the order of the world.
     pub(super) lights: Vec<PreparedLight>,
-    /// The radiance of all even skies together, in the integrators that take it for an ambient term.
+    /// Total radiance of constant skies, for integrators that treat it as an ambient term.
     pub ambient: Vec3,
-    /// Which of `lights` are infinitely far, even skies last, and which are not.
+    /// Indices of infinite lights, constant skies last.
     pub(super) infinite: Vec<usize>,
-    /// How many of `infinite` are no even skies.
+    /// Number of infinite lights that are not constant.
     pub(super) non_constant_infinite: usize,
+    /// Indices of finite lights.
     pub(super) finite: Vec<usize>,
-    /// Which of `finite` rays may cross, and a sphere around each.
+    /// Finite lights that rays can hit (indices into `finite`), with bounding spheres.
     pub(super) intersectable: Vec<(usize, BoundingSphere)>,
-    /// Which of `finite` to choose.
+    /// Light tree over `finite`.
     pub(super) tree: LightTree,
     /// Surfaces that shine.
     pub(super) emissive_triangles: EmissiveTriangles,
 }
 
 impl Lights {
-    /// Lights without a mesh; surfaces that shine come with [`Lights::with_emissive_triangles`].
+    /// Prepares lights without a mesh; see [`Lights::with_emissive_triangles`].
     pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
         let sources: Vec<PreparedLight> = lights
             .iter()
@@ -67,7 +68,7 @@ impl Lights {
         }
     }
 
-    /// The surfaces of a world that shine by themselves.
+    /// Adds the emissive triangles of the geometry.
     pub fn with_emissive_triangles(self, world: &Geometry) -> Self {
         Self {
             emissive_triangles: EmissiveTriangles::new(world),
@@ -75,35 +76,35 @@ impl Lights {
         }
     }
 
-    /// Whether any surface shines by itself.
+    /// True if any triangle emits.
     pub fn has_emissive_triangles(&self) -> bool {
         !self.emissive_triangles.is_empty()
     }
 
-    /// Whether any has a place in the world and no mesh.
+    /// True if any light without a mesh is finite.
     pub fn has_finite(&self) -> bool {
         !self.finite.is_empty()
     }
 
-    /// How many there are to choose from; all surfaces that shine count as one.
+    /// Number of lights; all emissive triangles count as one.
     pub fn count(&self) -> usize {
         self.lights.len() + usize::from(self.has_emissive_triangles())
     }
 
-    /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
-    /// they are an ambient term.
+    /// True if BSDF samples may hit light that light samples find too. Constant skies do not count if they are an
+    /// `ambient` term.
     pub fn is_hittable(&self, ambient: bool) -> bool {
         let found = |source: &PreparedLight| source.is_hittable(ambient);
         self.has_emissive_triangles() || self.lights.iter().any(found)
     }
 
-    /// Whether any has a size without being all around: what mirrors and lenses throw on other things.
+    /// True if any light has an extent without surrounding the scene.
     pub fn can_cast_caustics(&self) -> bool {
         self.has_emissive_triangles() || self.lights.iter().any(PreparedLight::can_cast_caustics)
     }
 
-    /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
-    /// `known` is what [`PreparedLight::radiance_and_pdf`] says of one of those infinitely far away.
+    /// Radiance of the infinite lights from a unit direction: the radiance of an escaped ray. `known` is a
+    /// precomputed lookup of one infinite light.
     pub fn escaped_radiance(&self, direction: Vec3, known: Option<EnvironmentLookup>) -> Vec3 {
         if self.non_constant_infinite == 0 {
             return self.ambient;
@@ -118,12 +119,12 @@ impl Lights {
         parts.sum()
     }
 
-    /// What [`Lights::escaped_radiance`] is where it is the same in all directions.
+    /// Radiance of escaped rays, if it is the same in all directions.
     pub fn constant_environment(&self) -> Option<Vec3> {
         (self.non_constant_infinite == 0).then(|| self.escaped_radiance(Vec3::Z, None))
     }
 
-    /// The first image or clear sky all around, and its number among those infinitely far away.
+    /// First environment light, with its index among the infinite lights.
     pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
         let mut uneven = self.infinite[..self.non_constant_infinite]
             .iter()
@@ -134,7 +135,7 @@ impl Lights {
         })
     }
 
-    /// For which of many rays [`Lights::crossed`] may tell of any.
+    /// For each ray, false only if it misses every light that rays can hit.
     pub fn may_intersect_any<const N: usize>(
         &self,
         from: &Vec3xN<f64, N>,

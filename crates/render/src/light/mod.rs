@@ -1,16 +1,17 @@
-//! Lights ready to shine: the closed set of [`raycam_scene::Light`] and the surfaces that shine, relative to the scene's
-//! origin.
+//! Lights: the closed set of [`raycam_scene::Light`] and emissive triangles, relative to the scene's origin.
 //!
-//! A light without a mesh is seen where it has a size, but stands in nobody's way: rays pass through it and pick up its
-//! radiance. What a ray picks up is the sum of
+//! A light without a mesh is visible if it has an extent, but occludes nothing: rays cross it and add its radiance.
+//! The radiance of a ray is the sum of
 //!
-//! * [`Lights::intersect_visible`]: lights without a mesh between its start and what it meets,
-//! * [`Lights::emission`]: what the surface that it meets shines by itself,
-//! * [`Lights::escaped_radiance`]: what lies behind everything, where it meets nothing.
+//! * [`lights::Lights::intersect_visible`]: lights without a mesh between the ray's origin and its hit,
+//! * [`emission`](crate::prepare::geometry::Geometry::emission): emission of the surface hit,
+//! * [`lights::Lights::escaped_radiance`]: infinite lights, for a ray that misses.
 //!
-//! [`Lights::sample`] draws a direction to any of these, and each of these says what density `sample` has for its
-//! direction: that is all that multiple importance sampling needs (E. Veach, "Robust Monte Carlo Methods for Light
-//! Transport Simulation", 1997, chapter 9).
+//! [`lights::Lights::sample`] samples a direction towards any of these (next-event estimation), and each of these
+//! returns the density of that sampler: all that multiple importance sampling (MIS) needs (E. Veach, "Robust Monte
+//! Carlo Methods for Light Transport Simulation", 1997, chapter 9).
+//!
+//! Uses the geometry and interactions; knows nothing of BSDFs.
 
 pub(crate) mod bounds;
 pub(crate) mod default_lights;

@@ -1,4 +1,4 @@
-//! The light bulb: a point, or a sphere of even radiance.
+//! Point light, or a sphere of uniform radiance.
 
 use std::f64::consts::PI;
 
@@ -12,12 +12,12 @@ use crate::sampling::direction_cone::DirectionCone;
 pub(crate) struct PointLight {
     /// Scene-local.
     center: DVec3,
-    /// In W/sr.
+    /// W/sr.
     intensity: Vec3,
     radius: f64,
 }
 
-/// A sphere whose squared sine is less is a point: its density would leave float32.
+/// Squared sine of the half angle below which a sphere is sampled as a point: its density would overflow float32.
 const MIN_SIN2: f64 = 1e-30;
 
 impl PointLight {
@@ -38,7 +38,8 @@ impl PointLight {
         self.radius == 0.0
     }
 
-    /// The inverse square law; for a sphere, a direction drawn evenly from the cone it fills. A sphere is dark inside.
+    /// Samples the light: inverse square law for a point, a uniform direction in the subtended cone for a sphere. A
+    /// sphere does not emit inwards.
     pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightLiSample> {
         let offset = self.center - point;
         let distance = offset.length();
@@ -68,12 +69,12 @@ impl PointLight {
         })
     }
 
-    /// A sphere of radiance L has the intensity L pi r^2 in every direction.
+    /// Radiance of the sphere: the intensity is L pi r^2 in every direction.
     fn radiance(&self) -> Vec3 {
         (self.intensity.as_dvec3() / (PI * self.radius.powi(2))).as_vec3()
     }
 
-    /// The cone that it fills, where it is more than a point.
+    /// Subtended cone; `None` inside the sphere and for a point.
     fn cone(&self, point: DVec3) -> Option<DirectionCone> {
         let offset = self.center - point;
         let distance = offset.length();
@@ -82,6 +83,7 @@ impl PointLight {
             .then(|| DirectionCone::new(offset / distance, sin2))
     }
 
+    /// Distance at which a ray hits the sphere, the radiance there, and the density of [`PointLight::sample`].
     pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let cone = self.cone(point)?;
         let direction = direction.as_dvec3();
@@ -91,7 +93,7 @@ impl PointLight {
         })
     }
 
-    /// How far the front of the sphere is in a direction, its rim where rounding leads past it.
+    /// Distance to the front of the sphere along a direction; to its rim where rounding misses the sphere.
     fn front_distance(&self, offset: DVec3, direction: DVec3) -> f64 {
         let along = direction.dot(offset);
         let height2 = self.radius.powi(2) - (offset - direction * along).length_squared();

@@ -1,6 +1,7 @@
-//! A clear sky: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight", SIGGRAPH 1999. The
-//! sky is the paper's equation 3 with the coefficients of its appendix A.2; the sun, white outside of the atmosphere, its
-//! appendix A.1 at three wavelengths that stand for red, green and blue.
+//! Preetham sky: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight", SIGGRAPH 1999.
+//!
+//! The sky is the paper's equation 3 with the coefficients of its appendix A.2. The sun, white outside of the
+//! atmosphere, is its appendix A.1 at three wavelengths that stand for red, green and blue.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
@@ -12,13 +13,13 @@ use crate::light::equirect::EquirectFrame;
 use crate::light::sun::SunLight;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-/// Of light of one colour that the eye sees best.
+/// Luminous efficacy of monochromatic light at the eye's peak, lm/W.
 const LUMEN_PER_WATT: f64 = 683.0;
-/// Of what lies below the horizon: a matte plain.
+/// Albedo of the diffuse plane below the horizon.
 const GROUND_ALBEDO: f64 = 0.2;
-/// Of the sun, in degrees.
+/// Angular diameter of the sun in degrees.
 const SUN_DIAMETER: f64 = 0.533;
-/// In lux, outside of the atmosphere: the solar constant of 1361 W/m² seen by the eye.
+/// Illuminance outside of the atmosphere in lux: the solar constant of 1361 W/m² weighted by the eye.
 const SUN_ILLUMINANCE: f64 = 133_100.0;
 
 #[derive(Debug)]
@@ -26,8 +27,8 @@ pub(crate) struct PreethamSky {
     up: Vec3,
     /// Towards the sun.
     sun: Vec3,
-    /// The two factors of luminance and the two chromaticities, times their values at the zenith over F(0, angle of the sun):
-    /// one goes by the cosine of the angle to the zenith, one by [`sun_distance`].
+    /// Factors of luminance and both chromaticities: by the cosine of the zenith angle, scaled by the values at the
+    /// zenith over F(0, sun angle), and by [`sun_distance`].
     zenith_curves: LinearTable,
     sun_curves: LinearTable,
     scale: f32,
@@ -35,14 +36,15 @@ pub(crate) struct PreethamSky {
 }
 
 impl PreethamSky {
-    /// The sky and its sun. `direction` is the way sunlight travels; a sun below the horizon stands at it.
+    /// Returns the sky and its sun. `direction` is the direction in which sunlight travels; a sun below the horizon
+    /// is placed on the horizon.
     pub fn new(up: Up, direction: DVec3, turbidity: f64, scale: f64) -> (Self, SunLight) {
         let vertical = up.axis();
         let towards = -direction.normalize_or_zero();
         let zenith_angle = towards.dot(vertical).clamp(0.0, 1.0).acos();
         let perez = perez_coefficients(turbidity, zenith_angle);
         let by_zenith = |cosine: f64| {
-            // At the horizon itself the model divides by zero.
+            // At the horizon the model divides by zero.
             perez.map(|(coefficients, zenith)| {
                 zenith * perez_zenith_factor(&coefficients, cosine.max(1e-3))
             })
@@ -70,14 +72,14 @@ impl PreethamSky {
         (sky, sun)
     }
 
-    /// On a horizontal plane, from the sky alone: the midpoint rule.
+    /// Irradiance of a horizontal plane by the sky alone: the midpoint rule.
     fn irradiance(&self, up: Up) -> DVec3 {
         const QUADRATURE_RADIAL: usize = 64;
         const QUADRATURE_ANGULAR: usize = 128;
         let frame = EquirectFrame::new(up, 0.0);
         let mut sum = DVec3::ZERO;
         for ring in 0..QUADRATURE_RADIAL {
-            // Even in the square of the sine: each place has the same share of the irradiance.
+            // Uniform in the squared sine: every point has the same weight in the irradiance.
             let sine = ((ring as f64 + 0.5) / QUADRATURE_RADIAL as f64).sqrt();
             for turn in 0..QUADRATURE_ANGULAR {
                 let (y, x) = ((turn as f64 + 0.5) / QUADRATURE_ANGULAR as f64 * TAU).sin_cos();
@@ -88,10 +90,11 @@ impl PreethamSky {
         sum * (PI / (QUADRATURE_RADIAL * QUADRATURE_ANGULAR) as f64)
     }
 
+    /// Linear Rec. 709 radiance from a direction.
     #[inline(always)]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.dot(self.up);
-        // In linear Rec. 709; colours outside of it lose what is negative.
+        // Colours outside of Rec. 709 are clipped at 0.
         let values = self.zenith_curves.lookup(up.max(0.0))
             * self.sun_curves.lookup(sun_distance(direction, self.sun));
         let [luminance, x, y] = values.to_array();
@@ -100,7 +103,7 @@ impl PreethamSky {
         if up < 0.0 { self.ground } else { sky }
     }
 
-    /// The same of many directions.
+    /// [`PreethamSky::radiance`] of many directions.
     pub fn radiance_many<const N: usize>(&self, directions: &Vec3xN<f32, N>) -> Vec3xN<f32, N> {
         let mut radiances = [[0.0; N]; 3];
         dispatch_simd(EvaluateSky {
@@ -112,7 +115,7 @@ impl PreethamSky {
     }
 }
 
-/// Finds what comes out of directions.
+/// Loop of [`PreethamSky::radiance_many`].
 struct EvaluateSky<'a, const N: usize> {
     sky: &'a PreethamSky,
     directions: &'a Vec3xN<f32, N>,
@@ -129,8 +132,8 @@ impl<const N: usize> WithSimd for EvaluateSky<'_, N> {
     }
 }
 
-/// From 0, towards the sun, to 1: by the distance of two directions on the unit sphere, or from the opposite one where that
-/// is less. It is nearly the angle where the sky is steep, and asks for no arc cosine.
+/// Distance to the sun on the unit sphere, from 0 to 1: by the chord to the sun, or to the opposite direction where
+/// that is shorter. Nearly the angle near the sun, without an arc cosine.
 #[inline(always)]
 fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
     let place = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
@@ -141,14 +144,14 @@ fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
     }
 }
 
-/// The angle to the sun where [`sun_distance`] is this.
+/// Angle to the sun at a [`sun_distance`].
 fn angle_of_sun_distance(place: f64) -> f64 {
     let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
     if place <= 0.5 { angle } else { PI - angle }
 }
 
-/// Three functions of a number from 0 to 1, linear between their values at even distances: for the curves of a sky good to
-/// one part in ten thousand. The exponentials of every ray would take longer than all else that is asked of it.
+/// Three functions on 0..=1, tabulated at even steps and interpolated linearly: accurate to 1e-4 for the sky's
+/// curves, and cheaper than their exponentials.
 #[derive(Debug)]
 struct LinearTable(Vec<Vec3>);
 
@@ -175,7 +178,7 @@ const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
     Vec3::new(-0.498_629, 0.041_518, 1.056_996),
 );
 
-/// Perez' F, the paper's equation 3: a product of what the angle to the zenith and the angle to the sun make of it.
+/// Perez F, the paper's equation 3: the product of a zenith factor and a sun factor.
 fn perez_f(coefficients: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
     perez_zenith_factor(coefficients, cos_theta) * perez_sun_factor(coefficients, gamma, cos_gamma)
 }
@@ -188,7 +191,7 @@ fn perez_sun_factor([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64
     1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma
 }
 
-/// The paper's appendix A.2: luminance in kcd/m², and the chromaticities.
+/// Perez coefficients and zenith values of luminance (kcd/m²) and chromaticities: the paper's appendix A.2.
 fn perez_coefficients(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
     let coefficients = [
         [
@@ -236,12 +239,13 @@ fn perez_coefficients(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
     })
 }
 
-/// On a surface that faces the sun, in W/m²: the paper's appendix A.1 with Rayleigh scattering, aerosols and ozone.
+/// Irradiance of a surface that faces the sun, in W/m²: the paper's appendix A.1 with Rayleigh scattering, aerosols
+/// and ozone.
 fn sun_irradiance(turbidity: f64, zenith_angle: f64) -> DVec3 {
     let degrees = 93.885 - zenith_angle.min(FRAC_PI_2).to_degrees();
     let mass = 1.0 / (zenith_angle.cos() + 0.15 * degrees.powf(-1.253));
     let beta = 0.046_083_65 * turbidity - 0.045_860_26;
-    // In micrometres, with the absorption of ozone per centimetre, of which there is 0.35.
+    // Wavelengths in micrometres, with the absorption per centimetre of ozone; the column is 0.35 cm.
     let [r, g, b] = [(0.610, 0.127), (0.550, 0.085), (0.465, 0.010)].map(|(wavelength, ozone)| {
         let wavelength: f64 = wavelength;
         let rayleigh = 0.008_735 * wavelength.powf(-4.08);
@@ -263,7 +267,7 @@ mod tests {
             let perez = perez_coefficients(turbidity, FRAC_PI_2 - degrees.to_radians());
             let mut most: f32 = 0.0;
             for i in 0..20_000 {
-                // Close to the sun and to the horizon as often as elsewhere.
+                // Denser near the sun and the horizon.
                 let height = (f64::from(i % 200) / 199.0).powi(3);
                 let turn = PI * (f64::from(i / 200) / 99.0).powi(3);
                 let level = (1.0 - height * height).sqrt();

@@ -1,4 +1,4 @@
-//! The lights without a mesh: a closed set, with an arm per member for each question.
+//! Lights without a mesh: a closed set, one match arm per light.
 
 use glam::{DVec3, Vec3};
 use raycam_scene::{Light, Up};
@@ -16,7 +16,7 @@ use crate::light::samples::LightLiSample;
 use crate::light::spot::SpotLight;
 use crate::light::sun::SunLight;
 
-/// A light without a mesh.
+/// Light without a mesh, relative to the scene's origin.
 #[derive(Debug)]
 pub(crate) enum PreparedLight {
     Sun(SunLight),
@@ -30,7 +30,7 @@ pub(crate) enum PreparedLight {
 }
 
 impl PreparedLight {
-    /// Most lights are one source; daylight is two.
+    /// Prepares a light: one light, or two for daylight (sky and sun).
     pub fn new(light: &Light, up: Up, origin: DVec3) -> Vec<Self> {
         let local = |position: [f64; 3]| DVec3::from(position) - origin;
         let one = match *light {
@@ -99,7 +99,7 @@ impl PreparedLight {
                 front,
                 power,
             } => {
-                // A file that is not read was refused by `validate`.
+                // `validate` has refused missing files.
                 let Some(profile) = profile.content.clone() else {
                     return vec![];
                 };
@@ -159,7 +159,7 @@ impl PreparedLight {
         }
     }
 
-    /// A direction to this light alone, as if there were no other.
+    /// Samples a direction towards this light alone.
     pub fn sample(&self, from: &LightSampleContext, random: [f32; 2]) -> Option<LightLiSample> {
         match self {
             Self::Sun(sun) => Some(sun.sample(random)),
@@ -173,7 +173,7 @@ impl PreparedLight {
         }
     }
 
-    /// Of a light that is infinitely far away: the radiance out of a direction, and the density of [`PreparedLight::sample`].
+    /// Radiance of an infinite light from a direction, and the density of [`PreparedLight::sample`].
     pub fn radiance_and_pdf(&self, normal: Vec3, direction: Vec3) -> (Vec3, f32) {
         match self {
             Self::Sun(sun) => (sun.radiance(direction), sun.pdf(direction)),
@@ -185,7 +185,7 @@ impl PreparedLight {
         }
     }
 
-    /// Of a light that is not: where a ray meets it, what it picks up there, and the density of [`PreparedLight::sample`].
+    /// Distance at which a ray hits a finite light, the radiance there, and the density of [`PreparedLight::sample`].
     pub fn intersect(&self, from: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         match self {
             Self::Point(bulb) => bulb.intersect(from, direction),
@@ -196,7 +196,7 @@ impl PreparedLight {
         }
     }
 
-    /// Whether it has a size, so that rays may find it; an even sky not where it is an ambient term.
+    /// True if BSDF samples can hit the light; false for a constant sky that is an ambient term.
     pub fn is_hittable(&self, ambient: bool) -> bool {
         match self {
             Self::Sun(sun) => !sun.is_point(),
@@ -207,7 +207,7 @@ impl PreparedLight {
         }
     }
 
-    /// Whether it has a size without being all around.
+    /// True if the light has an extent without surrounding the scene.
     pub fn can_cast_caustics(&self) -> bool {
         match self {
             Self::GradientSky(_) => false,
@@ -215,7 +215,7 @@ impl PreparedLight {
         }
     }
 
-    /// Where it is, where it shines and how much, where it is not infinitely far away.
+    /// Light bounds; default for infinite lights.
     pub fn bounds(&self) -> LightBounds {
         match self {
             Self::Point(bulb) => bulb.bounds(),

@@ -1,4 +1,4 @@
-//! The area light: a parallelogram of even radiance.
+//! Rectangle light: a parallelogram of uniform radiance.
 
 use std::f64::consts::TAU;
 
@@ -14,25 +14,24 @@ pub(crate) struct RectangleLight {
     /// Scene-local.
     corner: DVec3,
     edges: [DVec3; 2],
-    /// Vectors in its plane whose products with an offset from the corner are the coordinates along the edges.
+    /// Vectors in the plane whose dot products with an offset from the corner are its coordinates along the edges.
     coordinates: [DVec3; 2],
-    /// Where it shines to.
+    /// Direction of emission.
     normal: DVec3,
     area: f64,
     center: DVec3,
-    /// The square of half its diagonal.
+    /// Squared half diagonal.
     radius2: f64,
-    /// Unit vectors along the edges of a rectangle.
+    /// Unit edge directions, if the edges are perpendicular.
     axes: Option<[DVec3; 2]>,
     radiance: Vec3,
     two_sided: bool,
 }
 
-/// From farther away than this many half diagonals, squared, a point is drawn evenly from the area: directions are then
-/// nearly even as well, the solid angle costs more than it brings, and small ones lose their digits. So it is on
-/// parallelograms without right angles.
+/// Squared distance, in half diagonals, beyond which points are sampled uniformly by area: directions are then nearly
+/// uniform, and small solid angles lose precision. Parallelograms without right angles are always sampled by area.
 const UNIFORM_SAMPLING_DISTANCE2: f64 = 4.0;
-/// ... and so it is where the rectangle is seen edge-on.
+/// Solid angle below which points are sampled by area: a rectangle seen edge-on.
 const MIN_SOLID_ANGLE: f64 = 1e-5;
 
 impl RectangleLight {
@@ -67,6 +66,7 @@ impl RectangleLight {
         LightBounds::planar(&corners, self.normal, intensity.as_vec3(), self.two_sided)
     }
 
+    /// Samples a direction: by solid angle if the rectangle is near, by area otherwise.
     pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightLiSample> {
         if !self.faces(point) {
             return None;
@@ -82,7 +82,7 @@ impl RectangleLight {
         LightLiSample::new(direction, end, self.radiance, density)
     }
 
-    /// A direction to a point drawn evenly from the area, that point, and the density.
+    /// Samples a point uniformly by area; returns its direction, the point and the density.
     #[inline(always)]
     fn sample_area(&self, point: DVec3, random: [f64; 2]) -> (DVec3, DVec3, f64) {
         let end = self.corner + self.edges[0] * random[0] + self.edges[1] * random[1];
@@ -92,17 +92,18 @@ impl RectangleLight {
         (direction, end, density)
     }
 
-    /// By solid angle, of a point drawn evenly from the area.
+    /// Density by solid angle of a point sampled by area.
     #[inline(always)]
     fn area_pdf(&self, distance2: f64, direction: DVec3) -> f64 {
         distance2 / (self.area * self.normal.dot(direction).abs())
     }
 
+    /// Distance at which a ray hits the light, the radiance there, and the density of [`RectangleLight::sample`].
     pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let direction = direction.as_dvec3();
         let offset = point - self.corner;
         let (height, slope) = (offset.dot(self.normal), direction.dot(self.normal));
-        // Towards its plane, and from where it shines to.
+        // The ray approaches the plane from an emitting side.
         if height * slope >= 0.0 || !(height > 0.0 || self.two_sided) {
             return None;
         }
@@ -122,7 +123,7 @@ impl RectangleLight {
     #[inline(always)]
     fn faces(&self, point: DVec3) -> bool {
         let height = (point - self.corner).dot(self.normal);
-        // Without branches, which loops over many points must not have.
+        // Branch-free, for loops over many points.
         (height > 0.0) | (self.two_sided & (height < 0.0))
     }
 
@@ -131,7 +132,7 @@ impl RectangleLight {
         (point - self.center).length_squared() > UNIFORM_SAMPLING_DISTANCE2 * self.radius2
     }
 
-    /// The rectangle on the sphere around a point, where it is one and near.
+    /// Spherical rectangle seen from a point, if the light is a rectangle and near.
     fn solid_angle(&self, point: DVec3) -> Option<SphericalRectangle> {
         let axes = self.axes.filter(|_| !self.is_far(point))?;
         let solid = SphericalRectangle::new(self.corner - point, axes, self.edges);
@@ -139,7 +140,7 @@ impl RectangleLight {
     }
 }
 
-/// [`RectangleLight::sample`] of many points at once.
+/// [`RectangleLight::sample`] for many points.
 pub(crate) struct SampleRectangle<'a, const N: usize> {
     pub light: &'a RectangleLight,
     pub points: &'a Vec3xN<f64, N>,
@@ -156,7 +157,7 @@ impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
             random,
             out,
         } = self;
-        // What is known to lie nowhere else can be kept in registers.
+        // Copies on the stack can be kept in registers.
         let (points, random, mut lanes) = (*points, *random, LightLiSamples::<N>::default());
         lanes.set_radiance(area.radiance);
         let mut far = [true; N];
@@ -182,8 +183,8 @@ impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
     }
 }
 
-/// C. Ureña, M. Fajardo and A. King, "An Area-Preserving Parametrization for Spherical Rectangles", EGSR 2013: a map
-/// from the square to the rectangle seen from a point, which keeps area and stratification.
+/// Area-preserving map from the unit square to the rectangle's solid angle, which keeps stratification (C. Ureña, M.
+/// Fajardo and A. King, "An Area-Preserving Parametrization for Spherical Rectangles", EGSR 2013).
 #[derive(Debug)]
 struct SphericalRectangle {
     axes: [DVec3; 3],
@@ -191,10 +192,10 @@ struct SphericalRectangle {
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// Of the first and the third side's plane normal, their z.
+    /// z of the plane normals of the first and the third side.
     b: [f64; 2],
     k: f64,
-    /// In steradians.
+    /// Steradians.
     angle: f64,
 }
 
@@ -207,7 +208,7 @@ impl SphericalRectangle {
         }
         let x = [corner.dot(ex), corner.dot(ex) + u.dot(ex)];
         let y = [corner.dot(ey), corner.dot(ey) + v.dot(ey)];
-        // Of the normals of the planes through the sides the parts along z, all that their products need.
+        // z of the plane normals: all that their products need.
         let tilt = |at: f64| at / (at * at + z * z).sqrt();
         let n = [-tilt(y[0]), tilt(x[1]), tilt(y[1]), -tilt(x[0])];
         let g = [0, 1, 2, 3].map(|i: usize| (-n[i] * n[(i + 1) % 4]).acos());
@@ -255,7 +256,7 @@ mod tests {
         let (mut near, mut dark) = (0, 0);
         for (edges, two_sided) in [(edges, false), (edges, true), (slanted, false)] {
             let area = RectangleLight::new(DVec3::new(0.0, 0.0, 1.0), edges, Vec3::ONE, two_sided);
-            // Around it, in its plane and far below it.
+            // Around the light, in its plane and far below it.
             let points = |lane: usize, axis: usize| {
                 let at = (lane * 3 + axis) as f64;
                 at.sin() * [1.0, 8.0, 1.0, 1e4][lane % 4] + f64::from(lane == 5 && axis == 2)

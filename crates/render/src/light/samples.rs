@@ -1,36 +1,36 @@
-//! Samples of lights, for one point and for many.
+//! Light samples, for one point and for a batch.
 
 use glam::{DVec3, Vec3};
 
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-/// A direction to a light.
+/// Sampled direction towards a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightLiSample {
-    /// Of unit length.
+    /// Unit length.
     pub direction: Vec3,
-    /// The scene-local point it comes from; `None` for infinitely far away.
+    /// Scene-local point on the light; `None` for an infinite light.
     pub p_light: Option<DVec3>,
-    /// What arrives if nothing stands in between: radiance; for a delta light irradiance on a surface that faces it.
+    /// Unoccluded radiance; for a delta light, irradiance of a surface that faces it.
     pub radiance: Vec3,
-    /// The density of the direction by solid angle, times the probability that this light was chosen; for a delta light
-    /// that probability alone. Greater than 0.
+    /// Density by solid angle times the probability of selecting the light; for a delta light, the probability alone.
+    /// Greater than 0.
     pub pdf: f32,
-    /// Whether its direction is the only one: nothing else finds this light.
+    /// True for a delta light, which BSDF samples cannot hit.
     pub is_delta: bool,
 }
 
-/// Of one of those infinitely far away, by its number: its radiance out of a direction, and the density of sampling that.
+/// Infinite light by index, with its radiance from a direction and the density of sampling that direction.
 pub(crate) type EnvironmentLookup = (usize, (Vec3, f32));
 
-/// A shadow ray ends this share before its light, which may lie on a surface.
+/// Relative length of a shadow ray: it ends before its light, which may lie on a surface.
 pub(crate) const ONE_MINUS_SHADOW_EPSILON: f32 = 1.0 - 1.0 / (1 << 16) as f32;
 
-/// Where on a light.
+/// Random numbers of a light sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LightRandom {
     pub random: [f32; 2],
-    /// What they draw of one of the lights that are infinitely far away, by its number, where that is known.
+    /// Precomputed sample of one of the infinite lights, with its index.
     pub environment: Option<(usize, EnvironmentSample)>,
 }
 
@@ -43,13 +43,13 @@ impl From<[f32; 2]> for LightRandom {
     }
 }
 
-/// A direction to a light that is infinitely far away.
+/// Sampled direction towards an infinite light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnvironmentSample {
-    /// Of unit length.
+    /// Unit length.
     pub direction: Vec3,
     pub radiance: Vec3,
-    /// By solid angle.
+    /// Density by solid angle.
     pub pdf: f32,
 }
 
@@ -66,7 +66,7 @@ impl EnvironmentSample {
 }
 
 impl LightLiSample {
-    /// The only direction to a light: `irradiance` on a surface that faces it.
+    /// Sample of a delta light: `irradiance` on a surface that faces the light.
     pub(super) fn from_delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
         Self {
             direction: direction.as_vec3(),
@@ -77,7 +77,7 @@ impl LightLiSample {
         }
     }
 
-    /// One of many, unless its density is beyond float32.
+    /// Sample of a light with an extent; `None` if the density leaves float32.
     pub(super) fn new(direction: DVec3, end: DVec3, radiance: Vec3, density: f64) -> Option<Self> {
         let pdf = density as f32;
         (pdf > 0.0 && pdf.is_finite()).then(|| Self {
@@ -89,21 +89,21 @@ impl LightLiSample {
         })
     }
 
-    /// The same where its light has been chosen with a probability.
+    /// Multiplies the density by the probability of selecting the light; `None` if it leaves float32.
     pub(super) fn with_selection_pdf(mut self, probability: f64) -> Option<Self> {
         self.pdf *= probability as f32;
         (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)
     }
 }
 
-/// Field by field what a [`LightLiSample`] has.
+/// [`LightLiSample`]s of a batch, structure of arrays.
 #[derive(Debug)]
 pub(crate) struct LightLiSamples<const N: usize> {
     pub direction: Vec3xN<f32, N>,
-    /// Infinite where the light is infinitely far away.
+    /// Infinite for infinite lights.
     pub p_light: Vec3xN<f64, N>,
     pub radiance: Vec3xN<f32, N>,
-    /// 0 where there is no sample.
+    /// 0 without a sample.
     pub pdf: [f32; N],
     pub is_delta: [bool; N],
 }
@@ -121,7 +121,7 @@ impl<const N: usize> Default for LightLiSamples<N> {
 }
 
 impl<const N: usize> LightLiSamples<N> {
-    /// The sample of a lane.
+    /// Sample of a lane.
     #[inline(always)]
     pub fn get_lane(&self, lane: usize) -> Option<LightLiSample> {
         (self.pdf[lane] > 0.0).then(|| LightLiSample {
@@ -134,7 +134,7 @@ impl<const N: usize> LightLiSamples<N> {
         })
     }
 
-    /// Leaves no sample.
+    /// Removes all samples.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.pdf = [0.0; N];
@@ -152,7 +152,7 @@ impl<const N: usize> LightLiSamples<N> {
         }
     }
 
-    /// The same radiance for all.
+    /// Sets the same radiance for all lanes.
     #[inline(always)]
     pub fn set_radiance(&mut self, radiance: Vec3) {
         self.radiance = radiance.to_array().map(|value| [value; N]);

@@ -1,4 +1,4 @@
-//! The spot light: a point that shines into a cone.
+//! Spot light: a point light restricted to a cone (glTF `KHR_lights_punctual`).
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ pub(crate) struct SpotLight {
     /// Scene-local.
     position: DVec3,
     axis: DVec3,
-    /// In W/sr, on the axis.
+    /// W/sr on the axis.
     intensity: Vec3,
     cos_inner: f64,
     cos_outer: f64,
@@ -34,7 +34,8 @@ impl SpotLight {
         Self { intensity, ..self }
     }
 
-    /// The integral of the falloff: 2π (1 - cos inner) of full light, and the mean of a square, a third, of the rest.
+    /// Sets the intensity from the power: the falloff integrates to 2π (1 - cos inner), plus the mean of a square, a
+    /// third, of the penumbra.
     pub fn with_power(self, power: Vec3) -> Self {
         let full = 1.0 - self.cos_inner + (self.cos_inner - self.cos_outer) / 3.0;
         self.with_intensity((power.as_dvec3() / (TAU * full)).as_vec3())

@@ -1,4 +1,4 @@
-//! The sun: parallel light, or the even light of a disk in the sky.
+//! Sun: parallel light, or a disk of uniform radiance at infinity.
 
 use std::f64::consts::PI;
 
@@ -10,22 +10,22 @@ use crate::sampling::direction_cone::DirectionCone;
 #[derive(Debug)]
 pub(crate) struct SunLight {
     cone: DirectionCone,
-    /// On a surface that faces it.
+    /// Radiance of the disk; 0 without a disk.
     irradiance: Vec3,
     /// Of its disk; 0 where it has none.
     radiance: Vec3,
 }
 
-/// A disk whose squared sine is less is a point: float32 directions cannot tell.
+/// Squared sine of the half angle below which the disk is a point: float32 directions cannot resolve it.
 const MIN_SIN2: f64 = 1e-12;
 
 impl SunLight {
-    /// `direction` is the way the light travels, `diameter` in degrees.
+    /// `direction` is the direction in which the light travels, `diameter` in degrees.
     pub fn new(direction: [f64; 3], irradiance: [f32; 3], diameter: f64) -> Self {
         let towards = (-DVec3::from(direction)).normalize_or_zero();
         let sin2 = (diameter.to_radians() / 2.0).sin().powi(2);
         let irradiance = Vec3::from(irradiance);
-        // A facing surface gets the integral of cos over the cone, pi sin^2.
+        // A facing surface receives the integral of the cosine over the cone, pi sin^2.
         let sin2 = if sin2 < MIN_SIN2 { 0.0 } else { sin2 };
         let radiance = (sin2 > 0.0).then(|| (irradiance.as_dvec3() / (PI * sin2)).as_vec3());
         Self {

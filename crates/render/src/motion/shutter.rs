@@ -1,8 +1,8 @@
-//! A world that moves while a camera's shutter is open.
+//! World states over a camera's shutter.
 //!
-//! The colour of a sample is that of the world in one of [`TIME_SLICES`] equal slices of the shutter's work, at the slice's
-//! middle; with a rolling shutter, whose lines each have a part of them, in one of [`ROLLING_TIME_SLICES`], where what moves are
-//! few and rigid objects. Ground truth is of the world at the exact middle of each line's exposure.
+//! A sample's colour is that of the world in one of [`TIME_SLICES`] equal time slices, at the slice's middle. With a
+//! rolling shutter there are [`ROLLING_TIME_SLICES`] slices, if the moving objects are few and rigid. Ground truth is
+//! of the world at the exact middle of each row's exposure.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -18,37 +18,37 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::world::PreparedWorld;
 
-/// Slices of the time from when the first line opens until the last one closes.
+/// Slices of the time from the opening of the first row until the closing of the last row.
 const TIME_SLICES: usize = 64;
-/// The same of a rolling shutter.
+/// Slices with a rolling shutter.
 const ROLLING_TIME_SLICES: usize = 1024;
-/// The most objects of a world of which there are so many.
+/// Largest number of objects for [`ROLLING_TIME_SLICES`].
 const FINE_MAX_OBJECTS: usize = 128;
-/// Bytes that the worlds of all lines of a picture may take together.
+/// Memory limit of the worlds of all rows of an image.
 const ROW_WORLDS_MAX_BYTES: usize = 2 << 30;
-/// About how many of them an object takes, and a vertex and a triangle of a mesh that bends, with its tree.
+/// Approximate memory of an object in a row's world, and of a deforming mesh's vertices and triangles with the BVH.
 const OBJECT_BYTES: usize = 1024;
 const VERTEX_BYTES: usize = 128;
 const TRIANGLE_BYTES: usize = 128;
 
-/// The times at which a world is seen.
+/// States of a moving world over a shutter.
 pub(crate) struct ShutterSlices<'a> {
     world: &'a World,
-    /// As it is in the middle of the shutter's work.
+    /// World in the middle of the shutter's time.
     reference: &'a PreparedWorld,
     clock: WorldTime,
-    /// From when the first line opens until the last one closes, in seconds.
+    /// Time from the opening of the first row until the closing of the last row, in seconds.
     duration: f64,
-    /// From the middle of the first line's exposure until that of the last one's; 0 where all lines open at once.
+    /// Time between the middles of the first and the last row's exposures; 0 for a global shutter.
     readout: f64,
     slices: Vec<OnceLock<Arc<PreparedWorld>>>,
 }
 
-/// The worlds of the lines of a tile; kept for the next tile, which mostly has the same ones.
+/// Worlds of a tile's rows by their time, kept for the next tile, which mostly has the same rows.
 pub(crate) type RowWorlds = HashMap<u64, Arc<PreparedWorld>>;
 
 impl<'a> ShutterSlices<'a> {
-    /// Those of a camera with a shutter, of a world that moves and knows what time it is; none of any other.
+    /// Slices of a camera with a shutter and a moving world with a time; `None` otherwise.
     pub fn new(world: &'a World, still: &'a PreparedWorld, camera: &Camera) -> Option<Self> {
         let (motion, clock) = (camera.motion()?, world.time?);
         let readout = motion.readout();
@@ -68,19 +68,19 @@ impl<'a> ShutterSlices<'a> {
         })
     }
 
-    /// Whether the ground truth of different lines is of different times.
+    /// True if rows are exposed at different times.
     pub fn is_rolling(&self) -> bool {
         self.readout > 0.0
     }
 
-    /// The slice in which a pixel is seen at a part of its exposure.
+    /// Slice in which a pixel is seen at a fraction of its exposure.
     pub fn slice_index(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
         let time = camera.shutter_offset(pixel, part) / self.duration + 0.5;
         let slices = self.slices.len();
         ((time * slices as f64) as usize).min(slices - 1)
     }
 
-    /// The world in the middle of a slice.
+    /// World in the middle of a slice.
     pub fn world_in_slice(
         &self,
         slice: usize,
@@ -93,11 +93,11 @@ impl<'a> ShutterSlices<'a> {
         let part = (slice as f64 + 0.5) / self.slices.len() as f64;
         let time = (part - 0.5) * self.duration;
         let world = self.prepare_at(time, control)?;
-        // Another thread may have made the same one.
+        // Another thread may have prepared the same world.
         Ok(place.get_or_init(|| world))
     }
 
-    /// The world at the middle of the exposure of a pixel's line; at most `most` are kept.
+    /// World at the middle of the exposure of a pixel's row; at most `most` worlds are kept.
     pub fn cached_row_world(
         &self,
         camera: &Camera,
@@ -118,7 +118,7 @@ impl<'a> ShutterSlices<'a> {
         Ok(world)
     }
 
-    /// The lines of a region (x, y, width, height): what is seen at the same time.
+    /// Regions of equal exposure time within a region (x, y, width, height): rows or columns.
     pub fn rows_of(&self, camera: &Camera, [x, y, width, height]: [u32; 4]) -> Vec<[u32; 4]> {
         match camera.motion().map(ShutterMotion::direction) {
             Some(ReadoutDirection::Right | ReadoutDirection::Left) => {
@@ -128,7 +128,7 @@ impl<'a> ShutterSlices<'a> {
         }
     }
 
-    /// The world at the middle of the exposure of a pixel's line.
+    /// World at the middle of the exposure of a pixel's row.
     pub fn row_world(
         &self,
         camera: &Camera,
@@ -138,10 +138,10 @@ impl<'a> ShutterSlices<'a> {
         self.prepare_at(camera.shutter_offset(pixel, 0.5), control)
     }
 
-    /// The world at the middle of the exposure of every line, in the order in which they are read.
+    /// World at the middle of the exposure of every row, in the order of readout.
     ///
     /// # Errors
-    /// [`RenderError::World`] where so many worlds would take too much memory.
+    /// [`RenderError::World`] if the worlds would take too much memory.
     pub fn all_row_worlds(
         &self,
         camera: &Camera,
@@ -181,7 +181,7 @@ impl<'a> ShutterSlices<'a> {
             .collect()
     }
 
-    /// About how much the meshes of a line's world take that are its own.
+    /// Approximate memory of the meshes that a row's world does not share.
     fn deforming_bytes(&self, then: &PreparedWorld) -> usize {
         let objects = then
             .geometry
@@ -198,8 +198,7 @@ impl<'a> ShutterSlices<'a> {
         bent.values().map(of_mesh).sum::<usize>()
     }
 
-    /// The world as it is described, when the line at a fraction of the picture, from 0 to 1, is in the middle of its
-    /// exposure.
+    /// World description when the row at this fraction of the image, from 0 to 1, is in the middle of its exposure.
     pub fn scene_at_row(&self, line: f64) -> Result<World, RenderError> {
         self.scene_at((line - 0.5) * self.readout)
     }

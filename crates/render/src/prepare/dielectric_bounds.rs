@@ -1,4 +1,4 @@
-//! Which clear matter fills closed bodies: light from elsewhere meets their border, however it comes.
+//! Bounds of closed dielectric bodies: light from outside must cross their surface.
 
 use glam::DVec3;
 use raycam_scene::Alpha;
@@ -6,8 +6,8 @@ use raycam_scene::Alpha;
 use crate::prepare::instance::PreparedInstance;
 use crate::prepare::material::PreparedMaterial;
 
-/// For each material a box, scene-local, around all bodies that it fills; `None` where it is not clear, or a mesh of it
-/// leaves open where its inside ends, or lets light through by its opacity.
+/// For each material, the scene-local box of all bodies that it fills; `None` if the material has no interior, or
+/// fills a mesh that is open or not opaque.
 pub(crate) fn closed_dielectric_bounds(
     objects: &[PreparedInstance],
     materials: &[PreparedMaterial],

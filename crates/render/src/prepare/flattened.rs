@@ -1,9 +1,9 @@
-//! All objects of a world in one tree, for many rays.
+//! Flattened scene: all instances in one BVH, for many rays.
 //!
-//! Where objects are near each other, as things on a floor are, most rays go into several of them, and each has its own
-//! beginning. One tree over everything has one. It takes time and memory, which only many rays bring back: the samples of one
-//! picture, or the exact rays of all pictures of a world that stands still. What moves from one picture to the next has the
-//! trees of the objects.
+//! Where instances overlap or are close, as things on a floor are, most rays traverse several BVHs from their roots.
+//! A single BVH over all triangles has one root. Its build time and memory pay off for many rays only: the samples of
+//! one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep the two-level
+//! scene.
 
 use std::sync::atomic::Ordering;
 
@@ -14,21 +14,21 @@ use rayon::prelude::*;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::instance::PreparedInstance;
 
-/// Samples for every triangle that make up for building the tree, and a little more, where objects are near each other.
+/// Samples per triangle that pay for the build, with a margin, if instances are close.
 const SAMPLES_TO_PAY: u64 = 4;
-/// The same where they stand apart, and few rays go into several of them.
+/// Samples per triangle that pay for the build if instances are far apart, so that few rays enter several.
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
-/// The same of exact rays, which are fewer and run alike.
+/// Exact rays per triangle that pay for the build; there are fewer, and they are coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
-/// The most triangles: some 200 bytes each, for a moment.
+/// Largest number of triangles; the build needs some 200 bytes per triangle.
 const MAX_TRIANGLES: usize = 1 << 22;
-/// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
-/// would lose their form.
+/// Smallest extent of an instance's mean triangle, in float32 steps of the scene's radius: coarser coordinates would
+/// deform small objects.
 const MIN_F32_STEPS: f64 = 64.0;
 
 impl Geometry {
-    /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
-    /// number: the same picture has the same bits.
+    /// Scene that a frame of this many samples is traced against. Depends on the world and that number alone: the
+    /// same frame has the same bits.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
         let pays = |triangles| {
             let enough = |each| samples / each >= triangles;
@@ -37,21 +37,21 @@ impl Geometry {
         self.flattened_if_worth(pays).unwrap_or(&self.scene)
     }
 
-    /// The tree over everything if it pays for so many triangles.
+    /// Flattened scene, built if `pays` for the number of triangles.
     fn flattened_if_worth(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
         if self.scene.is_single_level() || !pays(self.triangle_count() as u64) {
             return None;
         }
         let tree = &self.flattened.scene;
         if tree.get().is_none() {
-            // Not while others wait for it: a thread that builds takes up work of other pictures, and one of the same world
-            // would wait for itself. Whoever is first is kept; all of them are the same.
+            // The build must not run inside `get_or_init`: a building thread steals tasks of other renders, and one
+            // of the same world would wait for itself. The first result wins; all are equal.
             let _ = tree.set(self.flatten());
         }
         tree.get().and_then(Option::as_ref)
     }
 
-    /// Makes the tree if with so many more exact rays it pays. Their answers are the same with it and without.
+    /// Counts exact rays and builds the flattened scene once they pay for it. Hits are the same with and without.
     pub(crate) fn note_exact_rays(&self, rays: u64) {
         if self.flattened.scene.get().is_none() {
             let before = self.flattened.exact_rays.fetch_add(rays, Ordering::Relaxed);
@@ -60,7 +60,7 @@ impl Geometry {
         }
     }
 
-    /// The nearest hit of every ray by float64.
+    /// Nearest hit of every ray in float64.
     pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let merged = self.flattened.scene.get().and_then(Option::as_ref);
         merged
@@ -68,7 +68,8 @@ impl Geometry {
             .closest_exact(rays, self, hits);
     }
 
-    /// Whether any object's box is as near to that of another as a quarter of its size; taken for granted of very many.
+    /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many
+    /// instances.
     fn instances_are_close(&self) -> bool {
         const MAX_COMPARED: usize = 1 << 12;
         let of_object = |object: &PreparedInstance| {
@@ -90,7 +91,7 @@ impl Geometry {
         boxes.len() > MAX_COMPARED || boxes.iter().enumerate().any(near)
     }
 
-    /// Triangles of all objects, those of shared meshes as often as they are shown.
+    /// Triangles of all instances; shared meshes count once per instance.
     fn triangle_count(&self) -> usize {
         let count = |object| self.instance_triangles(object).len();
         (0..self.instances.len()).map(count).sum()
@@ -100,7 +101,7 @@ impl Geometry {
         &self.instances[object].mesh.mesh.triangles
     }
 
-    /// Everything in one tree; `None` where that would be too large or too coarse.
+    /// Builds the flattened scene; `None` if it would be too large or too coarse.
     fn flatten(&self) -> Option<Scene> {
         if !(1..=MAX_TRIANGLES).contains(&self.triangle_count()) {
             return None;
@@ -194,7 +195,7 @@ mod tests {
             .geometry
             .scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
-        // It is kept while nothing moves.
+        // Kept while nothing moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
@@ -206,7 +207,7 @@ mod tests {
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
         assert!(moved.geometry.flattened.scene.get().is_none());
-        // Far apart it takes more.
+        // Instances far apart need more samples.
         let mut apart = world.clone();
         for (i, object) in apart.objects.iter_mut().enumerate() {
             object.world_from_mesh.translation.z += 4.0 * i as f64;
@@ -226,14 +227,14 @@ mod tests {
 
     #[test]
     fn pictures_at_once_do_not_wait_for_themselves() {
-        // Enough triangles that building is shared among threads.
+        // Enough triangles for a parallel build.
         let mut world = world();
         world.meshes[1] = Arc::new(primitive::sphere(0.5, 6).unwrap());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
         let pool = pool.build().unwrap();
         for _ in 0..10 {
             let prepared = prepare(&world, None);
-            // From outside, as Python's threads ask, one after the other.
+            // From threads outside of the pool, as Python's are.
             std::thread::scope(|scope| {
                 for turn in 0..8 {
                     let (pool, prepared) = (&pool, &prepared);
@@ -256,7 +257,7 @@ mod tests {
     #[test]
     fn exact_rays_have_one_tree_once_it_pays_and_the_same_answers() {
         let mut world = world();
-        // Things that lie in others: the first one is seen.
+        // Coincident objects: the first one is hit.
         for i in [0, 1, 0, 2, 0] {
             let object = world.objects[i].clone();
             world.add_object(object).unwrap();
@@ -341,13 +342,13 @@ mod tests {
         };
         let merged = picture(&prepared);
         assert!(prepared.geometry.flattened.scene.get().is_some());
-        // Moved elsewhere and back, with the trees that were there.
+        // Moved away and back, with reused meshes.
         let mut away = world.clone();
         away.objects[1].world_from_mesh.translation.x += 0.1;
         let away = prepare(&away, Some(&prepared));
         assert!(picture(&away) != merged);
         assert!(picture(&prepare(&world, Some(&away))) == merged);
-        // With a tree for each.
+        // Two-level scene.
         let mut apart = prepare(&world, None);
         apart.geometry.flattened = Arc::new(FlattenedScene {
             scene: None.into(),

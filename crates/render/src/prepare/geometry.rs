@@ -62,12 +62,12 @@ impl Geometry {
         places.eq(other.instances.iter().map(place))
     }
 
-    /// The corners of a triangle in the world, float64.
+    /// World-space vertices of a triangle, float64.
     #[inline]
     pub fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
         let object = &self.instances[instance as usize];
         let mesh = &*object.mesh.mesh;
-        // Spelled out: the compiler may leave `map` a call.
+        // Written out: the compiler may not inline `map`.
         let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
         let corners = [mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]];
         if object.is_identity {
@@ -78,7 +78,8 @@ impl Geometry {
         [placed(a), placed(b), placed(c)]
     }
 
-    /// A world ray as the kernel takes it, and by how many of its lengths its start was moved along it.
+    /// Scene-local float32 ray of a world-space ray, and the distance by which its origin was moved along it, in
+    /// lengths of the direction.
     pub fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
         let start = origin - self.origin;
         let mut moved = 0.0;
@@ -94,7 +95,7 @@ impl Geometry {
         let ray = Ray {
             origin: (start + moved * direction).as_vec3().to_array(),
             direction: direction.as_vec3().to_array(),
-            // A limit is not exceeded by rounding.
+            // Rounding must not extend a finite limit.
             t_max: if t_max.is_finite() {
                 (t_max - moved) as f32
             } else {
@@ -104,7 +105,7 @@ impl Geometry {
         (ray, moved)
     }
 
-    /// Whether rays that start there, scene-local, are moved along themselves.
+    /// True if rays with this scene-local origin are moved along themselves.
     pub fn is_far(&self, start: DVec3) -> bool {
         start.length_squared() > (MAX_ORIGIN_RADII * self.radius).powi(2)
     }
@@ -141,7 +142,7 @@ pub(crate) fn build_instances(
     Ok((objects, scene))
 }
 
-/// A box around everything; a single untransformed mesh has the box of its mesh, exactly.
+/// Bounding box of all objects; exact for a single untransformed mesh.
 pub(crate) fn world_bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
     let boxes = objects.iter().zip(meshes);
     boxes

@@ -29,21 +29,21 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
 }
 
-/// How many float32 roundings of the largest coordinates add up, at most, between a surface and a ray that leaves it:
-/// vertices, transform, start and direction of the ray, the shear of the triangle test.
+/// Upper bound on the float32 roundings of the largest coordinates between a surface and a ray that leaves it:
+/// vertices, transform, origin and direction of the ray, shear of the triangle test.
 const MAX_ROUNDINGS: f64 = 8.0;
 
-/// What float32 may do to the points of an object, in units of one rounding.
+/// Bounds on float32 errors of an instance's points, in units of one rounding.
 #[derive(Debug)]
 pub(crate) struct ErrorBounds {
-    /// Into the mesh's coordinates and back: |M| |M^-1|.
+    /// Growth of a point's error into the mesh's coordinates and back: |M| |M^-1|.
     per_point: DMat3,
-    /// The same for the mesh's place, and for its vertices.
+    /// Error of the instance's translation and of its vertices.
     per_mesh: DVec3,
 }
 
 impl ErrorBounds {
-    /// The columns of its two parts.
+    /// Columns of both parts.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
         let Self {
@@ -53,8 +53,9 @@ impl ErrorBounds {
         [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
     }
 
-    /// Float32 rounds a point on the object, a ray that starts there and the triangles around it: together they are off by
-    /// at most this length along `normal`. `point` is scene-local; the others are [`ErrorBounds::columns`].
+    /// Bound on the distance along `normal` by which float32 displaces a point on the instance, a ray that starts
+    /// there, and the triangles around it. `point` is scene-local; the first two arguments are
+    /// [`ErrorBounds::columns`].
     #[inline(always)]
     pub fn error_along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
         let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;
@@ -84,19 +85,20 @@ impl PreparedInstance {
         }
     }
 
-    /// A box around it, lower and upper corner, in the world.
+    /// World-space bounding box: lower and upper corner.
     pub fn bounds(&self) -> [DVec3; 2] {
         transformed_bounds(&self.mesh, &self.world_from_mesh)
     }
 
-    /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.
+    /// Bound, per axis, on float32 errors of the instance and of rays that start up to `reach` from the scene's
+    /// origin.
     pub fn error_extent(&self, reach: f64) -> DVec3 {
         let rounding =
             self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
-    /// Where the mesh's own float32 coordinates lie in scene-local ones.
+    /// Instance of the mesh's BVH in scene-local coordinates.
     pub fn bvh_instance(&self, origin: DVec3) -> Instance {
         let linear = self.world_from_mesh.matrix3;
         let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
@@ -111,7 +113,7 @@ impl PreparedInstance {
     }
 }
 
-/// A box around a placed mesh: around the corners of its own.
+/// Bounding box of a placed mesh, from the eight corners of its own box.
 pub(crate) fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3) -> [DVec3; 2] {
     let corner = |i: u32| {
         let pick = |axis: usize| {
@@ -129,7 +131,8 @@ pub(crate) fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3
         .fold(nothing, |[l, u], c| [l.min(c), u.max(c)])
 }
 
-/// Boxes in the world that all objects lie in.
+/// World-space boxes that cover all instances, padded by the float32 errors of rays that start within `reach` of the
+/// scene's origin.
 pub(crate) fn object_bounds(
     objects: &[PreparedInstance],
     origin: DVec3,

@@ -1,4 +1,4 @@
-//! Materials with what is worth computing once.
+//! Materials with precomputed data.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,6 +13,7 @@ use crate::bsdf::{
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
 use crate::lobes::phong_lobe::PhongLobe;
 
+/// Material and the data that depends on it alone.
 #[derive(Debug)]
 pub(crate) struct PreparedMaterial {
     pub material: Material,
@@ -32,6 +33,7 @@ pub(crate) struct PreparedMaterial {
     pub dielectric_tables: Vec<DielectricAlbedo>,
 }
 
+/// Prepares all materials; equal Phong lobes are shared.
 pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
     let mut lobes: HashMap<u32, Arc<PhongLobe>> = HashMap::new();
     let mut lobe = |material: &Material| {

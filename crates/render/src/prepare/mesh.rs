@@ -1,4 +1,4 @@
-//! Meshes ready to be traced: built once, refitted while they only change their form.
+//! Prepared meshes: BVHs, built once and refitted while only the vertices move.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -12,7 +12,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::watertight::is_watertight;
 
-/// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
+/// Mesh and its BVH, whose float32 vertices are relative to `center`.
 #[derive(Debug)]
 pub(crate) struct PreparedMesh {
     pub mesh: Arc<Mesh>,
@@ -20,16 +20,17 @@ pub(crate) struct PreparedMesh {
     pub lower: DVec3,
     pub upper: DVec3,
     pub center: DVec3,
-    /// What [`is_watertight`] says, once it is asked.
+    /// Result of [`is_watertight`], computed on demand.
     is_closed: OnceLock<bool>,
-    /// What the tree cost when it was built, not refitted.
+    /// SAH cost of the BVH when it was built.
     built_cost: f64,
 }
 
-/// A refitted tree that costs more than this many times what it cost when built is built anew.
+/// SAH cost of a refitted BVH, relative to the built one, above which the BVH is rebuilt.
 const MAX_REFIT_COST_RATIO: f64 = 1.5;
 
-/// Every mesh that an object shows, by its index in the world.
+/// Prepares every mesh that an object shows, by its index in the world. `previous` are the meshes of the previous
+/// world's instances, in order; they are reused or refitted.
 pub(crate) fn prepare_meshes(
     world: &World,
     previous: &[&Arc<PreparedMesh>],
@@ -55,7 +56,7 @@ pub(crate) fn prepare_meshes(
     missing.sort_unstable();
     missing.dedup();
     control.start(missing.len());
-    // What the object in the same place had: a mesh that only changed its form is not built again.
+    // Mesh of the object with the same index: refitted if only vertices moved.
     let mut before = HashMap::new();
     for (object, &previous) in world.objects.iter().zip(previous) {
         before.entry(object.mesh).or_insert(&**previous);
@@ -102,14 +103,14 @@ impl PreparedMesh {
         })
     }
 
-    /// What [`is_watertight`] says. Found first and kept then: threads that work meanwhile must not wait for the cell.
+    /// Result of [`is_watertight`]. Computed outside of the cell: threads must not wait for it.
     pub fn is_watertight(&self) -> bool {
         let known = self.is_closed.get().copied();
         let body = known.unwrap_or_else(|| is_watertight(&self.mesh));
         *self.is_closed.get_or_init(|| body)
     }
 
-    /// The same triangles with their vertices elsewhere; `None` where it takes a new tree.
+    /// Same triangles with moved vertices; `None` if a rebuild is required.
     fn refit(&self, mesh: &Arc<Mesh>) -> Option<Self> {
         let before = &*self.mesh;
         let same = before.vertices.len() == mesh.vertices.len()
@@ -132,7 +133,7 @@ impl PreparedMesh {
     }
 }
 
-/// The vertices in float32, counted from `center`.
+/// Float32 vertices relative to `center`.
 fn center_vertices(mesh: &Mesh, center: DVec3) -> Vec<[f32; 3]> {
     let vertices = mesh.vertices.par_iter().with_min_len(1 << 14);
     vertices

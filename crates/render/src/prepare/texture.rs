@@ -1,34 +1,34 @@
-//! Textures at work: what a pixel sees of them, by mip maps and ray cones.
+//! Prepared textures: mip maps and anisotropic lookups over ray footprints.
 //!
-//! T. Akenine-Möller et al., "Improved Shader and Texture Level of Detail Using Ray Cones", JCGT 10(1), 2021. A cone is as
-//! wide as the pixel's part that a sample stands for; where it meets a triangle it is an ellipse, whose short axis chooses
-//! the level of the mip map and whose long axis is covered by several lookups. Rays that surfaces have scattered look at the
-//! image itself: their many samples average it without bias.
+//! T. Akenine-Möller et al., "Improved Shader and Texture Level of Detail Using Ray Cones", JCGT 10(1), 2021. A cone
+//! is as wide as the part of a pixel that a sample stands for. Its footprint on a triangle is an ellipse: the short
+//! axis selects the mip level, and several lookups cover the long axis. Scattered rays use the full-resolution image,
+//! which their many samples average without bias.
 
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec2;
 use raycam_scene::{TexelFilter, Texture, TextureSampler, World};
 
-/// Lookups along the long axis, at most.
+/// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
 
-/// A texture, and its mip map once it is asked for.
+/// Texture, and its mip map once requested.
 #[derive(Debug)]
 pub(crate) struct PreparedTexture {
     texture: Arc<Texture>,
-    /// Each half as large as the one before, beginning with the image itself.
+    /// Mip levels, the full image first.
     levels: OnceLock<Vec<Texture>>,
 }
 
-/// The textures of a world, those that were prepared before with the mip maps that they have.
+/// Prepares the textures of a world; textures of `before` keep their mip maps.
 pub(crate) fn prepare_textures(
     world: &World,
     before: Option<&[Arc<PreparedTexture>]>,
 ) -> Vec<Arc<PreparedTexture>> {
     let known = before.unwrap_or_default();
     let prepare = |(i, texture): (usize, &Arc<Texture>)| match known.get(i) {
-        // Textures are only ever added.
+        // Textures are only ever appended.
         Some(known) if Arc::ptr_eq(&known.texture, texture) => known.clone(),
         _ => Arc::new(PreparedTexture::new(texture.clone())),
     };
@@ -43,12 +43,12 @@ impl PreparedTexture {
         }
     }
 
-    /// The value at a point.
+    /// Value at a point.
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
         self.texture.lookup(uv)
     }
 
-    /// The mean over a footprint around a point, by its axes.
+    /// Mean over a footprint around a point, given by its axes.
     pub fn mean(&self, uv: [f32; 2], axes: [Vec2; 2]) -> [f32; 4] {
         let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
         let [p, q] = axes.map(|axis| (axis * size).length());
@@ -57,7 +57,7 @@ impl PreparedTexture {
         } else {
             (axes[1], q, p)
         };
-        // Coordinates that are not finite are the texture's to judge.
+        // Non-finite coordinates are left to the texture's sampler.
         if self.texture.sampler.mip.is_none() || !(major > 1.0 && major.is_finite()) {
             return self.lookup(uv);
         }
@@ -74,6 +74,7 @@ impl PreparedTexture {
         sum
     }
 
+    /// Trilinear lookup between mip levels.
     fn trilinear(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
         let levels = self.levels.get_or_init(|| mip_levels(&self.texture));
         let last = levels.len() - 1;
@@ -88,7 +89,7 @@ impl PreparedTexture {
     }
 }
 
-/// The mip map, between whose texels all is linear.
+/// Mip map with bilinear filtering.
 fn mip_levels(texture: &Texture) -> Vec<Texture> {
     let sampler = TextureSampler {
         magnification: TexelFilter::Linear,

@@ -4,7 +4,7 @@ use raycam_scene::{Object, World};
 
 use crate::error::RenderError;
 
-/// Whether every index is in range and every part is valid, meshes apart.
+/// Checks that every index is in range and that every part but the meshes is valid.
 pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     let fail = |message: String| Err(RenderError::World(message));
     let invalid = |error: raycam_scene::SceneError| RenderError::World(error.to_string());

@@ -1,4 +1,4 @@
-//! Watertightness of meshes.
+//! Watertight meshes: closed, consistently oriented surfaces that enclose a volume.
 
 use glam::DVec3;
 use raycam_scene::Mesh;
@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use crate::sampling::sampler::splitmix64;
 
-/// Triangles that one thread sums up.
+/// Triangles of one task.
 const CHUNK: usize = 1 << 14;
 
-/// Whether a mesh is the border of a body: every edge is passed as often one way as the other, and what is inside has a
-/// positive volume. Vertices in the same place are the same.
+/// True if every edge is used equally often in both directions and the enclosed volume is positive. Vertices at one
+/// position are one vertex.
 ///
-/// Edges are not sorted: the numbers of their ends' hashes are summed up, with the sign of the way, and are zero in the end.
+/// Edges are not sorted: signed hashes of their end points sum to zero for a closed mesh.
 pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
     let parts: Vec<(u64, f64)> = mesh
         .triangles
@@ -38,14 +38,14 @@ pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
     open == 0 && volume > 0.0
 }
 
-/// A number for a place.
+/// Hash of a position.
 fn vertex_key(vertex: DVec3) -> u64 {
-    // -0 is 0.
+    // -0 equals 0.
     let [x, y, z] = (vertex + DVec3::ZERO).to_array().map(f64::to_bits);
     splitmix64(splitmix64(splitmix64(x) ^ y) ^ z)
 }
 
-/// A number for the way from one place to another, which that of the way back is the negative of.
+/// Hash of a directed edge: the negative of the reversed edge's hash.
 fn edge_key(from: u64, to: u64) -> u64 {
     let between = splitmix64(splitmix64(from.min(to)) ^ from.max(to));
     match from.cmp(&to) {
@@ -73,12 +73,12 @@ mod tests {
     #[test]
     fn closed_meshes_are_bodies() {
         assert!(is_watertight(&mesh(&CORNERS, &SIDES)));
-        // Every triangle with corners of its own, as where textures have seams.
+        // Triangles with vertices of their own, as at texture seams.
         let corners = SIDES.as_flattened().iter();
         let apart: Vec<_> = corners.map(|&i| CORNERS[i as usize]).collect();
         let own = [0, 3, 6, 9].map(|first| [first, first + 1, first + 2]);
         assert!(is_watertight(&mesh(&apart, &own)));
-        // Triangles without an area close nothing and open nothing.
+        // Degenerate triangles neither close nor open an edge.
         let flat = [&SIDES[..], &[[1, 1, 2], [2, 2, 2]]].concat();
         assert!(is_watertight(&mesh(&CORNERS, &flat)));
     }

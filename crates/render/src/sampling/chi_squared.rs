@@ -1,9 +1,10 @@
-//! Pearson's test of how samples are spread, for the tests of everything that is sampled.
+//! Pearson's chi-squared test of sample distributions (test support).
 
 use std::f64::consts::TAU;
 
-/// Chi-squared and its degrees of freedom, of counts against what is expected. Cells that hardly anything falls into
-/// count as one; the last may be all that falls nowhere, so that the counts' sum is free.
+/// Chi-squared statistic and degrees of freedom of observed counts against expected counts. Cells with small
+/// expectation are pooled. The last cell may collect samples outside of all others, so that the sum of the counts is
+/// free.
 pub(crate) fn statistic(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     let (mut chi2, mut freedom, mut rest) = (0.0, 0.0, (0.0, 0.0));
     for (seen, expected) in pairs {
@@ -18,17 +19,17 @@ pub(crate) fn statistic(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
         chi2 += (rest.0 - rest.1).powi(2) / rest.1;
         freedom += 1.0;
     } else if rest.0 > rest.1 + 10.0 {
-        // Where next to nothing should be, there is something.
+        // Samples where almost none are expected.
         chi2 = f64::INFINITY;
     }
     (chi2, freedom)
 }
 
-/// The largest chi-squared that chance gives once in 100 runs of `tests` tests: Sidak's correction and the approximation
-/// of Wilson and Hilferty.
+/// Largest chi-squared value that chance yields once in 100 runs of `tests` tests: Šidák correction, Wilson-Hilferty
+/// approximation.
 pub(crate) fn limit(freedom: f64, tests: usize) -> f64 {
     let p = 1.0 - 0.99f64.powf(1.0 / tests as f64);
-    // The normal quantile, by bisection of its tail.
+    // Normal quantile by bisection of the tail.
     let tail = |z: f64| {
         (0..20_000)
             .map(|i| (-(z + f64::from(i) * 1e-3).powi(2) / 2.0).exp() * 1e-3)

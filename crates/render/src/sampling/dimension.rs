@@ -1,43 +1,45 @@
-//! What random numbers are for, and which of them belong together.
+//! Dimensions of the sample space and the groups that are stratified jointly.
 
-/// What a pair of dimensions is for. Another purpose needs a number of its own.
+/// Purpose of a two-dimensional sample. Each purpose has its own index.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Dimension {
-    /// Where in the pixel the sample lies.
+    /// Position in the pixel.
     PixelFilter,
-    /// The direction of the ambient occlusion ray.
+    /// Direction of the ambient occlusion ray.
     AmbientOcclusion,
-    /// Which colour a path carries after dispersion.
+    /// Colour channel that a path carries after dispersion.
     Wavelength,
-    /// Where in the aperture.
+    /// Position on the aperture.
     Lens,
-    /// When in the exposure.
+    /// Time in the exposure.
     Time,
-    /// At the surfaces of a path, which count from 0: which part of the material scatters, and which light shines.
+    /// Lobe that scatters and light that is sampled, at a path vertex counted from 0.
     LobeAndLight(u32),
-    /// Where the surface scatters to.
+    /// Direction of the BSDF sample.
     Bsdf(u32),
-    /// Whether the surface is there, and whether the path goes on.
+    /// Opacity test and Russian roulette.
     OpacityAndRoulette(u32),
-    /// Where on each of the lights that are sampled there.
+    /// Position on each of the lights sampled at a vertex.
     Light(u32, usize),
 }
 
-/// More than all pairs of one surface.
+/// Upper bound on the dimensions of one path vertex.
 const DIMENSIONS_PER_BOUNCE: u32 = 128;
 
-/// Surfaces of a path whose pairs belong together.
+/// Path vertices whose dimensions are stratified jointly.
 const GROUPED_BOUNCES: u32 = 4;
 
-/// The bits of an index that [`MIXING_MATRICES`] is for.
+/// Low bits of an index that [`MIXING_MATRICES`] apply to.
 pub(crate) const MIXING_BITS: u32 = 10;
 
-/// By what the pairs of a group differ: the lowest bits of the index of a point are multiplied by a matrix whose columns are
-/// these with ones on the diagonal, the first left out, for the pairs in the order of [`Dimension::group`]. The matrices are upper
-/// triangular, so that each pair is a (0, 2)-sequence. They are found by trying many, column by column, so that of the
-/// boxes of volume 2^-q in the four dimensions of two pairs, for q up to k, few hold another number than 2^(k - q) of the
-/// first 2^k points; large boxes count more, and so do pairs that matter much together: where in the pixel and what
-/// happens at the first surface, the directions taken at one surface and the next, and the light there.
+/// Mixing matrices of a group's dimensions, in the order of [`Dimension::group`]. The low bits of a point's index are
+/// multiplied by a matrix with these columns above a unit diagonal (the first column is left out). The matrices are
+/// upper triangular, so that every dimension remains a (0, 2)-sequence.
+///
+/// A column-by-column search over many candidates minimised the boxes of volume 2^-q, in the four dimensions of two
+/// pairs and for q up to k, that do not hold exactly 2^(k - q) of the first 2^k points. Large boxes weigh more, as do
+/// pairs that matter jointly: pixel position with the first vertex, the directions at consecutive vertices, and their
+/// lights.
 const MIXING_MATRICES: [[u32; 9]; 1 + 3 * GROUPED_BOUNCES as usize] = [
     [0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0],
     [0x1, 0x0, 0x0, 0xd, 0x0, 0x17, 0x9, 0xfa, 0x1cc],
@@ -54,20 +56,21 @@ const MIXING_MATRICES: [[u32; 9]; 1 + 3 * GROUPED_BOUNCES as usize] = [
     [0x0, 0x0, 0x1, 0x3, 0x19, 0x1e, 0x77, 0x61, 0x172],
 ];
 
-/// Pairs that belong together.
+/// Dimensions stratified jointly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DimensionGroup {
-    /// What these share and no other pair has.
+    /// Hash key shared by the group.
     pub key: u32,
-    /// The row of [`MIXING_MATRICES`] that a pair of it has. Looked up in a loop, it would keep that from being made one of vectors.
+    /// Row of [`MIXING_MATRICES`]. Resolved before the loop over samples: a table lookup inside would prevent
+    /// vectorisation.
     pub mixing_row: [u32; 9],
-    /// The bits of an index that those above are hashed into, each pair's own way: without, the pairs of a group would
-    /// meet in the same combinations again after as many samples as these bits count.
+    /// Mask of index bits that the bits above are hashed into, differently for each dimension. Without this hash, the
+    /// dimensions of a group would repeat their combinations after as many samples as the mask counts.
     pub low_bits: u32,
 }
 
 impl Dimension {
-    /// No two pairs of a path share it, until after 2^25 surfaces.
+    /// Index of the dimension, unique within a path until 2^25 vertices.
     #[inline(always)]
     pub(crate) fn index(self) -> u32 {
         let at = |bounce: u32, pair: u32| {
@@ -88,12 +91,12 @@ impl Dimension {
         }
     }
 
-    /// Which it belongs to; most are alone.
+    /// Group of the dimension; most dimensions form a group of their own.
     #[inline(always)]
     pub(crate) fn group(self) -> DimensionGroup {
         let of = |bounce: u32, which: u32| {
             let first = bounce - bounce % GROUPED_BOUNCES;
-            // The first group is that of where in the pixel the sample lies.
+            // The first group includes the pixel position.
             let key = match first {
                 0 => Dimension::PixelFilter.index(),
                 _ => DIMENSIONS_PER_BOUNCE

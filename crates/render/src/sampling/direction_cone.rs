@@ -1,4 +1,4 @@
-//! Cones of directions: what a sphere or the disk of the sun fills.
+//! Cones of directions: the set that a sphere or the sun's disk subtends.
 
 use std::f64::consts::TAU;
 
@@ -9,14 +9,14 @@ use crate::lobes::shading_frame::sincos_turns;
 /// All directions within an angle of an axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DirectionCone {
-    /// Of unit length.
+    /// Unit length.
     pub axis: DVec3,
-    /// 1 - cos of the angle, which keeps its digits however narrow the cone.
+    /// 1 - cos of the half angle; keeps precision for narrow cones.
     pub one_minus_cos: f64,
 }
 
 impl DirectionCone {
-    /// The cone of this squared sine, at most a quarter turn wide.
+    /// Returns the cone with this squared sine of the half angle, at most a quarter turn.
     pub fn new(axis: DVec3, sin2: f64) -> Self {
         Self {
             axis,
@@ -24,8 +24,8 @@ impl DirectionCone {
         }
     }
 
-    /// A direction drawn evenly (P. Shirley, C. Wang and K. Zimmerman, "Monte Carlo techniques for direct lighting
-    /// calculations", 1996).
+    /// Samples a direction uniformly (P. Shirley, C. Wang and K. Zimmerman, "Monte Carlo techniques for direct
+    /// lighting calculations", 1996).
     pub fn sample(&self, [x, y]: [f32; 2]) -> DVec3 {
         let cap = f64::from(x) * self.one_minus_cos;
         let (sin, cos) = ((cap * (2.0 - cap)).sqrt(), 1.0 - cap);
@@ -35,13 +35,13 @@ impl DirectionCone {
         self.axis * cos + around * sin
     }
 
-    /// Whether a direction of unit length lies inside.
+    /// True if a unit direction lies in the cone.
     pub fn contains(&self, direction: DVec3) -> bool {
         // 1 - cos = |a - b|^2 / 2, without cancellation.
         (direction - self.axis).length_squared() <= 2.0 * self.one_minus_cos
     }
 
-    /// In steradians.
+    /// Solid angle in steradians.
     pub fn solid_angle(&self) -> f64 {
         TAU * self.one_minus_cos
     }

@@ -1,26 +1,27 @@
-//! The filter of a pixel: where its samples lie.
+//! Pixel filters, sampled by importance.
 //!
-//! Samples are spread as the filter weighs (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006), so that
-//! every sample counts the same and no pixel touches another's.
+//! Sample positions follow the filter (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006). Every
+//! sample therefore has weight 1 and contributes to one pixel.
 
-/// How the samples of a pixel are spread.
+/// Pixel filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// Evenly over the pixel's square.
+    /// Uniform over the pixel's square.
     #[default]
     Box,
-    /// By the four-term window of Blackman and Harris, three pixels wide: smoother edges, no ringing.
+    /// Four-term Blackman-Harris window, three pixels wide: smoother edges, no ringing.
     BlackmanHarris,
 }
 
-/// The width of the Blackman-Harris window, in pixels.
+/// Width of the Blackman-Harris window, in pixels.
 const WINDOW_WIDTH: f64 = 3.0;
+/// Intervals of the tabulated cumulative distribution.
 const TABLE_INTERVALS: usize = 512;
 
-/// A filter ready to be drawn from.
+/// Sampler of filter offsets.
 pub(crate) enum FilterSampler {
     Box,
-    /// The cumulative distribution from 0 to 1 over the window's width.
+    /// Cumulative distribution from 0 to 1 over the window's width.
     Tabulated(Vec<f32>),
 }
 
@@ -36,7 +37,7 @@ impl FilterSampler {
         }
     }
 
-    /// The offset from the pixel's centre, in pixels, of two random numbers.
+    /// Returns the offset from the pixel centre, in pixels, for two random numbers.
     pub fn sample(&self, random: [f32; 2]) -> [f64; 2] {
         random.map(|x| match self {
             Self::Box => f64::from(x) - 0.5,
@@ -50,8 +51,8 @@ impl FilterSampler {
     }
 }
 
-/// The integral of the window from 0 to x, whose whole is 1 (F. J. Harris, "On the use of windows for harmonic analysis
-/// with the discrete Fourier transform", 1978: the minimum four-term window, -92 dB).
+/// Integral of the normalised window from 0 to x (F. J. Harris, "On the use of windows for harmonic analysis with the
+/// discrete Fourier transform", 1978: the minimum four-term window, -92 dB).
 fn blackman_harris_cdf(x: f64) -> f64 {
     const A: [f64; 4] = [0.35875, 0.48829, 0.14128, 0.01168];
     let turn = std::f64::consts::TAU;
@@ -63,7 +64,7 @@ fn blackman_harris_cdf(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Mean and variance of the offsets of evenly spread random numbers.
+    /// Mean and variance of the offsets for evenly spaced random numbers.
     fn moments(filter: Filter) -> (f64, f64) {
         let prepared = FilterSampler::new(filter);
         let n = 1 << 16;
@@ -81,7 +82,7 @@ mod tests {
     fn samples_are_spread_as_the_filter_weighs() {
         let (mean, variance) = moments(Filter::Box);
         assert!(mean.abs() < 1e-6 && (variance - 1.0 / 12.0).abs() < 1e-6);
-        // The variance of the window by quadrature of its definition.
+        // Variance of the window by quadrature of its definition.
         let window = |x: f64| {
             let turn = std::f64::consts::TAU * (x / WINDOW_WIDTH + 0.5);
             0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos()

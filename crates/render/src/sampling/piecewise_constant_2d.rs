@@ -4,28 +4,28 @@ use std::f64::consts::{PI, TAU};
 
 use raycam_bvh::prefetch;
 
-/// Draws directions in proportion to a brightness given cell by cell: first a row, then a column of it, both by the
-/// inverse of their distribution, which keeps what is even about the random numbers (M. Pharr, W. Jakob and G. Humphreys,
-/// "Physically Based Rendering", 4th edition, section 12.5.2). Inside a cell all directions are alike.
+/// Directions in proportion to a brightness per cell: a row by the marginal distribution, then a column by the
+/// conditional one, both by inversion, which keeps stratification (M. Pharr, W. Jakob and G. Humphreys, "Physically
+/// Based Rendering", 4th edition, section 12.5.2). Uniform within a cell.
 #[derive(Debug)]
 pub(crate) struct PiecewiseConstant2D {
     columns: usize,
     rows: usize,
-    /// For every row, one more than there are columns, from 0 to 1.
+    /// Conditional distribution of each row, columns + 1 values from 0 to 1.
     conditional_cdf: Vec<f32>,
-    /// From 0 to 1.
+    /// Marginal distribution, from 0 to 1.
     marginal_cdf: Vec<f32>,
-    /// Where to look for a number in `conditional_cdf`, row by row, and in `marginal_cdf`.
+    /// Guide tables of the conditional distributions, row by row, and of the marginal one.
     conditional_guide: Vec<u16>,
     marginal_guide: Vec<u16>,
-    /// The cosines of the angles to the zenith between rows.
+    /// Cosines of the zenith angles between rows.
     row_edges: Vec<f64>,
-    /// For every row, its density by solid angle where all columns are alike, times their number.
+    /// Density by solid angle of each row with uniform columns, times their number.
     density: Vec<f32>,
 }
 
 impl PiecewiseConstant2D {
-    /// `None` where all is dark. There are at most 2^16 columns and as many rows.
+    /// Builds the distribution; `None` if every cell is black. At most 2^16 columns and rows.
     pub fn new(
         [columns, rows]: [usize; 2],
         brightness: impl Fn(usize, usize) -> f64,
@@ -99,14 +99,14 @@ impl PiecewiseConstant2D {
         }
     }
 
-    /// The density of directions at a place in the picture, by solid angle.
+    /// Density by solid angle at image coordinates.
     pub fn pdf(&self, place: [f32; 2]) -> f32 {
         let [column, row] = self.cell(place);
         let sums = self.row(row);
         (sums[column + 1] - sums[column]) * self.density[row]
     }
 
-    /// Asks for what [`PiecewiseConstant2D::pdf`] reads.
+    /// Prefetches what [`PiecewiseConstant2D::pdf`] reads.
     pub fn prefetch(&self, [u, v]: [f32; 2]) {
         let [column, row] = self.cell([u, v]);
         prefetch(&raw const self.row(row)[column]);
@@ -129,8 +129,7 @@ impl PiecewiseConstant2D {
     }
 }
 
-/// Appends the running sums of `values` from 0 to 1, and gives the sum before it became 1. An even distribution where
-/// it is 0: it is never asked for.
+/// Appends the running sums of `values`, normalised to 1; returns the total. Uniform if the total is 0.
 fn running_sum(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) -> f64 {
     let count = values.len();
     let mut sums = Vec::with_capacity(count + 1);
@@ -151,17 +150,17 @@ fn running_sum(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) 
     sum
 }
 
-/// How many cells share a hint, in the mean.
+/// Mean number of cells per bucket of a guide table.
 const CELLS_PER_BUCKET: usize = 8;
 
-/// Appends, for equal parts of 0..1, a cell of a running sum behind whose beginning every number of the part lies
-/// (H. C. Chen and Y. Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+/// Appends, for equal buckets of 0..1, the last cell that begins at or before every number of the bucket (H. C. Chen
+/// and Y. Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
 fn build_guide_table(sums: &[f32], into: &mut Vec<u16>) {
     let cells = sums.len() - 1;
     let parts = cells.div_ceil(CELLS_PER_BUCKET);
     let mut cell = 0;
     for part in 0..parts {
-        // What is a hair less may be rounded up to the part.
+        // A number just below the bucket may be rounded into it.
         let x = part as f32 / parts as f32 * (1.0 - 4.0 * f32::EPSILON);
         while cell + 1 < cells && sums[cell + 1] <= x {
             cell += 1;
@@ -170,26 +169,26 @@ fn build_guide_table(sums: &[f32], into: &mut Vec<u16>) {
     }
 }
 
-/// The part of 0..1 in which `x` lies.
+/// Bucket of `x`.
 #[inline(always)]
 fn bucket(hints: &[u16], x: f32) -> usize {
     let parts = hints.len();
     ((x * parts as f32) as usize).min(parts - 1)
 }
 
-/// A cell behind whose beginning `x` lies.
+/// Cell at or before the cell of `x`.
 #[inline(always)]
 fn guide_index(hints: &[u16], x: f32) -> usize {
     usize::from(hints[bucket(hints, x)])
 }
 
-/// The cell of a running sum that holds `x`, the last one that begins there, and how far along it is; by a cell behind
-/// whose beginning it lies.
+/// Cell of `x`, the last one that begins at or before it, and the relative position inside; `first` is a cell at or
+/// before it.
 #[inline(always)]
 fn find_interval(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     let cells = sums.len() - 1;
     let mut cell = first;
-    // Several at a time, without a guess how many there are.
+    // Several cells at a time: their count would mispredict a branch.
     loop {
         let next = &sums[cell + 1..];
         let next = &next[..next.len().min(CELLS_PER_BUCKET)];
@@ -215,7 +214,7 @@ mod tests {
     #[test]
     fn a_number_is_found_in_the_last_cell_that_begins_before_it() {
         for cells in [1, 2, 7, 8, 9, 300] {
-            // Most are dark, a few bright, and whole stretches are nothing.
+            // Most cells are black, a few bright, and whole stretches are 0.
             let bright = |i: usize| match ((i * 2_654_435_761) >> 3) & 15 {
                 0 => 1000.0,
                 1..=6 => 0.0,

@@ -1,45 +1,44 @@
-//! Random numbers: Sobol points, Owen-scrambled and shuffled by hashing, with the error of pixels as blue noise.
+//! Random numbers: Owen-scrambled Sobol points, shuffled by hashing, with blue-noise error across pixels.
 //!
 //! B. Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the hash is N. Vegdahl's improvement of the
-//! Laine-Karras permutation ("Building a Better LK Hash", 2021). Dimensions come in pairs; each pair is a
-//! two-dimensional Sobol sequence in a shuffled order. A number is a function of (seed, frame, pixel,
-//! sample, dimension) alone.
+//! Laine-Karras permutation ("Building a Better LK Hash", 2021). Each pair of dimensions is a two-dimensional Sobol
+//! sequence in a shuffled order. A number is a pure function of (seed, frame, pixel, sample, dimension).
 //!
-//! The pixels of a block share scrambled sequences and take points of them that complement each other, so that what one
-//! pixel is too bright its neighbours are too dark: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte
-//! Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. There each pixel has a stretch of one
-//! sequence, as long as its number of samples, which has to be known. Here the pixel is added to the index of the point
-//! bit by bit ([`MORTON_XOR`]), which does the same for every number of samples.
+//! The pixels of a block share scrambled sequences and take complementary points of them, so that the errors of
+//! neighbouring pixels cancel: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling
+//! Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. There each pixel owns a contiguous range of one
+//! sequence, whose length must be known in advance. Here the pixel's bits are added to the index of the point
+//! ([`MORTON_XOR`]), which works for any number of samples.
 //!
-//! Pairs that belong together, as those of a path's first surfaces do, have one order of their points, and each another
-//! sequence (`crate::sampling::dimension::MIXING_MATRICES`), so that the numbers of two pairs fill their four dimensions evenly too. All others are shuffled
-//! independently of each other.
+//! The dimensions of a path's first vertices share one order of points with different sequences (see
+//! [`crate::sampling::dimension`]), so that two pairs are also stratified in their four dimensions. All other
+//! dimensions are shuffled independently.
 
 use raycam_bvh::{WithSimd, dispatch_simd};
 
 pub(crate) use crate::sampling::dimension::Dimension;
 use crate::sampling::dimension::{DimensionGroup, MIXING_BITS};
 
-/// The random numbers of one sample of one pixel.
+/// Random numbers of one sample of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sampler {
-    /// Of the seed, the frame and the block of pixels.
+    /// Hash of seed, frame and block of pixels.
     block: [u32; 2],
-    /// Of the same and the square of two by two pixels.
+    /// Hash of seed, frame and square of two by two pixels.
     quad: u32,
-    /// Where in the block the pixel is: the bits of its Morton number in reverse.
+    /// Morton index of the pixel in its block, bit-reversed.
     morton_bits: u32,
-    /// The bits of the sample's number in reverse.
+    /// Sample index, bit-reversed.
     sample: u32,
 }
 
 /// Bits of a coordinate within a block of pixels.
 const BLOCK_BITS: u32 = 4;
 
-/// What the bits of a pixel's Morton number, the lowest first, add to the indices of its points, modulo 2. They are found by
-/// simulated annealing so that the first 2^k points of all pixels of a square of 2^m by 2^m together are a (0, k + 2 m, 2)-net
-/// in base 2 as often as possible: always in squares of 2 by 2 pixels and up to 1024 samples, of 4 by 4 and 8 by 8 and up to
-/// 256, of 16 by 16 nearly.
+/// Index offsets of a pixel, one word per bit of its Morton index, lowest first, combined by exclusive or. Found by
+/// simulated annealing such that the first 2^k points of all pixels of a 2^m by 2^m square form a (0, k + 2 m, 2)-net
+/// in base 2 as often as possible: always in 2 by 2 pixels up to 1024 samples, in 4 by 4 and 8 by 8 pixels up to 256,
+/// and nearly in 16 by 16.
 const MORTON_XOR: [u32; 2 * BLOCK_BITS as usize] = [
     0x2d90_0b6d,
     0x43a8_86db,
@@ -57,7 +56,7 @@ impl Sampler {
         Self::for_pixel(seed, frame, pixel).with_sample(sample)
     }
 
-    /// The first sample of a pixel.
+    /// Returns the sampler of a pixel's first sample.
     pub fn for_pixel(seed: u64, frame: u32, [x, y]: [u32; 2]) -> Self {
         let picture = splitmix64(seed ^ (u64::from(frame) << 32));
         let of_square = |bits: u32| {
@@ -68,14 +67,14 @@ impl Sampler {
         let within = |v: u32| v & ((1 << BLOCK_BITS) - 1);
         Self {
             block: [block as u32, (block >> 32) as u32],
-            // Another hash than the block's.
+            // A different hash from the block's.
             quad: splitmix64(!of_square(1)) as u32,
             morton_bits: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
             sample: 0,
         }
     }
 
-    /// Another sample of the same pixel.
+    /// Returns the sampler of another sample of the same pixel.
     pub fn with_sample(self, sample: u32) -> Self {
         Self {
             sample: sample.reverse_bits(),
@@ -83,8 +82,8 @@ impl Sampler {
         }
     }
 
-    /// Another sample of the same pixel, of one of several sequences that are independent of each other: sample s is number
-    /// s / n of sequence s % n.
+    /// Returns the sampler of another sample of the same pixel, distributed over independent replications: sample s
+    /// is sample s / n of replication s % n.
     pub fn with_replication(self, sample: u32, sequences: u32) -> Self {
         let key = splitmix64(u64::from(sample % sequences) + 1);
         let [low, high] = [key as u32, (key >> 32) as u32];
@@ -100,14 +99,15 @@ impl Sampler {
         }
     }
 
-    /// Two numbers in [0, 1).
+    /// Returns two numbers in [0, 1).
     #[inline]
     pub fn get_2d(&self, pair: Dimension) -> [f32; 2] {
         let group = pair.group();
         self.point(self.shuffled_index(group.key), pair.index(), group)
     }
 
-    /// A number in [0, 1) that is spread by chance alone: where evenness brings nothing, for a part of the time.
+    /// Returns a pseudo-random number in [0, 1) without stratification: cheaper, for decisions that stratification
+    /// does not improve.
     #[inline]
     pub fn get_1d_random(&self, number: u32) -> f32 {
         let pixel =
@@ -115,7 +115,7 @@ impl Sampler {
         (splitmix64(pixel ^ u64::from(self.sample)) >> 40) as f32 * (1.0 / (1 << 24) as f32)
     }
 
-    /// Pairs of one group, each in a list of its own, of some samples of a batch, in the order of `which`.
+    /// Writes two numbers per selected sampler for each of several dimensions of one group.
     pub fn get_2d_many<const K: usize>(
         samplers: &[Self],
         which: impl Iterator<Item = usize>,
@@ -133,17 +133,17 @@ impl Sampler {
         });
     }
 
-    /// The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
+    /// Permutes the pixels of a block level by level, so that neighbours differ between dimensions.
     #[inline(always)]
     fn permute_pixels(&self, exchange: u32, own: u32) -> u32 {
         permute_base4_digit(owen_scramble(self.morton_bits, !exchange), own)
     }
 
-    /// Which point of a sequence the sample has, in a group with this key.
+    /// Index of the sample's point in the sequences of a group.
     #[inline(always)]
     fn shuffled_index(&self, key: u32) -> u32 {
         let [shuffle, ..] = self.block_key(key);
-        // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
+        // A pixel has its own order of points within each range from 2^k to 2^(k + 1).
         let own = self.quad_key(key);
         let order = own.rotate_left(8 * (self.permute_pixels(shuffle, own) >> 30));
         reverse_bits(owen_scramble(nested_shuffle(self.sample, order), shuffle))
@@ -178,17 +178,17 @@ impl Sampler {
         let [exchange, first, second] = self.block_key(number);
         let place = self.permute_pixels(exchange, self.quad_key(number));
         for (bit, apart) in MORTON_XOR.iter().enumerate() {
-            // All ones where the bit is set; the bits are in reverse.
+            // All ones where the bit is set; the bits are reversed.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
         }
         let x = reverse_bits(owen_scramble(index, first));
         let y = reverse_bits(owen_scramble(sobol_dim2(index), second));
-        // 24 bits: the float32 values stay below 1. As whole numbers with a sign they convert everywhere.
+        // 24 bits: float32 values stay below 1. Signed integers convert on every instruction set.
         [x, y].map(|bits| (bits >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32))
     }
 }
 
-/// [`Sampler::get_2d_many`] at work.
+/// Loop of [`Sampler::get_2d_many`].
 struct GeneratePoints2D<'a, W, const K: usize> {
     samplers: &'a [Sampler],
     which: W,
@@ -200,7 +200,7 @@ struct GeneratePoints2D<'a, W, const K: usize> {
 impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_, W, K> {
     #[inline(always)]
     fn run(self) {
-        // Four registers: each number is a chain of some forty multiplications, and one chain goes on while another waits.
+        // Four registers: each number is a chain of some forty multiplications, and independent chains overlap.
         const LANES: usize = 64;
         let Self {
             samplers,
@@ -211,7 +211,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
         } = self;
         out.iter_mut().for_each(|out| out.clear());
         loop {
-            // Field by field, as registers hold them.
+            // Structure of arrays.
             let mut fields = [[0; LANES]; 5];
             let mut count = 0;
             while count < LANES
@@ -255,7 +255,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
     }
 }
 
-/// Three hashes of three numbers (M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020: pcg3d).
+/// Three hashes of three numbers (M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020).
 #[inline(always)]
 fn pcg3d(v: [u32; 3]) -> [u32; 3] {
     let [mut x, mut y, mut z] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
@@ -270,7 +270,7 @@ fn pcg3d(v: [u32; 3]) -> [u32; 3] {
     [x, y, z]
 }
 
-/// The bits in reverse, by steps that vectorise.
+/// Reverses the bits in steps that vectorise.
 #[inline(always)]
 pub(crate) fn reverse_bits(mut x: u32) -> u32 {
     x = (x & 0x5555_5555) << 1 | (x >> 1) & 0x5555_5555;
@@ -279,9 +279,9 @@ pub(crate) fn reverse_bits(mut x: u32) -> u32 {
     x.swap_bytes()
 }
 
-/// The second dimension of the Sobol sequence, primitive polynomial x + 1, its bits in reverse. Its matrix is Pascal's
-/// triangle modulo 2, the Kronecker power of [[1, 1], [0, 1]]: one step per factor. The first dimension's, in reverse, is
-/// the index itself.
+/// Second dimension of the Sobol sequence, primitive polynomial x + 1, bit-reversed. Its generator matrix is Pascal's
+/// triangle modulo 2, the Kronecker power of [[1, 1], [0, 1]]: one step per factor. The bit-reversed first dimension
+/// is the index itself.
 #[inline(always)]
 pub(crate) fn sobol_dim2(mut index: u32) -> u32 {
     index ^= (index & 0xffff_0000) >> 16;
@@ -292,8 +292,7 @@ pub(crate) fn sobol_dim2(mut index: u32) -> u32 {
     index
 }
 
-/// Owen's nested uniform scrambling of a number whose bits come in reverse: every bit is flipped or not, depending on
-/// those before it.
+/// Owen's nested uniform scrambling of a bit-reversed number: each bit is flipped depending on the bits before it.
 #[inline(always)]
 fn owen_scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -303,8 +302,8 @@ fn owen_scramble(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// A permutation of the same kind that keeps 0 and the lowest bit that is set: of numbers whose bits come in reverse, it
-/// permutes those from 2^k to 2^(k + 1) among themselves, for each k.
+/// Nested scrambling that keeps 0 and the lowest set bit: bit-reversed, it permutes the numbers from 2^k to 2^(k + 1)
+/// among themselves, for each k.
 #[inline(always)]
 fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -314,11 +313,11 @@ fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// The lowest digit in base 4 multiplied in GF(4) by one of its three elements that are not 0: together with what
-/// [`owen_scramble`] does to it, any order of the four pixels of a square. The bits are in reverse.
+/// Multiplies the lowest base-4 digit in GF(4) by one of its three non-zero elements. Together with [`owen_scramble`]
+/// this yields every order of four pixels. The bits are reversed.
 #[inline(always)]
 fn permute_base4_digit(place: u32, random: u32) -> u32 {
-    // The digit's bits where they are and each in the other's place.
+    // The digit's bits in place, and swapped.
     let (here, there) = (
         place & 0xc000_0000,
         place << 1 & 0x8000_0000 | place >> 1 & 0x4000_0000,
@@ -334,20 +333,20 @@ fn permute_base4_digit(place: u32, random: u32) -> u32 {
     place & 0x3fff_ffff | digit
 }
 
-/// A bit of zero after each of the lowest four.
+/// Inserts a zero bit after each of the lowest four bits.
 #[inline]
 fn spread_bits(mut x: u32) -> u32 {
     x = (x | x << 2) & 0x3333_3333;
     (x | x << 1) & 0x5555_5555
 }
 
-/// Numbers that follow each other, far apart: multiples of 2^32 over the golden ratio.
+/// Low-discrepancy integers: multiples of 2^32 over the golden ratio.
 #[inline(always)]
 fn golden_ratio_sequence(number: u32) -> u32 {
     number.wrapping_mul(0x9e37_79b9)
 }
 
-/// A hash of 32 bits (C. Wellons, "Prospecting for Hash Functions", 2018: lowbias32).
+/// 32-bit hash (C. Wellons, "Prospecting for Hash Functions", 2018).
 #[inline(always)]
 fn lowbias32(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
@@ -355,7 +354,7 @@ fn lowbias32(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
+/// Finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
 #[inline]
 pub(crate) fn splitmix64(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);

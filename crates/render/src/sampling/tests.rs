@@ -1,4 +1,4 @@
-//! What is asked of the random numbers: nets, blue noise, independence.
+//! Properties of the random numbers: nets, blue noise, independence.
 
 use crate::sampling::sampler::*;
 
@@ -27,7 +27,8 @@ fn every_elementary_interval_holds_one_point() {
     }
 }
 
-/// Of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, the share that holds a 16th of the points.
+/// Fraction of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, that hold a 16th of the
+/// points.
 fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
     let (mut even, mut all) = (0, 0);
     for pixel in 0..4 {
@@ -72,7 +73,7 @@ fn two_pairs_of_a_group_fill_four_dimensions() {
         let [some, many] = [64, 256].map(|samples| even(samples, pairs));
         assert!(some > 0.9 && many == 1.0, "{pairs:?}: {some} {many}");
     }
-    // Others are independent.
+    // Other pairs are independent.
     for pairs in [[Bsdf(0), OpacityAndRoulette(1)], [Bsdf(3), Bsdf(4)]] {
         let many = even(256, pairs);
         assert!(many < 0.5, "{pairs:?}: {many}");
@@ -105,7 +106,7 @@ fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
                 |cell, &pair: &Dimension| cell << 4 | (sampler.get_2d(pair)[0] * 16.0) as usize;
             met[pairs.iter().fold(0, cell)] = true;
         }
-        // 1024 samples meet in as many of the 4096 cells, and the next ones mostly in others.
+        // 1024 samples fill as many of the 4096 cells, and the next samples mostly others.
         let met = met.into_iter().filter(|&met| met).count();
         assert!(met > 3000, "{pairs:?}: {met}");
     }
@@ -114,7 +115,7 @@ fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
 #[test]
 fn the_second_dimension_is_sobols() {
     let sobol_second = |index| sobol_dim2(index).reverse_bits();
-    // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the one before.
+    // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the previous one.
     let mut m: u64 = 1;
     for bit in 0..32 {
         assert_eq!(u64::from(sobol_second(1 << bit)), m << (31 - bit));
@@ -203,7 +204,7 @@ fn the_pixels_of_a_square_share_a_net() {
     }
 }
 
-/// How much the mean of some pixels is off, beside what it would be if the pixels were independent of each other.
+/// Squared error of the mean over a square of pixels, relative to independent pixels.
 fn together(side: u32, samples: u32, mean: f64, f: impl Fn(&Sampler) -> f64) -> f64 {
     const SIZE: u32 = 64;
     let off = |seed, [x, y]: [u32; 2]| {
@@ -229,7 +230,7 @@ fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
         |[x, y]: [f32; 2]| f64::from(x * y),
         |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0)),
     ];
-    // The mean of exp(-3 |x - y|) over the square, three times.
+    // The mean of exp(-3 |x - y|) over the square, cubed.
     let mean = (2.0 / 3.0 - 2.0 / 9.0 * (1.0 - (-3f64).exp())).powi(3);
     for samples in [1, 4, 7, 16] {
         let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
@@ -237,13 +238,13 @@ fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
                 f(sampler.get_2d(Dimension::PixelFilter))
             })
         };
-        // As numbers of samples that are no power of two are not as well spread.
+        // Sample counts that are no power of two are less well stratified.
         let most = if samples == 7 { 0.9 } else { 0.1 };
         let smooth = ratio(4, 0.25, product);
         assert!(smooth < most, "{samples}: {smooth}");
         let edge = ratio(4, std::f64::consts::FRAC_PI_4, disk);
         assert!(edge < most.max(0.4), "{samples}: {edge}");
-        // What many dimensions do together is not spread, and may be hardly worse for it: each pixel alone does well there.
+        // Interactions of many dimensions are not stratified, and must be hardly worse for it.
         let much = together(2, samples, mean, |sampler| {
             let [a, b] = sampler.get_2d(Dimension::PixelFilter);
             let [c, d] = sampler.get_2d(Dimension::Bsdf(0));

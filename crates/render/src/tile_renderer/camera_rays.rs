@@ -1,4 +1,4 @@
-//! The samples of pixels: where they go, and the batches that they are traced in.
+//! Camera rays of samples, generated and traced in batches.
 
 use std::ops::Range;
 
@@ -16,13 +16,13 @@ use crate::settings::Settings;
 use crate::soa::{LANES, get_lane, set_lane};
 use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRenderer};
 
-/// Rays of a batch, about.
+/// Approximate rays per batch.
 const BATCH_RAYS: usize = 4096;
-/// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
+/// Largest number of samples of a pixel in a batch. Rays of few pixels stay coherent for longer.
 const SAMPLES_PER_PIXEL_PER_BATCH: u32 = 64;
 
 impl TileRenderer<'_> {
-    /// More samples of every active pixel.
+    /// Adds samples to every active pixel.
     pub fn add_samples(
         &self,
         scratch: &mut ThreadScratch,
@@ -56,7 +56,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// The rays of a batch, in float32.
+    /// Generates and traces the rays of the batch, in float32.
     pub(crate) fn trace_batch(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
         let PixelLists { pixels, batch, .. } = &scratch.lists;
         let RayBatchBuffers {
@@ -115,18 +115,18 @@ impl TileRenderer<'_> {
                 directions.push(direction.as_vec3());
             }
         }
-        // All are written; what they were does not matter.
+        // Every hit is written; earlier values do not matter.
         hits.resize(rays.len(), Hit::MISS);
         self.scene_of(world)
             .closest(rays, hits, Coherence::Coherent);
     }
 
-    /// Where a sample of a pixel is, by its numbers of [`Dimension::PixelFilter`].
+    /// Image coordinates of a sample, from its random numbers of [`Dimension::PixelFilter`].
     pub(crate) fn film_position(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
         self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.sample(numbers))
     }
 
-    /// The point of the aperture and the part of the exposure of a sample.
+    /// Lens position and fraction of the exposure of a sample.
     pub(crate) fn lens_and_time(&self, sampler: &Sampler) -> ([f64; 2], f64) {
         if !self.needs.lens_or_time {
             return ([0.5; 2], 0.5);
@@ -139,13 +139,13 @@ impl TileRenderer<'_> {
         self.camera.pixel_center_of(x, y)
     }
 
-    /// The first sample of a pixel.
+    /// Sampler of a pixel's first sample.
     pub(crate) fn sampler_for_pixel(&self, pixel: [u32; 2]) -> Sampler {
         let Settings { seed, frame, .. } = *self.settings;
         Sampler::for_pixel(seed, frame, pixel)
     }
 
-    /// The sample of this number of the same pixel.
+    /// Sampler of a pixel's sample with this index.
     pub(crate) fn sampler_for(&self, of_pixel: Sampler, sample: u32) -> Sampler {
         if self.needs.error {
             of_pixel.with_replication(sample, REPLICATIONS)
@@ -155,11 +155,11 @@ impl TileRenderer<'_> {
     }
 }
 
-/// Rays of a pinhole near the world, through pixel coordinates.
+/// Loop that generates rays of a pinhole camera near the scene.
 struct GeneratePinholeRays<'a, P> {
     pinhole: Pinhole,
     pixels: P,
-    /// The pinhole, scene-local.
+    /// Scene-local pinhole.
     origin: DVec3,
     rays: &'a mut Vec<Ray>,
     directions: &'a mut Vec<Vec3>,

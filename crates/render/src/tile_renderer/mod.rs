@@ -1,4 +1,13 @@
-//! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
+//! Tile renderer: centre rays, filtered samples and shading of one tile at a time.
+//!
+//! ```text
+//! tile ──> centre rays ──> ground truth ─────────────┐
+//! └──> camera rays ──> hits ──> integrator ──> estimators ──> resolve ──> film
+//! ```
+//!
+//! [`camera_rays`] generates samples, [`resolve`] writes the film, [`rolling_shutter`] splits batches by the time
+//! that their rays see, [`screen_mask`] culls empty blocks, and [`needs`] decides which stages run. Uses everything
+//! below; nothing but `render` uses it.
 
 pub(crate) mod camera_rays;
 pub(crate) mod needs;
@@ -144,13 +153,14 @@ impl<'a> TileRenderer<'a> {
         renderer
     }
 
-    /// What the one who looks at the picture should know of its samples.
+    /// Appends remarks about the samples for the user.
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
         let pixels = u64::from(width) * u64::from(height);
         self.stats.notices(self.settings, pixels, notices);
     }
 
-    /// What rays in a world are traced against: in another one than the picture's, at another moment, in its own scene.
+    /// Scene that rays of a world are traced against: the renderer's for its own world, otherwise the world's
+    /// two-level scene.
     fn scene_of<'w>(&self, world: &'w PreparedWorld) -> &'w Scene
     where
         'a: 'w,
@@ -171,7 +181,7 @@ impl<'a> TileRenderer<'a> {
             }
     }
 
-    /// Traces all rays of a tile.
+    /// Traces and shades all rays of a tile.
     pub fn trace(
         &self,
         tile: &Tile,
@@ -198,7 +208,7 @@ impl<'a> TileRenderer<'a> {
                     estimator,
                     ..
                 } = &mut *scratch;
-                // Every pixel by itself, so that it does not depend on the tile.
+                // Each pixel stops by itself, so that the result does not depend on the tile.
                 active.retain(|&pixel| estimator.error(pixel) > noise);
                 if active.is_empty() {
                     control.advance_by((samples - taken) as usize);
@@ -219,7 +229,7 @@ impl<'a> TileRenderer<'a> {
         Ok(())
     }
 
-    /// Goes on with a tile where an earlier round has left it.
+    /// Resumes a tile of an earlier round.
     pub fn continue_tile(
         &self,
         tile: &Tile,
@@ -235,7 +245,7 @@ impl<'a> TileRenderer<'a> {
         self.trace_center_rays(scratch, control)
     }
 
-    /// The blocks of a tile, and the pixels of those that anything may be seen in.
+    /// Collects the blocks of a tile, and the pixels of those that any object can project to.
     fn collect_pixels(&self, tile: &Tile, scratch: &mut ThreadScratch) {
         let PixelLists { pixels, blocks, .. } = &mut scratch.lists;
         pixels.clear();
@@ -254,7 +264,7 @@ impl<'a> TileRenderer<'a> {
         blocks.sort_unstable_by_key(|one| (one.block.y, one.block.x));
     }
 
-    /// Prepares a tile's scratch, with the rays through its pixels' centres where they are needed.
+    /// Resets the buffers for a tile and traces its centre rays if needed.
     pub fn begin_tile(
         &self,
         tile: &Tile,
@@ -280,7 +290,7 @@ impl<'a> TileRenderer<'a> {
         Ok(())
     }
 
-    /// The exact rays, where they are needed.
+    /// Traces the centre rays if needed.
     fn trace_center_rays(
         &self,
         scratch: &mut ThreadScratch,
@@ -309,7 +319,7 @@ impl<'a> TileRenderer<'a> {
         }
     }
 
-    /// The exact rays of the active pixels as those of the first sample.
+    /// Uses the centre rays of the active pixels as their first samples.
     fn center_rays_as_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
         let PixelLists {
             pixels,
@@ -342,7 +352,7 @@ impl<'a> TileRenderer<'a> {
         batch.extend(active.iter().map(|&i| (i, 0)));
     }
 
-    /// Adds the radiance of the hits at hand to their pixels' sums.
+    /// Shades the batch and adds the radiance to the estimators.
     fn shade(
         &self,
         world: &PreparedWorld,
@@ -373,7 +383,7 @@ impl<'a> TileRenderer<'a> {
         let truth = truth.center_rays.ground_truth_hits();
         for (at, (&(pixel, _), hit)) in lists.batch.iter().zip(&*hits).enumerate() {
             let seen = behind.get(at).unwrap_or(&hit.instance);
-            // A single sample is the ray through the centre itself.
+            // A single sample is the centre ray itself.
             let same =
                 !self.needs.samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
             estimator.add_sample(pixel, same);
@@ -406,7 +416,7 @@ impl<'a> TileRenderer<'a> {
             estimator.add_miss(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
-        // Of one pixel there are many in a row.
+        // Samples of one pixel are consecutive.
         let mut last = None;
         for (&(pixel, sample), &mut radiance) in lists.batch.iter().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {

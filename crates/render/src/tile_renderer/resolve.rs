@@ -1,4 +1,4 @@
-//! From what the rays of a tile have brought to the pixels of the film.
+//! Resolve: from hits and estimators of a tile to the pixels of the film.
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -15,11 +15,11 @@ use crate::integrator;
 use crate::settings::Settings;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// What a thread does at a time.
+/// Unit of work of a thread.
 pub(crate) enum TileTask {
-    /// A tile whose rays are traced.
+    /// Tile to be traced.
     Trace(Tile),
-    /// So many tiles, as one, that show nothing but the background.
+    /// Merged tiles that show the background, and their number.
     Background(Tile, usize),
 }
 
@@ -72,8 +72,8 @@ impl TileRenderer<'_> {
         film.write(tile, &scratch.lists.blocks, background, write);
     }
 
-    /// What there is to do for tiles: those that anything may be seen in, which take the longest, then the others, which
-    /// are written in rows as long as can be.
+    /// Tasks of a frame: tiles that any object can project to first, since they take longest, then background tiles
+    /// merged to long rows.
     pub fn tasks(&self, tiles: &[Tile]) -> Vec<TileTask> {
         let Some((mask, _)) = &self.screen_mask else {
             return tiles.iter().copied().map(TileTask::Trace).collect();
@@ -85,7 +85,7 @@ impl TileRenderer<'_> {
         seen.into_iter().map(TileTask::Trace).chain(fill).collect()
     }
 
-    /// Does it, one part.
+    /// Runs one task.
     pub fn run_task(
         &self,
         part: &TileTask,
@@ -111,7 +111,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// A pixel of which all rays meet nothing, where that is the same all over the picture.
+    /// Pixel of the background, if it is the same everywhere in the image.
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time, clamp, .. } = self.settings;
         if self.needs.error || time.is_some() || self.camera.vignetting().is_some() {

@@ -1,4 +1,4 @@
-//! The pixels of a tile, of a world that moves while the shutter is open.
+//! Tiles of a moving world: centre rays by row, samples by time slice.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::sampling::dimension::Dimension;
 use crate::tile_renderer::{GroundTruthBuffers, ThreadScratch, TileRenderer};
 
 impl TileRenderer<'_> {
-    /// The exact rays of pixels whose lines open one after another.
+    /// Traces the centre rays of a rolling shutter, each in the world of its row.
     pub(crate) fn trace_center_rays_by_row(
         &self,
         shutter: &ShutterSlices<'_>,
@@ -45,7 +45,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// Does the same to the active pixels of each world in turn that their exact rays see.
+    /// Runs `each` for every row world, with that world's pixels active.
     pub(crate) fn for_each_row_world(
         &self,
         scratch: &mut ThreadScratch,
@@ -55,7 +55,7 @@ impl TileRenderer<'_> {
             return each(self.world, scratch);
         }
         let all = std::mem::take(&mut scratch.lists.active);
-        // In the order in which they come, so that it does not depend on addresses.
+        // In order of appearance: independent of addresses.
         let mut groups: Vec<(Arc<PreparedWorld>, Vec<usize>)> = Vec::new();
         for &i in &all {
             let world = &scratch.truth.pixel_worlds[i];
@@ -75,7 +75,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// The batch at hand, each sample of the world in the slice of time in which it sees it.
+    /// Traces and shades the batch, each sample in the world of its time slice.
     pub(crate) fn shade_by_time_slice(
         &self,
         shutter: &ShutterSlices<'_>,

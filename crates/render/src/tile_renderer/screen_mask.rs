@@ -1,8 +1,9 @@
-//! Which blocks of a picture anything may be seen in. All others show the background, and no ray is traced for them.
+//! Screen mask: blocks of the image that any object can project to. All other blocks show the background and are not
+//! traced.
 //!
-//! The image of a box before a camera without distortion lies in the rectangle around the images of its corners. The
-//! boxes here are those of the objects, wider by what float32 may do to rays and triangles: nothing that a ray would
-//! meet is left out, so that a picture has the same bits with and without.
+//! A box projects into the rectangle around the projections of its corners, for a camera without distortion. The
+//! boxes are those of the instances, padded by the float32 errors of rays and triangles: no hit is lost, and an image
+//! has the same bits with and without the mask.
 
 use glam::{DVec2, DVec3};
 use raycam_scene::Camera;
@@ -10,24 +11,24 @@ use raycam_scene::camera::{Center, Lens};
 
 use crate::film::tile::{RAY_BLOCK, Tile};
 
-/// Pixels around an image: rays are up to 1.5 pixels from a centre, whatever the filter.
+/// Margin in pixels: samples lie up to 1.5 pixels from a centre, whatever the filter.
 const PIXEL_MARGIN: f64 = 2.0;
-/// What a few float64 operations may do to a number.
+/// Relative error of a few float64 operations.
 const EPS64: f64 = 1e-12;
-/// A box that comes so close to the camera's plane, for its distance, may be seen anywhere.
+/// Depth over distance below which a box may project anywhere.
 const MIN_DEPTH_RATIO: f64 = 1e-6;
 
-/// The blocks of a region that something may be seen in.
+/// Blocks of a region that any object can project to.
 pub(crate) struct ScreenMask {
-    /// The first pixel.
+    /// First pixel of the region.
     first_pixel: [u32; 2],
-    /// Blocks in a row.
+    /// Blocks per row.
     blocks_per_row: usize,
     covered: Vec<bool>,
 }
 
 impl ScreenMask {
-    /// `None` where it is not known, or all of them.
+    /// Mask of a region; `None` if it is unknown or covers every block.
     pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
         let straight =
             matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
@@ -44,9 +45,10 @@ impl ScreenMask {
         for &bounds in boxes {
             let [lower, upper] = match project_bounds(camera, bounds)? {
                 ScreenBounds::Behind => continue,
+                /// Rectangle, relative to the centre of the first pixel.
                 ScreenBounds::Rect(ends) => ends,
             };
-            // Beyond the ends they are cast to the ends.
+            // Casts saturate at the region's ends.
             let first = (lower.floor() - DVec2::new(x.into(), y.into())).max(DVec2::ZERO);
             let end = upper.ceil() + 1.0 - DVec2::new(x.into(), y.into());
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
@@ -61,7 +63,7 @@ impl ScreenMask {
         cover.covered.contains(&false).then_some(cover)
     }
 
-    /// Whether anything may be seen in a block of [`Tile::blocks`].
+    /// True if any object can project to a block of [`Tile::blocks`].
     pub fn covers(&self, block: &Tile) -> bool {
         let [column, row] =
             [block.x - self.first_pixel[0], block.y - self.first_pixel[1]].map(|at| at / RAY_BLOCK);
@@ -69,15 +71,15 @@ impl ScreenMask {
     }
 }
 
-/// Where a box is seen.
+/// Bounds of a box's projection.
 enum ScreenBounds {
-    /// Nowhere.
+    /// Behind the camera.
     Behind,
     /// Between two pixels, counted from the centre of the first.
     Rect([DVec2; 2]),
 }
 
-/// Where a box is seen; `None` where that is not known.
+/// Bounds of a box's projection; `None` if unknown.
 fn project_bounds(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
     let k = camera.k();
     let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y)
@@ -136,7 +138,7 @@ mod tests {
     use crate::sampling::filter::Filter;
     use crate::settings::{Integrator, Settings, TruthSurface};
 
-    /// Numbers from -1 to 1.
+    /// Pseudo-random numbers from -1 to 1.
     struct Random(u64);
 
     impl Random {
@@ -153,7 +155,7 @@ mod tests {
         }
     }
 
-    /// A few things of any size and shape, `far` from the world's origin.
+    /// A few objects of any size and shape, `far` from the world's origin.
     fn world(random: &mut Random, far: f64) -> World {
         let mut world = World::default();
         let away = far * random.point();
@@ -175,7 +177,7 @@ mod tests {
         world
     }
 
-    /// Looks past the things, at them, or from within, from near and from afar.
+    /// Camera that looks past the objects, at them, or from within, near or far.
     fn camera(random: &mut Random, prepared: &PreparedWorld) -> Camera {
         let size = [83, 61];
         let distance = prepared.geometry.radius * 10f64.powf(1.5 * random.next());
@@ -275,7 +277,7 @@ mod tests {
             [0, 0, 80, 60],
         )
         .unwrap();
-        // Its image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
+        // The image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
         let seen: Vec<_> = (0..cover.covered.len())
             .filter(|&i| cover.covered[i])
             .collect();

@@ -1,16 +1,17 @@
-//! What is counted while a picture is made, and what its user is told of it.
+//! Counters of a render, and the notices made from them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::settings::Settings;
 
+/// Counters of a render, updated by all threads.
 #[derive(Default)]
 pub(crate) struct RenderStats {
     /// Samples whose radiance is not finite.
     rejected: AtomicU64,
     /// Samples brighter than the settings allow.
     clamped: AtomicU64,
-    /// Samples of all pixels together, and pixels that are still too noisy.
+    /// Samples of all pixels, and pixels above the noise target.
     samples: AtomicU64,
     noisy_pixels: AtomicU64,
 }
@@ -24,13 +25,13 @@ impl RenderStats {
         self.clamped.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Samples of some pixels, and how many of these are still too noisy.
+    /// Adds the samples of some pixels, and the number of pixels above the noise target.
     pub fn add_samples(&self, samples: u64, unfinished: u64) {
         self.samples.fetch_add(samples, Ordering::Relaxed);
         self.noisy_pixels.fetch_add(unfinished, Ordering::Relaxed);
     }
 
-    /// What the one who looks at a picture of so many pixels should know of its samples.
+    /// Appends remarks about the samples of an image of this many pixels.
     pub fn notices(&self, settings: &Settings, pixels: u64, notices: &mut Vec<String>) {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let Some(noise) = settings.noise {

@@ -1,4 +1,4 @@
-//! What arrives, against formulas.
+//! Received light against closed forms.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,13 +17,13 @@ fn a_sun_with_a_disk_gives_what_a_point_gives() {
         );
         close(found, 3.0 * 1.5 / 3.25f64.sqrt(), 1e-4);
     }
-    // Half of one on the horizon lies below it: E of a disk of radius a seen edge on is its radiance times
-    // a - sin(a) cos(a) (the projected solid angle of half a cone).
+    // Half of a sun on the horizon is below: E of a disk of radius a seen edge on is its radiance times a - sin(a)
+    // cos(a) (projected solid angle of half a cone).
     let a = 30f64.to_radians();
     let radiance = 3.0 / (PI * a.sin().powi(2));
     let found = irradiance(&source(sun([1.0, 0.0, 0.0], 60.0)), &AT_ORIGIN, 1 << 14);
     close(found, radiance * (a - a.sin() * a.cos()), 1e-3);
-    // Its disk is seen, and no more than that.
+    // The disk is visible, and nothing beyond it.
     let sky = lights(&[sun([0.0, 0.0, -1.0], 2.0)]);
     let at = |degrees: f64| {
         sky.escaped_radiance(
@@ -65,7 +65,7 @@ fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
     assert_eq!(spot_at(1.7, 20.0, 40.0), 0.0);
     close(spot_at(1.1, 30.0, 30.0), expected(1.1, 1.0), 1e-6);
     assert_eq!(spot_at(1.2, 30.0, 30.0), 0.0);
-    // All that arrives on a sphere of radius 1 around it is its power.
+    // The flux through a sphere of radius 1 is the light's power.
     for (inner, outer) in [(0.0, 45.0), (20.0, 40.0), (60.0, 90.0), (30.0, 30.0)] {
         let source = source(spot(inner, outer, true));
         let total: f64 = (0..4000)
@@ -94,7 +94,7 @@ fn a_bulb_of_any_size_follows_the_inverse_square_law() {
     }
 }
 
-/// Lambert's formula: the irradiance of a polygon of radiance 1 above the plane z = 0, at the origin.
+/// Lambert's formula: irradiance at the origin, on the plane z = 0, of a polygon of radiance 1.
 fn lambert(corners: &[DVec3]) -> f64 {
     let edge = |i: usize| {
         let (a, b) = (
@@ -131,7 +131,7 @@ fn area_lights_follow_lamberts_formula() {
             1e-3,
         );
     }
-    // Its back is dark, unless it has two sides.
+    // The back does not emit, unless the light has two sides.
     let up = area([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     assert_eq!(irradiance(&source(up.clone()), &AT_ORIGIN, 16), 0.0);
     let Light::Rectangle {
@@ -154,7 +154,7 @@ fn area_lights_follow_lamberts_formula() {
     assert!(irradiance(&source(both), &AT_ORIGIN, 16) > 1.0);
 }
 
-/// The share of what a unit square sends out that arrives on another one.
+/// Form factor: the fraction of a unit square's emission that another unit square receives.
 fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) -> f64 {
     let source = source(light);
     const SAMPLES: u32 = 1 << 21;

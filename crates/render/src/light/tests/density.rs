@@ -1,4 +1,4 @@
-//! Where samples fall, against their density.
+//! Distributions of light samples against their densities.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,14 +12,14 @@ use crate::light::samples::LightRandom;
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::chi_squared::{limit, statistic};
 
-/// A square mapped onto all directions that a light may be sampled in: a direction and its solid angle per area of the
-/// square, and back.
+/// Parametrisation of the directions of a light: direction and solid angle per area of the unit square, and its
+/// inverse.
 struct Chart {
     at: Box<dyn Fn(DVec2) -> (DVec3, f64)>,
     of: Box<dyn Fn(DVec3) -> DVec2>,
 }
 
-/// The part of the sphere around z with cosines from `low` to 1.
+/// Spherical cap around an axis with cosines from `low` to 1.
 fn cap(axis: DVec3, low: f64) -> Chart {
     let axis = axis.normalize();
     let (right, up) = axis.any_orthonormal_pair();
@@ -33,7 +33,7 @@ fn cap(axis: DVec3, low: f64) -> Chart {
             )
         }),
         of: Box::new(move |d| {
-            // 1 - cos from the sine: narrow caps keep their digits.
+            // 1 - cos from the sine keeps precision for narrow caps.
             let sin2 = axis.cross(d).length_squared();
             let height = if axis.dot(d) > 0.0 {
                 sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt())
@@ -46,7 +46,7 @@ fn cap(axis: DVec3, low: f64) -> Chart {
     }
 }
 
-/// The plane through `corner` with edges u and v, or the disk in it.
+/// Parallelogram through `corner` with edges u and v, or the disk in it.
 fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     let normal = u.cross(v);
     let place = move |p: DVec2| {
@@ -80,7 +80,7 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     }
 }
 
-/// By the angle to the zenith and the azimuth, as the table of the environment with its yaw of 30 degrees.
+/// Zenith angle and azimuth, as the environment's distribution with its yaw of 30 degrees.
 fn panorama() -> Chart {
     let frame = crate::light::equirect::EquirectFrame::new(Up::Z, 30.0);
     Chart {
@@ -220,7 +220,7 @@ fn samples_are_spread_as_their_density_says() {
         );
         let mut found = vec![0u32; CELLS * CELLS];
         for n in 0..SAMPLES {
-            // Independent numbers: even ones would pass too easily.
+            // Independent numbers: stratified ones would pass too easily.
             let random = Sampler::new(11, 0, [n, 1], 0).get_2d(Dimension::PixelFilter);
             let sample = source.sample(&from, random).expect("the light is there");
             let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;
@@ -250,7 +250,7 @@ fn a_light_that_is_alone_is_sampled_as_one_of_several() {
         alone.is_single_infinite(LightSampling::Importance)
             && !alone.is_single_infinite(LightSampling::Uniform)
     );
-    // A second one, so dark that it changes nothing.
+    // A second, black environment.
     let dark = environment([16, 8], |_, _| 0.0);
     let several = lights(&[hard_environment(), dark]);
     assert!(!several.is_single_infinite(LightSampling::Importance));

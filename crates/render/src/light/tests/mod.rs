@@ -1,4 +1,4 @@
-//! Every light against its closed form, and every sampler against its density: lights to test.
+//! Every light against its closed form, every sampler against its density: shared lights and helpers.
 
 mod closed_form;
 mod density;
@@ -37,7 +37,7 @@ pub(super) fn random(n: u32) -> [f32; 2] {
     Sampler::new(7, 0, [3, 5], n).get_2d(Dimension::PixelFilter)
 }
 
-/// What a facing side of a surface at the origin gets, estimated with a power of two of samples.
+/// Irradiance of a surface at the origin, estimated with a power of two of samples.
 pub(super) fn irradiance(source: &PreparedLight, from: &LightSampleContext, samples: u32) -> f64 {
     let one = |n| {
         let sample = source.sample(from, random(n))?;
@@ -125,7 +125,7 @@ pub(super) fn environment(size: [u32; 2], radiance: impl Fn(u32, u32) -> f32) ->
     }
 }
 
-/// An image with one bright texel among dim ones, and a dark stripe.
+/// Environment with one bright texel among dim ones, and a black stripe.
 pub(super) fn hard_environment() -> Light {
     environment([16, 8], |x, y| match (x, y) {
         (5, 2) => 500.0,

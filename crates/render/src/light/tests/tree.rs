@@ -1,4 +1,4 @@
-//! The choice among many lights: probabilities add up, are those of the draw, and lose no light.
+//! Light selection: probabilities sum to 1, match the draws, and miss no light.
 
 use glam::{DVec3, Vec3};
 use raycam_scene::Light;
@@ -9,7 +9,7 @@ use crate::light::light_sampling::LightSampling;
 use crate::light::tree::{LightTree, MAX_SPLIT_LIGHTS};
 use crate::prepare::world::PreparedWorld;
 
-/// Bulbs, spots and sheets all over the place, one of them dark.
+/// Point, spot and rectangle lights in random places, one without power.
 fn many() -> Vec<Light> {
     let at = |i: u32| {
         let [x, y] = random(3 * i);
@@ -69,11 +69,11 @@ fn probabilities_add_up_and_are_those_of_the_draw() {
     let (tree, count) = tree_of(&many());
     for from in points() {
         let stated: Vec<f64> = (0..count).map(|i| tree.pmf(&(&from).into(), i)).collect();
-        // Few draws are lost below a node of which nothing matters.
+        // Few draws end at a node without a possible child.
         let sum: f64 = stated.iter().sum();
         assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
         assert_eq!(stated[7], 0.0, "a dark light is never chosen");
-        // Evenly spaced numbers: every light gets its share, up to one draw for each end of its intervals.
+        // Evenly spaced numbers: a light's count is off by at most one draw per end of its intervals.
         let (mut found, mut lost) = (vec![0.0; count], 0.0);
         for n in 0..DRAWS {
             let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
@@ -109,7 +109,7 @@ fn the_choice_loses_no_light() {
         position: DVec3::new(0.3, -0.2, 0.0),
         normal: Vec3::Z,
     };
-    // Each light by itself, and all of them by either choice.
+    // Each light by itself, and all of them by either selection.
     let alone: f64 = many
         .iter()
         .map(|light| irradiance(&source(light.clone()), &from, 1 << 10))
@@ -131,7 +131,7 @@ fn the_choice_loses_no_light() {
         let found = (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES);
         close(found, alone, 1e-2);
     }
-    // All branches at once.
+    // Split sampling.
     let mut found = 0.0;
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);
@@ -179,7 +179,7 @@ fn several_lights_are_as_many_as_expected() {
 #[test]
 fn trees_are_not_deeper_than_lights_are_many() {
     let at = |i: u32| DVec3::X * f64::from(i).exp2();
-    // All in one place, and each half as far as the next.
+    // All at one position, and each half as far away as the next.
     let heap: Vec<LightBounds> = (0..1000)
         .map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE))
         .collect();
@@ -202,7 +202,7 @@ fn trees_are_not_deeper_than_lights_are_many() {
 
 #[test]
 fn large_trees_are_whole_and_the_same_for_any_threads() {
-    // More than one thread builds, most by a sample alone.
+    // Built by several threads, mostly from subsamples.
     let lights: Vec<LightBounds> = (0..9000)
         .map(|i| {
             let ([x, y], [z, size]) = (random(2 * i), random(2 * i + 1));

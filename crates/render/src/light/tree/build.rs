@@ -1,4 +1,4 @@
-//! How the tree over lights is built: groups are parted where the surface area orientation heuristic costs least.
+//! Build of the light tree: top-down splits by the surface area orientation heuristic (SAOH).
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -7,22 +7,23 @@ use crate::light::bounds::LightBounds;
 use crate::light::tree::node::{Child, LightTreeNode};
 use crate::soa::LANES;
 
-/// Lights of a node that is being built, up to an end, for one child: about what they cost together.
+/// Lights of one future child: end index and approximate cost.
 struct ChildGroup {
     end: usize,
     cost: f32,
 }
 
-/// Of more lights than this only some are looked at to see where they are parted.
+/// Lights of a group that a split inspects.
 const MAX_SAMPLED_LIGHTS: usize = 1 << 9;
 
-/// Groups of more lights are divided among threads.
+/// Lights above which children are built in parallel.
 const PARALLEL_THRESHOLD: usize = 1 << 12;
 
-/// Below so many nodes, lights are halved by number: then trees are not deeper than lights are many.
+/// Depth below which groups are halved by count, which bounds the depth by the number of lights.
 const MAX_SAH_DEPTH: u32 = 8;
 
-/// The node of a group, which may be reordered, and behind it all below it; `depth` nodes are above.
+/// Builds the node of a group, which may be reordered, followed by its descendants; `depth` is the number of
+/// ancestors.
 pub(crate) fn build_node(
     lights: &[LightBounds],
     group: &mut [u32],
@@ -54,7 +55,7 @@ pub(crate) fn build_node(
     };
     let mut nodes = vec![LightTreeNode::new()];
     for (bounds, first, mut below) in children {
-        // Its nodes are counted from its own start until all before it are known.
+        // Child indices are relative to the subtree until its position is known.
         let start = nodes.len();
         let child = match below.is_empty() {
             true => Child::Light(first),
@@ -69,13 +70,14 @@ pub(crate) fn build_node(
     nodes
 }
 
-/// Around some lights.
+/// Bounds of several lights.
 pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) -> LightBounds {
     let bounds = some.map(|i| lights[i as usize]);
     bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// About [`MAX_SAMPLED_LIGHTS`] of a group, or all of them. Every so many: an odd number, or of houses it would always be one wall.
+/// About [`MAX_SAMPLED_LIGHTS`] of a group, or all of it. The stride is odd, so that regular scenes are not sampled
+/// on one side only.
 fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
     group
         .iter()
@@ -83,7 +85,7 @@ fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
         .step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }
 
-/// Sorts a group along the axis along which it is longest: a part for each light, as where it ends.
+/// Sorts a group along its longest axis; one child per light. Returns the ends.
 fn split_all(lights: &[LightBounds], group: &mut [u32]) -> Vec<usize> {
     let center = |i: u32| lights[i as usize].center();
     let (low, high) = position_bounds(group.iter().map(|&i| center(i)));
@@ -92,8 +94,7 @@ fn split_all(lights: &[LightBounds], group: &mut [u32]) -> Vec<usize> {
     (1..=group.len()).collect()
 }
 
-/// Halves a group, and always the part that costs most, as long as a node has places; by number where it has no planes.
-/// Where the parts end.
+/// Splits the most expensive group until the node is full; by count without `planes`. Returns the ends.
 fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<usize> {
     let part = |group: &[u32], end: usize| {
         let some = subsample(group);
@@ -127,7 +128,7 @@ fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<
     parts.into_iter().map(|part| part.end).collect()
 }
 
-/// The lower and the upper corner of the box of some points.
+/// Bounding box of points.
 fn position_bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     points.fold(
         (Vec3::INFINITY, Vec3::NEG_INFINITY),
@@ -135,8 +136,8 @@ fn position_bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     )
 }
 
-/// Parts a group in two by the cheapest of twelve planes along each axis, or by number where it has no planes, and says
-/// where the second part begins.
+/// Splits a group at the cheapest of eleven planes along each axis, or by count without `planes`. Returns the start
+/// of the second half.
 fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     const BINS: usize = 12;
     let half = group.len() / 2;
@@ -146,7 +147,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     if !planes || size.max_element() <= 0.0 {
         return half;
     }
-    // What is outside, of those that were not looked at, is in the first or the last.
+    // Lights outside of the sampled box fall into the first or the last bin.
     let scale = BINS as f32 / size;
     let bin = |i: u32, axis: usize| {
         let place = (center(i)[axis] - low[axis]) * scale[axis];
@@ -154,15 +155,15 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     };
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| size[axis] > 0.0) {
-        // What is empty is dark, which has no say.
+        // Empty bins have no power and do not widen the bounds.
         let mut bins = [LightBounds::default(); BINS];
         for i in subsample(group) {
             let bin = &mut bins[bin(i, axis)];
             *bin = bin.union(&lights[i as usize]);
         }
-        // Thin boxes are cheap to cut along their length alone.
+        // Thin boxes are cheap to split along their length only.
         let stretch = size.max_element() / size[axis];
-        // What is behind each plane.
+        // Bounds behind each plane.
         let mut behind = bins;
         for plane in (1..BINS - 1).rev() {
             behind[plane] = behind[plane].union(&behind[plane + 1]);
@@ -170,7 +171,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
         let mut before = LightBounds::default();
         for plane in 1..BINS {
             before = before.union(&bins[plane - 1]);
-            // Behind an empty bin it is the plane before it once more.
+            // An empty bin repeats the previous plane.
             if bins[plane - 1].phi == 0.0 || behind[plane].phi == 0.0 {
                 continue;
             }
@@ -183,7 +184,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     let Some((_, axis, plane)) = best else {
         return half;
     };
-    // In order: the tree depends on the order of the lights alone.
+    // Stable partition: the tree depends on the order of the lights alone.
     let (left, right): (Vec<u32>, Vec<u32>) = group.iter().partition(|&&i| bin(i, axis) < plane);
     let (front, back) = group.split_at_mut(left.len());
     front.copy_from_slice(&left);

@@ -1,4 +1,4 @@
-//! What the children of nodes may matter to points: of one node to many of them at a time, or of any to one.
+//! Importances of a node's children: of one node at many points, or of any node at one point.
 
 use raycam_bvh::{WithSimd, dispatch_simd};
 
@@ -6,17 +6,17 @@ use crate::interaction::LightSampleContext;
 use crate::light::tree::node::{ChildProbabilities, ComputeImportance, LightTreeNode};
 use crate::soa::{LANES, Vec3xN, get_lane};
 
-/// What each child of a node may matter to each point.
+/// Importances of each child of a node at each point of a batch.
 #[derive(Debug, Default)]
 pub(crate) struct NodeImportances {
     per_child: [[f32; LANES]; LANES],
 }
 
-/// A point that a tree of lights is asked for.
+/// Point at which a light tree is sampled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightTreeContext<'a> {
     pub from: &'a LightSampleContext,
-    /// What is known of the tree's only node, and the point's lane there.
+    /// Precomputed importances of the tree's only node, and the point's lane.
     pub importances: Option<(&'a NodeImportances, usize)>,
 }
 
@@ -30,7 +30,7 @@ impl<'a> From<&'a LightSampleContext> for LightTreeContext<'a> {
 }
 
 impl LightTreeContext<'_> {
-    /// How often the children of a node are chosen for it: never, where none of its lights matters.
+    /// Distribution over a node's children at the point.
     pub(crate) fn child_probabilities(&self, node: &LightTreeNode) -> ChildProbabilities {
         let mut weights = [0.0; LANES];
         match self.importances {
@@ -50,7 +50,7 @@ impl LightTreeContext<'_> {
     }
 }
 
-/// Finds the weights of points, given by position and normal: of the only node of a tree.
+/// Loop that computes the importances of a tree's only node at a batch of points.
 pub(crate) struct ComputeNodeImportances<'a> {
     pub node: &'a LightTreeNode,
     pub points: &'a Vec3xN<f64, LANES>,

@@ -1,7 +1,7 @@
-//! Which of many lights matters to a point: a tree over their places, directions and powers.
+//! Light tree: selects lights by importance at a point, from bounds on position, direction and power.
 //!
-//! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with nodes
-//! of up to sixteen children, of which one is chosen at a time.
+//! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with
+//! nodes of up to sixteen children.
 
 pub(crate) mod build;
 pub(crate) mod importance;
@@ -11,22 +11,22 @@ use crate::interaction::LightSampleContext;
 use crate::light::bounds::{LightBounds, PreparedLightBounds};
 use crate::light::tree::build::{build_node, union_of};
 use crate::light::tree::importance::LightTreeContext;
-use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, SurfaceInteraction};
+use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, ParentLink};
 
-/// Which light to choose for a point. Lights keep their numbers.
+/// Tree over the bounds of lights; light indices are those of the input.
 #[derive(Debug, Default)]
 pub(crate) struct LightTree {
-    /// The root first.
+    /// Root first.
     nodes: Vec<LightTreeNode>,
-    /// Of each light; dark ones have none.
-    parents: Vec<Option<SurfaceInteraction>>,
-    /// Around all of them.
+    /// Parent link of each light; none for lights without power.
+    parents: Vec<Option<ParentLink>>,
+    /// Bounds of all lights.
     bounds: Option<PreparedLightBounds>,
-    /// How many shine.
+    /// Number of lights with power.
     count: usize,
 }
 
-/// More than one light is chosen by so many numbers.
+/// Lights that [`LightTree::sample_split`] selects.
 pub(crate) const MAX_SPLIT_LIGHTS: usize = 4;
 
 impl LightTree {
@@ -47,7 +47,7 @@ impl LightTree {
         };
         for node in 0..tree.nodes.len() {
             for child in 0..tree.nodes[node].children().len() {
-                let place = Some(SurfaceInteraction {
+                let place = Some(ParentLink {
                     node: node as u32,
                     child: child as u32,
                 });
@@ -60,17 +60,17 @@ impl LightTree {
         tree
     }
 
-    /// Whether no light shines.
+    /// True if no light has power.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// How many lights shine.
+    /// Number of lights with power.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Its only node, where it has no other.
+    /// Root of a tree of one node.
     pub fn only_node(&self) -> Option<&LightTreeNode> {
         match &*self.nodes {
             [node] => Some(node),
@@ -78,14 +78,14 @@ impl LightTree {
         }
     }
 
-    /// How much all of it may matter to a point.
+    /// Importance of all lights together at a point.
     pub fn importance(&self, from: &LightSampleContext) -> f64 {
         let position = from.position.as_vec3();
         self.bounds
             .map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
     }
 
-    /// One of the lights by a number in 0..1, and its probability.
+    /// Samples a light by a number in 0..1; returns it and its probability.
     pub fn sample(&self, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
         if self.is_empty() {
             return None;
@@ -94,7 +94,7 @@ impl LightTree {
         self.sample_below(&root, from, number)
     }
 
-    /// The same, where the shares of the root's children are known.
+    /// [`LightTree::sample`] with known probabilities of the root's children.
     fn sample_below(
         &self,
         root: &ChildProbabilities,
@@ -115,8 +115,8 @@ impl LightTree {
         }
     }
 
-    /// Several lights: all of them where they are at most [`MAX_SPLIT_LIGHTS`], else so many by numbers that are spread evenly
-    /// from one. Tells of each with its number and how many of it are expected.
+    /// Selects several lights: all of them up to [`MAX_SPLIT_LIGHTS`], otherwise that many by stratified numbers.
+    /// Reports each with its index and expected count.
     pub fn sample_split(
         &self,
         from: &LightTreeContext,
@@ -142,11 +142,11 @@ impl LightTree {
         }
     }
 
-    /// The probability with which [`LightTree::sample`] gives this light.
+    /// Probability with which [`LightTree::sample`] selects a light.
     pub fn pmf(&self, from: &LightTreeContext, light: usize) -> f64 {
         let mut place = self.parents[light];
         let mut probability = f64::from(u8::from(place.is_some()));
-        while let Some(SurfaceInteraction { node, child }) = place {
+        while let Some(ParentLink { node, child }) = place {
             probability *= from
                 .child_probabilities(&self.nodes[node as usize])
                 .probability(child as usize);
@@ -155,7 +155,7 @@ impl LightTree {
         probability
     }
 
-    /// How many of this light are expected of [`LightTree::sample_split`].
+    /// Expected number of times that [`LightTree::sample_split`] selects a light.
     pub fn expected_count(&self, from: &LightTreeContext, light: usize) -> f64 {
         let probability = self.pmf(from, light);
         match self.count > MAX_SPLIT_LIGHTS {

@@ -1,4 +1,4 @@
-//! A node of the tree over lights: up to sixteen children, field by field, weighed at once.
+//! Node of the light tree: up to sixteen children, structure of arrays, whose importances are computed together.
 
 use glam::Vec3;
 use raycam_bvh::WithSimd;
@@ -6,10 +6,10 @@ use raycam_bvh::WithSimd;
 use crate::light::bounds::{Angle, LightBounds, PreparedLightBounds};
 use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 
-/// Children of a node, of which places that are not taken are dark.
+/// Node with up to [`LANES`] children; unused slots have no power.
 #[derive(Debug)]
 pub(crate) struct LightTreeNode {
-    /// The fields of their [`PreparedLightBounds`].
+    /// Fields of the children's [`PreparedLightBounds`].
     center: Vec3xN<f32, LANES>,
     half: Vec3xN<f32, LANES>,
     radius: [f32; LANES],
@@ -20,20 +20,20 @@ pub(crate) struct LightTreeNode {
     two_sided: [bool; LANES],
     phi: [f32; LANES],
     children: [Child; LANES],
-    /// Places that are taken.
+    /// Number of used slots.
     child_count: usize,
-    /// Of which node it is a child, and which one; the root is none.
-    pub parent: Option<SurfaceInteraction>,
+    /// Link to the parent; none for the root.
+    pub parent: Option<ParentLink>,
 }
 
-/// Where a node or a light hangs in the tree: below which node, and which child of it that is.
+/// Parent of a node or light, and the slot in it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfaceInteraction {
+pub(crate) struct ParentLink {
     pub node: u32,
     pub child: u32,
 }
 
-/// What a child is.
+/// Child of a node, by index.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Child {
     Node(u32),
@@ -57,7 +57,7 @@ impl LightTreeNode {
         }
     }
 
-    /// Takes the next place.
+    /// Appends a child.
     pub fn push_child(&mut self, bounds: &LightBounds, below: Child) {
         let child = self.child_count;
         let reach = bounds.prepare();
@@ -78,7 +78,7 @@ impl LightTreeNode {
         &self.children[..self.child_count]
     }
 
-    /// Moves the nodes below by so many.
+    /// Adds an offset to the indices of child nodes.
     pub fn offset_children(&mut self, by: usize) {
         for below in &mut self.children[..self.child_count] {
             if let Child::Node(node) = below {
@@ -87,6 +87,7 @@ impl LightTreeNode {
         }
     }
 
+    /// Prepared bounds of a child.
     #[inline(always)]
     pub fn child_bounds(&self, child: usize) -> PreparedLightBounds {
         PreparedLightBounds {
@@ -105,18 +106,18 @@ impl LightTreeNode {
     }
 }
 
-/// How often each child of a node is chosen.
+/// Discrete distribution over a node's children.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ChildProbabilities {
     weights: [f32; LANES],
-    /// Of the weights up to each child.
+    /// Running sums of the weights.
     sums: [f64; LANES],
 }
 
 impl ChildProbabilities {
-    /// In proportion to these.
+    /// Distribution in proportion to weights.
     pub fn new(weights: [f32; LANES]) -> Self {
-        // Four sums at a time: each waits for the one before.
+        // Four independent running sums: each addition waits for the previous one.
         let mut sums = [0.0; LANES];
         for (sums, weights) in sums.chunks_mut(4).zip(weights.chunks(4)) {
             let mut sum = 0.0;
@@ -133,12 +134,12 @@ impl ChildProbabilities {
         Self { weights, sums }
     }
 
-    /// Whether a child may be chosen.
+    /// True if a child has a positive probability.
     pub fn is_possible(&self, child: usize) -> bool {
         self.weights[child] > 0.0
     }
 
-    /// The probability of a child.
+    /// Probability of a child.
     pub fn probability(&self, child: usize) -> f64 {
         if self.is_possible(child) {
             f64::from(self.weights[child]) / self.sums[LANES - 1]
@@ -147,8 +148,8 @@ impl ChildProbabilities {
         }
     }
 
-    /// A child by a number in 0..1, its probability, and a number in 0..1 for what comes next; `None` where no child
-    /// matters.
+    /// Samples a child by a number in 0..1; returns it, its probability, and the number rescaled to 0..1. `None` if
+    /// no child is possible.
     pub fn sample(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);
@@ -161,7 +162,7 @@ impl ChildProbabilities {
                 .iter()
                 .map(passed)
                 .sum::<usize>();
-        // Rounding may go beyond the last.
+        // Rounding may pass the last child.
         let child = match before {
             LANES => (0..LANES).rfind(|&child| self.is_possible(child))?,
             _ => before,
@@ -173,7 +174,7 @@ impl ChildProbabilities {
     }
 }
 
-/// Finds how much the children of a node may matter to a point.
+/// Loop that computes the importances of a node's children at one point.
 pub(crate) struct ComputeImportance<'a> {
     pub node: &'a LightTreeNode,
     pub position: Vec3,
@@ -215,7 +216,7 @@ mod tests {
             let share = f64::from(weight) / total;
             assert!((shares.probability(child) - share).abs() <= 1e-14 * share);
             sum += share;
-            // In the middle of what the child has, and close to both ends.
+            // In the middle of the child's interval, and near both ends.
             for part in [0.1, 0.5, 0.9].iter().filter(|_| weight > 0.0) {
                 let (found, probability, rest) = shares.sample(at + part * share).unwrap();
                 assert_eq!((found, probability), (child, shares.probability(child)));

@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DQuat, DVec3};
 use raycam_render::annotations::amodal::amodal_masks;
-use raycam_render::annotations::flow::Viewpoint;
+use raycam_render::annotations::viewpoint::Viewpoint;
 use raycam_render::{Channel, Control, PreparedWorld, RenderError, Settings};
 use raycam_scene::{Camera, Lens, LensModel, World};
 
