@@ -88,27 +88,18 @@ impl RaySoa64 {
             let size = [d[0].abs(), d[1].abs(), d[2].abs()];
             let first = (size[0] >= size[1]) & (size[0] >= size[2]);
             let second = size[1] >= size[2];
-            let main = if first {
-                d[0]
-            } else if second {
-                d[1]
-            } else {
-                d[2]
+            let pick = |a, b, c| {
+                if first {
+                    a
+                } else if second {
+                    b
+                } else {
+                    c
+                }
             };
-            let after = if first {
-                d[1]
-            } else if second {
-                d[2]
-            } else {
-                d[0]
-            };
-            let last = if first {
-                d[2]
-            } else if second {
-                d[0]
-            } else {
-                d[1]
-            };
+            let main = pick(d[0], d[1], d[2]);
+            let after = pick(d[1], d[2], d[0]);
+            let last = pick(d[2], d[0], d[1]);
             (sx[i], sy[i]) = (after / main, last / main);
             self.major_axis[i] = if first {
                 0

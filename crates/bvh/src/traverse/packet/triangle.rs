@@ -46,30 +46,12 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let start = I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES));
     // SAFETY: a row of 64 words, and a group, as of `load_rays`, lies within; as floats they are only moved.
     let triangle = unsafe { I::RayVec::load(potential.triangle.as_ptr().add(start).cast()) };
-    let corner = [
-        I::gather_lanes(I::expand_bits(leaf.packed_indices[0]), triangle),
-        I::gather_lanes(I::expand_bits(leaf.packed_indices[1]), triangle),
-        I::gather_lanes(I::expand_bits(leaf.packed_indices[2]), triangle),
-    ];
     let [kx, ky, kz] = packet.axes;
-    let (px, py, pz) = (
-        gather_corners::<I>(leaf, kx, &corner),
-        gather_corners::<I>(leaf, ky, &corner),
-        gather_corners::<I>(leaf, kz, &corner),
-    );
+    let [px, py, pz] = gather_triangles::<I>(leaf, packet.axes, triangle);
     let along = |axis: usize| load_rays::<I>(&packet.origin[axis], group);
     let z = subtract(pz, along(kz));
-    // Where the rays enter and leave the triangles' own boxes: see SLAB_PAD.
-    let (first, last) = near_far_bounds(px, packet.near_rows[kx]);
-    let ex = packet.near.t_at_lanes::<I>(kx, group, first);
-    let lx = packet.far.t_at_lanes::<I>(kx, group, last);
-    let (first, last) = near_far_bounds(py, packet.near_rows[ky]);
-    let ey = packet.near.t_at_lanes::<I>(ky, group, first);
-    let ly = packet.far.t_at_lanes::<I>(ky, group, last);
-    let (first, last) = near_far_bounds(z, packet.near_rows[kz]);
     let scale = load_rays::<I>(&packet.shear[2], group);
-    let (ez, lz) = (first.mul(scale), last.mul(scale));
-    let (enter, leave) = (ex.max(ey).max(ez), lx.min(ly).min(lz));
+    let (enter, leave) = slab_interval::<I>(packet, group, [px, py, z], scale);
     let t_max = load_rays::<I>(&packet.t_max, group);
     // What t will be clamped to says it already, one way or the other.
     let soon = <I::RayVec as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
@@ -90,30 +72,17 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let sy = load_rays::<I>(&packet.shear[1], group);
     let [ax, bx, cx] = shear_corners(x, sx, z);
     let [ay, by, cy] = shear_corners(y, sy, z);
-    let mut u = cx.mul(by).sub(cy.mul(bx));
-    let mut v = ax.mul(cy).sub(ay.mul(cx));
-    let mut w = bx.mul(ay).sub(by.mul(ax));
-    let smallest = u.abs().min(v.abs()).min(w.abs());
+    let mut edges = [
+        cx.mul(by).sub(cy.mul(bx)),
+        ax.mul(cy).sub(ay.mul(cx)),
+        bx.mul(ay).sub(by.mul(ax)),
+    ];
+    let smallest = edges[0].abs().min(edges[1].abs()).min(edges[2].abs());
     let unsure = <I::RayVec as Vector>::to_bitmask(smallest.eq(zero)) & hit;
     if unsure != 0 {
-        let mut edges = [[0.0; 16]; 3];
-        let mut corners = [[0.0; 16]; 6];
-        for (array, vector) in corners.iter_mut().zip([ax, ay, bx, by, cx, cy]) {
-            // SAFETY: each array holds at least as many floats.
-            unsafe { vector.store(array.as_mut_ptr()) };
-        }
-        for (array, vector) in edges.iter_mut().zip([u, v, w]) {
-            // SAFETY: each array holds at least as many floats.
-            unsafe { vector.store(array.as_mut_ptr()) };
-        }
-        hit = edge_functions_f64_lanes(&corners, unsure, hit, &mut edges);
-        // SAFETY: each array holds at least as many floats.
-        unsafe {
-            u = I::RayVec::load(edges[0].as_ptr());
-            v = I::RayVec::load(edges[1].as_ptr());
-            w = I::RayVec::load(edges[2].as_ptr());
-        }
+        hit = resolve_zero_edges::<I>([ax, ay, bx, by, cx, cy], &mut edges, unsure, hit);
     }
+    let [u, v, w] = edges;
     if ANY_HIT {
         // What t would be clamped to says it already.
         let sure = <I::RayVec as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
@@ -126,12 +95,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     if leaf.has_slivers() {
         let behind = hit & !<I::RayVec as Vector>::to_bitmask(zero.le(enter));
         if behind != 0 {
-            let mut depths = [0.0; 16];
-            // SAFETY: the array holds at least as many floats.
-            unsafe { depth.store(depths.as_mut_ptr()) };
-            sliver_depths(leaf, packet, start, potential, behind, &mut depths);
-            // SAFETY: as above.
-            depth = unsafe { I::RayVec::load(depths.as_ptr()) };
+            depth = resolve_sliver_depths::<I>(leaf, packet, start, potential, behind, depth);
         }
     }
     let t = depth.mul(scale).min(leave).max(enter);
@@ -146,7 +110,91 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     }
 }
 
-/// Three corners for each ray, by the vertices of a leaf along an axis.
+/// The corners of one triangle per lane, along three axes.
+#[inline(always)]
+fn gather_triangles<I: Isa>(
+    leaf: &LeafNode,
+    axes: [usize; 3],
+    triangle: I::RayVec,
+) -> [[I::RayVec; 3]; 3] {
+    let corner = [
+        I::gather_lanes(I::expand_bits(leaf.packed_indices[0]), triangle),
+        I::gather_lanes(I::expand_bits(leaf.packed_indices[1]), triangle),
+        I::gather_lanes(I::expand_bits(leaf.packed_indices[2]), triangle),
+    ];
+    [
+        gather_corners::<I>(leaf, axes[0], &corner),
+        gather_corners::<I>(leaf, axes[1], &corner),
+        gather_corners::<I>(leaf, axes[2], &corner),
+    ]
+}
+
+/// The t at which rays enter and leave the bounds of their triangles, see [`crate::traverse::trav_ray::SLAB_PAD`]. Corners
+/// along the main axis, which come last, are relative to the origins.
+#[inline(always)]
+fn slab_interval<I: Isa>(
+    packet: &Packet,
+    group: usize,
+    [px, py, z]: [[I::RayVec; 3]; 3],
+    scale: I::RayVec,
+) -> (I::RayVec, I::RayVec) {
+    let [kx, ky, kz] = packet.axes;
+    let (first, last) = near_far_bounds(px, packet.near_rows[kx]);
+    let ex = packet.near.t_at_lanes::<I>(kx, group, first);
+    let lx = packet.far.t_at_lanes::<I>(kx, group, last);
+    let (first, last) = near_far_bounds(py, packet.near_rows[ky]);
+    let ey = packet.near.t_at_lanes::<I>(ky, group, first);
+    let ly = packet.far.t_at_lanes::<I>(ky, group, last);
+    let (first, last) = near_far_bounds(z, packet.near_rows[kz]);
+    let (ez, lz) = (first.mul(scale), last.mul(scale));
+    (ex.max(ey).max(ez), lx.min(ly).min(lz))
+}
+
+/// Replaces the edge functions of the lanes `unsure`, one of which is 0, by float64's; returns the lanes of `hit` that stay.
+#[inline(always)]
+fn resolve_zero_edges<I: Isa>(
+    corners: [I::RayVec; 6],
+    edges: &mut [I::RayVec; 3],
+    unsure: u32,
+    hit: u32,
+) -> u32 {
+    let mut edge_lanes = [[0.0; 16]; 3];
+    let mut corner_lanes = [[0.0; 16]; 6];
+    for (array, vector) in corner_lanes.iter_mut().zip(corners) {
+        // SAFETY: each array holds at least as many floats.
+        unsafe { vector.store(array.as_mut_ptr()) };
+    }
+    for (array, vector) in edge_lanes.iter_mut().zip(*edges) {
+        // SAFETY: each array holds at least as many floats.
+        unsafe { vector.store(array.as_mut_ptr()) };
+    }
+    let hit = edge_functions_f64_lanes(&corner_lanes, unsure, hit, &mut edge_lanes);
+    for (array, vector) in edge_lanes.iter().zip(edges) {
+        // SAFETY: each array holds at least as many floats.
+        *vector = unsafe { I::RayVec::load(array.as_ptr()) };
+    }
+    hit
+}
+
+/// The depths, those of slivers in the lanes `behind` by float64.
+#[inline(always)]
+fn resolve_sliver_depths<I: Isa>(
+    leaf: &LeafNode,
+    packet: &Packet,
+    start: usize,
+    potential: &PotentialHits,
+    behind: u32,
+    depth: I::RayVec,
+) -> I::RayVec {
+    let mut depths = [0.0; 16];
+    // SAFETY: the array holds at least as many floats.
+    unsafe { depth.store(depths.as_mut_ptr()) };
+    sliver_depths(leaf, packet, start, potential, behind, &mut depths);
+    // SAFETY: as above.
+    unsafe { I::RayVec::load(depths.as_ptr()) }
+}
+
+/// The corners of one triangle per lane along an axis, by the lanes of their vertices.
 #[inline(always)]
 fn gather_corners<I: Isa>(
     leaf: &LeafNode,
