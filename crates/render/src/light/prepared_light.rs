@@ -32,13 +32,57 @@ pub(crate) enum PreparedLight {
 impl PreparedLight {
     /// Prepares a light: one light, or two for daylight (sky and sun).
     pub fn new(light: &Light, up: Up, origin: DVec3) -> Vec<Self> {
-        let local = |position: [f64; 3]| DVec3::from(position) - origin;
-        let one = match *light {
+        match *light {
             Light::Sun {
                 direction,
                 irradiance,
                 angular_diameter,
-            } => Self::Sun(SunLight::new(direction, irradiance, angular_diameter)),
+            } => {
+                let sun = SunLight::new(direction, irradiance, angular_diameter);
+                vec![Self::Sun(sun)]
+            }
+            Light::Sky {
+                radiance,
+                zenith,
+                horizon,
+                ground,
+            } => {
+                let horizon = horizon.or(radiance).unwrap_or_default();
+                vec![Self::GradientSky(GradientSky {
+                    up: up.axis().as_vec3(),
+                    zenith: zenith.or(radiance).unwrap_or_default().into(),
+                    horizon: horizon.into(),
+                    ground: ground.unwrap_or(horizon).into(),
+                })]
+            }
+            Light::Preetham {
+                direction,
+                turbidity,
+                scale,
+            } => {
+                let (sky, sun) = PreethamSky::new(up, direction.into(), turbidity, scale.into());
+                let sky = EnvironmentLight::of_sky(sky, up);
+                vec![Self::Environment(Box::new(sky)), Self::Sun(sun)]
+            }
+            Light::Environment {
+                ref image,
+                yaw,
+                scale,
+            } => {
+                let Some(image) = image.content.clone() else {
+                    return vec![];
+                };
+                let environment = EnvironmentLight::new(image, up, yaw, scale);
+                vec![Self::Environment(Box::new(environment))]
+            }
+            _ => Self::finite(light, origin).into_iter().collect(),
+        }
+    }
+
+    /// Prepares a finite light; `None` for an infinite light.
+    fn finite(light: &Light, origin: DVec3) -> Option<Self> {
+        let local = |position: [f64; 3]| DVec3::from(position) - origin;
+        Some(match *light {
             Light::Point {
                 position,
                 power,
@@ -100,9 +144,7 @@ impl PreparedLight {
                 power,
             } => {
                 // `validate` has refused missing files.
-                let Some(profile) = profile.content.clone() else {
-                    return vec![];
-                };
+                let profile = profile.content.clone()?;
                 let (front, power) = (front.map(DVec3::from), power.map(Vec3::from));
                 let position = local(position);
                 Self::Ies(IesLight::new(
@@ -113,41 +155,11 @@ impl PreparedLight {
                     power,
                 ))
             }
-            Light::Sky {
-                radiance,
-                zenith,
-                horizon,
-                ground,
-            } => {
-                let horizon = horizon.or(radiance).unwrap_or_default();
-                Self::GradientSky(GradientSky {
-                    up: up.axis().as_vec3(),
-                    zenith: zenith.or(radiance).unwrap_or_default().into(),
-                    horizon: horizon.into(),
-                    ground: ground.unwrap_or(horizon).into(),
-                })
-            }
-            Light::Preetham {
-                direction,
-                turbidity,
-                scale,
-            } => {
-                let (sky, sun) = PreethamSky::new(up, direction.into(), turbidity, scale.into());
-                let sky = EnvironmentLight::of_sky(sky, up);
-                return vec![Self::Environment(Box::new(sky)), Self::Sun(sun)];
-            }
-            Light::Environment {
-                ref image,
-                yaw,
-                scale,
-            } => {
-                let Some(image) = image.content.clone() else {
-                    return vec![];
-                };
-                Self::Environment(Box::new(EnvironmentLight::new(image, up, yaw, scale)))
-            }
-        };
-        vec![one]
+            Light::Sun { .. }
+            | Light::Sky { .. }
+            | Light::Preetham { .. }
+            | Light::Environment { .. } => return None,
+        })
     }
 
     pub fn is_infinite(&self) -> bool {

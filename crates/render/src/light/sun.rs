@@ -10,9 +10,9 @@ use crate::sampling::direction_cone::DirectionCone;
 #[derive(Debug)]
 pub(crate) struct SunLight {
     cone: DirectionCone,
-    /// Radiance of the disk; 0 without a disk.
+    /// Irradiance of a surface that faces the sun.
     irradiance: Vec3,
-    /// Of its disk; 0 where it has none.
+    /// Radiance of the disk; 0 without a disk.
     radiance: Vec3,
 }
 

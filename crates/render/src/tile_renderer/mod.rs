@@ -359,12 +359,10 @@ impl<'a> TileRenderer<'a> {
         scratch: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        let ThreadScratch {
-            lists,
-            rays,
-            truth,
-            estimator,
-        } = scratch;
+        self.count_samples(world, scratch);
+        if !self.needs.color {
+            return Ok(());
+        }
         let RayBatchBuffers {
             hits,
             origins,
@@ -374,23 +372,7 @@ impl<'a> TileRenderer<'a> {
             radiance,
             misses,
             ..
-        } = rays;
-        let behind = match self.needs.skip_transparent && self.needs.samples && self.needs.coverage
-        {
-            true => world.geometry.visible_instances(origins, directions, hits),
-            false => vec![],
-        };
-        let truth = truth.center_rays.ground_truth_hits();
-        for (at, (&(pixel, _), hit)) in lists.batch.iter().zip(&*hits).enumerate() {
-            let seen = behind.get(at).unwrap_or(&hit.instance);
-            // A single sample is the centre ray itself.
-            let same =
-                !self.needs.samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
-            estimator.add_sample(pixel, same);
-        }
-        if !self.needs.color {
-            return Ok(());
-        }
+        } = &mut scratch.rays;
         radiance.clear();
         radiance.resize(hits.len(), Vec3::ZERO);
         misses.clear();
@@ -412,6 +394,47 @@ impl<'a> TileRenderer<'a> {
             radiance,
             misses,
         )?;
+        self.add_radiance(scratch);
+        Ok(())
+    }
+
+    /// Counts the samples of the batch, and those that hit the same instance as their pixel's centre ray.
+    fn count_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
+        let RayBatchBuffers {
+            hits,
+            origins,
+            directions,
+            ..
+        } = &scratch.rays;
+        let RenderNeeds {
+            samples,
+            coverage,
+            skip_transparent,
+            ..
+        } = self.needs;
+        let behind = match skip_transparent && samples && coverage {
+            true => world.geometry.visible_instances(origins, directions, hits),
+            false => vec![],
+        };
+        let truth = scratch.truth.center_rays.ground_truth_hits();
+        for (at, (&(pixel, _), hit)) in scratch.lists.batch.iter().zip(hits).enumerate() {
+            let seen = behind.get(at).unwrap_or(&hit.instance);
+            // A single sample is the centre ray itself.
+            let same = !samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
+            scratch.estimator.add_sample(pixel, same);
+        }
+    }
+
+    /// Adds the radiance of the batch to the estimators, vignetted and clamped.
+    fn add_radiance(&self, scratch: &mut ThreadScratch) {
+        let ThreadScratch {
+            lists,
+            rays: RayBatchBuffers {
+                radiance, misses, ..
+            },
+            estimator,
+            ..
+        } = scratch;
         for (&(pixel, _), _) in lists.batch.iter().zip(misses).filter(|(_, miss)| **miss) {
             estimator.add_miss(pixel);
         }
@@ -425,10 +448,10 @@ impl<'a> TileRenderer<'a> {
             }
             let gain = match last {
                 Some((known, gain)) if known == pixel => gain,
-                _ => self
-                    .camera
-                    .vignetting_factor(self.pixel_center(lists.pixels[pixel]))
-                    as f32,
+                _ => {
+                    let center = self.pixel_center(lists.pixels[pixel]);
+                    self.camera.vignetting_factor(center) as f32
+                }
             };
             last = Some((pixel, gain));
             let brightest = radiance.max_element();
@@ -439,6 +462,5 @@ impl<'a> TileRenderer<'a> {
                 estimator.add_radiance(pixel, sample, radiance * gain);
             }
         }
-        Ok(())
     }
 }
