@@ -50,8 +50,8 @@ pub fn render_moving(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, RenderError> {
-    let moments = ShutterSlices::new(world, prepared, camera);
-    render_to_frame(prepared, moments.as_ref(), camera, settings, control)
+    let shutter = ShutterSlices::new(world, prepared, camera);
+    render_to_frame(prepared, shutter.as_ref(), camera, settings, control)
 }
 
 /// [`render_moving`] into the caller's memory: an output plane per channel, in order, as large as [`checked_region`]
@@ -67,11 +67,11 @@ pub fn render_into(
     control: &Control,
     targets: Vec<OutputPlane<'_>>,
 ) -> Result<([u32; 4], Vec<String>), RenderError> {
-    let moments = ShutterSlices::new(world, prepared, camera);
+    let shutter = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
     let request = RenderRequest {
         world: prepared,
-        shutter: moments.as_ref(),
+        shutter: shutter.as_ref(),
         camera,
         settings,
         region,
@@ -96,7 +96,7 @@ pub fn checked_region(
 
 fn render_to_frame(
     world: &PreparedWorld,
-    moments: Option<&ShutterSlices<'_>>,
+    shutter: Option<&ShutterSlices<'_>>,
     camera: &Camera,
     settings: &Settings,
     control: &Control,
@@ -107,7 +107,7 @@ fn render_to_frame(
     })??;
     let request = RenderRequest {
         world,
-        shutter: moments,
+        shutter: shutter,
         camera,
         settings,
         region,
@@ -139,7 +139,7 @@ impl RenderRequest<'_> {
     ) -> Result<Vec<String>, RenderError> {
         let RenderRequest {
             world,
-            shutter: moments,
+            shutter: shutter,
             settings,
             region,
             ..
@@ -156,7 +156,7 @@ impl RenderRequest<'_> {
         let read_before = texture_cache.map(TextureCache::page_in_stats);
         let (renderer, tiles) = with_pool(settings.threads, || {
             (
-                TileRenderer::new(world, moments, camera, settings, region),
+                TileRenderer::new(world, shutter, camera, settings, region),
                 Tile::for_threads(region, rayon::current_num_threads()),
             )
         })?;
@@ -195,7 +195,7 @@ fn for_each_dynamic(
     work: impl Fn(&mut ThreadScratch, &TileTask) -> Result<(), RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let next = AtomicUsize::new(0);
-    let of_thread = |_: rayon::BroadcastContext| {
+    let run_thread = |_: rayon::BroadcastContext| {
         let mut scratch = ThreadScratch::default();
         while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
             work(&mut scratch, part).inspect_err(|_| {
@@ -205,7 +205,7 @@ fn for_each_dynamic(
         }
         Ok(())
     };
-    rayon::broadcast(of_thread).into_iter().collect()
+    rayon::broadcast(run_thread).into_iter().collect()
 }
 
 /// Traces and resolves tiles for about this time; returns the samples per pixel.
@@ -221,7 +221,7 @@ fn render_for_duration(
     let start = Instant::now();
     control.start(PROGRESS_STEPS as usize);
     let mut states: Vec<PixelEstimator> = vec![PixelEstimator::default(); tiles.len()];
-    let (mut taken, mut told) = (0, 0);
+    let (mut taken, mut reported) = (0, 0);
     let mut round = 1;
     while taken < renderer.settings.samples {
         let until = renderer.settings.samples.min(taken + round);
@@ -242,8 +242,8 @@ fn render_for_duration(
         taken = until;
         let (spent, whole) = (start.elapsed().as_secs_f64(), seconds);
         let done = (PROGRESS_STEPS * (spent / whole).min(1.0)) as usize;
-        control.advance_by(done.saturating_sub(told));
-        told = done.max(told);
+        control.advance_by(done.saturating_sub(reported));
+        reported = done.max(reported);
         // As many as should fit, at most as many as were measured.
         let fit = (whole - spent) / (spent / f64::from(taken));
         if fit < 1.0 {

@@ -54,16 +54,16 @@ pub fn amodal_masks(
     if canvas[0] * canvas[1] > MAX_FRAME_BYTES {
         return Err(too_large(canvas));
     }
-    let moments = view.rolling_shutter();
+    let shutter = view.rolling_shutter();
     let whole = [0, 0, width as u32, height as u32];
-    let lines = moments.as_ref().map(|m| m.rows_of(camera, whole));
+    let lines = shutter.as_ref().map(|m| m.rows_of(camera, whole));
     let regions = lines.unwrap_or_else(|| vec![whole]);
     let tiles = |region: &[u32; 4]| Tile::tiles_of(*region);
     control.start(regions.iter().map(|region| tiles(region).len()).sum());
     let covered = with_pool(threads, || {
         let of_region = |region: &[u32; 4]| {
             let pixel = canvas_pixel(camera, margin, region[0].into(), region[1].into());
-            let then = moments
+            let then = shutter
                 .as_ref()
                 .map(|m| m.row_world(camera, pixel, control));
             let then = then.transpose()?;
@@ -171,9 +171,9 @@ impl<'a> IsolatedObject<'a> {
     /// traversal.
     fn may_intersect(&self, ray: &ExactRay) -> bool {
         let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
-        let way = self.center - origin;
-        let radius = self.radius + BOX_PADDING * (self.radius + way.length());
-        if way.cross(direction).length_squared() > radius * radius {
+        let to_center = self.center - origin;
+        let radius = self.radius + BOX_PADDING * (self.radius + to_center.length());
+        if to_center.cross(direction).length_squared() > radius * radius {
             return false;
         }
         let origin = self.mesh_from_world * (origin - self.translation);
@@ -288,13 +288,13 @@ impl TileCone {
 
     /// False only if every ray misses the sphere.
     fn may_intersect(&self, center: DVec3, radius: f64) -> bool {
-        let way = center - self.origin;
+        let to_center = center - self.origin;
         let radius = (radius + self.width) * (1.0 + 1e-6);
-        let distance = way.length();
+        let distance = to_center.length();
         if distance <= radius || self.angle.is_nan() {
             return true;
         }
-        way.angle_between(self.axis) <= self.angle + (radius / distance).asin() + 1e-6
+        to_center.angle_between(self.axis) <= self.angle + (radius / distance).asin() + 1e-6
     }
 }
 

@@ -50,7 +50,7 @@ pub fn flow(
     control: &Control,
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
-    let moments = first.rolling_shutter();
+    let shutter = first.rolling_shutter();
     let cameras = [&first, &second].map(|view| view.world.geometry.camera_outside(view.camera));
     let [first, second] = [(first, &cameras[0]), (second, &cameras[1])]
         .map(|(view, camera)| Viewpoint { camera, ..view });
@@ -90,10 +90,10 @@ pub fn flow(
                 let rows = TILE_SIZE.min(height - top);
                 let (flow, scene_flow, depth, occluded, outside) = out;
                 let band = [0, top, width, rows];
-                let lines = moments.as_ref().map(|m| m.rows_of(first.camera, band));
+                let lines = shutter.as_ref().map(|m| m.rows_of(first.camera, band));
                 for [x, y, width, height] in lines.unwrap_or_else(|| vec![band]) {
                     let center = first.camera.pixel_center_of(x, y);
-                    let then = moments
+                    let then = shutter
                         .as_ref()
                         .map(|m| m.row_world(first.camera, center, control))
                         .transpose()?;
@@ -171,7 +171,7 @@ struct SecondView<'a> {
 impl<'a> SecondView<'a> {
     fn new(view: Viewpoint<'a>, control: &Control) -> Result<Self, RenderError> {
         let lines = match view.rolling_shutter() {
-            Some(moments) => moments.all_row_worlds(view.camera, control)?,
+            Some(shutter) => shutter.all_row_worlds(view.camera, control)?,
             None => vec![],
         };
         Ok(Self {

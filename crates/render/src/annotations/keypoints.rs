@@ -127,14 +127,14 @@ pub fn keypoints(
         .iter()
         .enumerate()
         .try_for_each(|(i, anchor)| check(&view, i, anchor))?;
-    let moments = view.rolling_shutter();
+    let shutter = view.rolling_shutter();
     let camera = &view.world.geometry.camera_outside(view.camera);
     let view = Viewpoint { camera, ..view };
     control.start(anchors.len());
     with_pool(threads, || {
         let find = |anchor: &KeypointSource| {
             control.check()?;
-            project_keypoint(&view, moments.as_ref(), anchor)
+            project_keypoint(&view, shutter.as_ref(), anchor)
         };
         let mut found = anchors
             .par_iter()
@@ -150,11 +150,11 @@ pub fn keypoints(
             .filter(|&i| found[i].inside)
             .map(|i| (time(i), i))
             .collect();
-        if moments.is_some() {
+        if shutter.is_some() {
             inside.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
         let groups: Vec<_> = inside
-            .chunk_by(|a, b| moments.is_none() || a.0.to_bits() == b.0.to_bits())
+            .chunk_by(|a, b| shutter.is_none() || a.0.to_bits() == b.0.to_bits())
             .flat_map(|line| line.chunks(POINTS_PER_TASK))
             .collect();
         let seen = groups
@@ -162,7 +162,7 @@ pub fn keypoints(
             .map(|group| {
                 control.check()?;
                 let pixel = center(found[group[0].1].pixel);
-                let then = moments
+                let then = shutter
                     .as_ref()
                     .map(|m| m.row_world(camera, pixel, control));
                 let then = then.transpose()?;
@@ -231,17 +231,17 @@ fn is_skinned(world: Option<&World>, object: usize) -> bool {
 /// Projects a point, without its occluder.
 fn project_keypoint(
     view: &Viewpoint,
-    moments: Option<&ShutterSlices>,
+    shutter: Option<&ShutterSlices>,
     anchor: &KeypointSource,
 ) -> Result<Keypoint, RenderError> {
     let camera = view.camera;
     let failed = RefCell::new(None);
     let still = anchor.position_in_prepared(view.world);
     let at = |line: f64| {
-        let Some(moments) = moments.filter(|_| anchor.object().is_some()) else {
+        let Some(shutter) = shutter.filter(|_| anchor.object().is_some()) else {
             return still;
         };
-        match moments.scene_at_row(line) {
+        match shutter.scene_at_row(line) {
             Ok(world) => anchor.position_in(&world),
             Err(error) => {
                 failed.replace(Some(error));

@@ -136,12 +136,13 @@ pub fn occluded(
             "{given} values of t_max for {rays} rays; expected 1 or {rays}"
         )));
     }
-    let mut dark = vec![false; origins.len()];
+    let mut occluded = vec![false; origins.len()];
     control.start(origins.len().div_ceil(RAYS_PER_TASK));
     with_pool(threads, || {
-        dark.par_chunks_mut(RAYS_PER_TASK)
+        occluded
+            .par_chunks_mut(RAYS_PER_TASK)
             .enumerate()
-            .try_for_each(|(chunk, dark)| {
+            .try_for_each(|(chunk, occluded)| {
                 control.check()?;
                 let first = chunk * RAYS_PER_TASK;
                 let ray = |i: usize| {
@@ -151,16 +152,16 @@ pub fn occluded(
                         .local_ray(origins[i].into(), directions[i].into(), limit)
                         .0
                 };
-                let rays: Vec<Ray> = (first..first + dark.len()).map(ray).collect();
+                let rays: Vec<Ray> = (first..first + occluded.len()).map(ray).collect();
                 world
                     .geometry
                     .scene
-                    .occluded(&rays, dark, coherence(coherent));
+                    .occluded(&rays, occluded, coherence(coherent));
                 control.advance();
                 Ok::<(), RenderError>(())
             })
     })??;
-    Ok(dark)
+    Ok(occluded)
 }
 
 fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<(), RenderError> {

@@ -32,7 +32,8 @@ pub(crate) struct Film<'a> {
 impl<'a> Film<'a> {
     /// Returns the film of a region; `None` if a target does not fit the region.
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
-        let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
+        let mut tile_rows: Vec<Vec<_>> =
+            (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
         let mut bytes = 0;
         for target in targets {
@@ -41,11 +42,11 @@ impl<'a> Film<'a> {
             }
             bytes += width * height * target.channel.bytes() as usize;
             let (channel, zero) = (target.channel, target.zero);
-            for (band, values) in bands
+            for (tile_row, values) in tile_rows
                 .iter_mut()
                 .zip(target.split_rows(width * TILE_SIZE as usize))
             {
-                band.push(ChannelStrip {
+                tile_row.push(ChannelStrip {
                     channel,
                     values,
                     zero,
@@ -54,16 +55,16 @@ impl<'a> Film<'a> {
         }
         Some(Self {
             region,
-            tile_rows: bands.into_iter().map(Mutex::new).collect(),
+            tile_rows: tile_rows.into_iter().map(Mutex::new).collect(),
             use_streaming_stores: bytes >= STREAMING_THRESHOLD,
         })
     }
 
     /// True if the film has these channels, in this order.
     pub fn has_channels(&self, channels: &[Channel]) -> bool {
-        self.tile_rows.iter().all(|band| {
-            let band = band.lock().unwrap_or_else(PoisonError::into_inner);
-            band.iter().map(|strip| &strip.channel).eq(channels)
+        self.tile_rows.iter().all(|tile_row| {
+            let tile_row = tile_row.lock().unwrap_or_else(PoisonError::into_inner);
+            tile_row.iter().map(|strip| &strip.channel).eq(channels)
         })
     }
 
@@ -142,12 +143,12 @@ impl<'a> Film<'a> {
 
     /// Strips of the row of tiles that holds a tile, and their first image row.
     fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
-        let band = (tile.y - self.region[1]) / TILE_SIZE;
+        let tile_row = (tile.y - self.region[1]) / TILE_SIZE;
         // A thread that panicked left only its own pixels unwritten.
-        let strips = self.tile_rows[band as usize]
+        let strips = self.tile_rows[tile_row as usize]
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        (self.region[1] + band * TILE_SIZE, strips)
+        (self.region[1] + tile_row * TILE_SIZE, strips)
     }
 
     /// Pixel runs of blocks beside each other, in a strip whose first image row is `first`.

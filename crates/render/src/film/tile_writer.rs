@@ -105,10 +105,10 @@ impl RowWriter<'_, '_> {
         let blank = self.background_value();
         // All values before the first copy: reading memory just written would stall on store forwarding.
         let mut pixels = [[T::default(); N]; PIXELS_PER_WRITE];
-        let mut room = pixels.as_mut_slice();
+        let mut free = pixels.as_mut_slice();
         for run in self.runs {
-            let (here, after) = room.split_at_mut(run.length);
-            room = after;
+            let (here, after) = free.split_at_mut(run.length);
+            free = after;
             match run.from {
                 Some(from) => {
                     for (i, pixel) in here.iter_mut().enumerate() {

@@ -136,16 +136,16 @@ impl CenterRays {
             .zip(self.hits.chunks_mut(RAYS_PER_BATCH));
         for (rays, hits) in batches {
             world.closest_exact(rays, hits);
-            let mut told = &*hits;
+            let mut truth = &*hits;
             if passing {
                 let first = self.hits_behind.len();
                 self.hits_behind.extend_from_slice(hits);
                 world.skip_transparent(rays, &mut self.hits_behind[first..]);
-                told = &self.hits_behind[first..];
+                truth = &self.hits_behind[first..];
             }
             if let Some(smooth) = smooth {
-                let told = rays.iter().zip(told);
-                self.normals.extend(told.map(|(ray, hit)| {
+                let truth = rays.iter().zip(truth);
+                self.normals.extend(truth.map(|(ray, hit)| {
                     if hit.instance == INVALID_ID {
                         return Normals::BACKGROUND;
                     }
@@ -166,7 +166,7 @@ impl CenterRays {
         settings: &Settings,
         passing: bool,
     ) {
-        let mut of_line = CenterRays::default();
+        let mut of_row = CenterRays::default();
         self.rays.clear();
         self.hits.clear();
         self.hits_behind.clear();
@@ -177,17 +177,17 @@ impl CenterRays {
                 .iter()
                 .take_while(|other| Arc::ptr_eq(other, world));
             let to = from + same.count();
-            of_line.trace(
+            of_row.trace(
                 &world.geometry,
                 camera,
                 &pixels[from..to],
                 settings,
                 passing,
             );
-            self.rays.append(&mut of_line.rays);
-            self.hits.append(&mut of_line.hits);
-            self.hits_behind.append(&mut of_line.hits_behind);
-            self.normals.append(&mut of_line.normals);
+            self.rays.append(&mut of_row.rays);
+            self.hits.append(&mut of_row.hits);
+            self.hits_behind.append(&mut of_row.hits_behind);
+            self.normals.append(&mut of_row.normals);
             from = to;
         }
     }

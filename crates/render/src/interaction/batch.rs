@@ -314,11 +314,11 @@ impl SurfaceInteraction {
     /// Interaction of a ray with this direction and its hit; `width` is the ray cone's width there.
     pub fn new(world: &Geometry, direction: Vec3, hit: &Hit, width: f32) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
-        let mut met = SurfaceInteractions::<1>::default();
-        set_triangle(met.clear(), 0, corners);
-        met.set_lane(0, world, direction, hit, width);
-        met.run();
-        met.lane(0)
+        let mut interactions = SurfaceInteractions::<1>::default();
+        set_triangle(interactions.clear(), 0, corners);
+        interactions.set_lane(0, world, direction, hit, width);
+        interactions.run();
+        interactions.lane(0)
     }
 }
 
@@ -392,10 +392,10 @@ mod tests {
                 (direction.normalize(), hit)
             })
             .collect();
-        let mut met = SurfaceInteractions::<LANES>::default();
+        let mut interactions = SurfaceInteractions::<LANES>::default();
         let mut smooth = 0;
         for some in hits.chunks(LANES) {
-            let corners = met.clear();
+            let corners = interactions.clear();
             for (lane, (_, hit)) in some.iter().enumerate() {
                 set_triangle(
                     corners,
@@ -404,12 +404,15 @@ mod tests {
                 );
             }
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                met.set_lane(lane, &world.geometry, *direction, hit, 0.0);
+                interactions.set_lane(lane, &world.geometry, *direction, hit, 0.0);
             }
-            raycam_bvh::dispatch_simd(&mut met);
+            raycam_bvh::dispatch_simd(&mut interactions);
             for (lane, (direction, hit)) in some.iter().enumerate() {
                 let alone = SurfaceInteraction::new(&world.geometry, *direction, hit, 0.0);
-                assert_eq!(format!("{:?}", met.lane(lane)), format!("{alone:?}"));
+                assert_eq!(
+                    format!("{:?}", interactions.lane(lane)),
+                    format!("{alone:?}")
+                );
                 smooth += usize::from(alone.shading_normal != alone.geometric_normal);
             }
         }

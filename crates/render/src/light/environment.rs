@@ -40,7 +40,7 @@ enum EnvironmentSource {
 enum PendingLookups<'a, const N: usize> {
     Image(&'a EnvironmentImage, BilinearTaps<N>),
     Sky {
-        places: [[f32; N]; 2],
+        uv: [[f32; N]; 2],
         radiances: Vec3xN<f32, N>,
     },
 }
@@ -49,8 +49,8 @@ impl<const N: usize> PendingLookups<'_, N> {
     /// Image coordinates of a lane.
     fn uv(&self, lane: usize) -> [f32; 2] {
         match self {
-            PendingLookups::Image(_, spots) => spots.uv(lane),
-            PendingLookups::Sky { places, .. } => places.map(|values| values[lane]),
+            PendingLookups::Image(_, taps) => taps.uv(lane),
+            PendingLookups::Sky { uv, .. } => uv.map(|values| values[lane]),
         }
     }
 }
@@ -96,9 +96,9 @@ impl EnvironmentLight {
         for random in random.chunks(LOOKUP_BLOCK) {
             let mut directions = [[0.0; LOOKUP_BLOCK]; 3];
             self.frame.sample_many(table, random, &mut directions);
-            let views = self.begin_lookups(&directions, random.len());
+            let lookups = self.begin_lookups(&directions, random.len());
             out.extend((0..random.len()).map(|lane| {
-                let (radiance, pdf) = self.finish_lookup(&views, lane);
+                let (radiance, pdf) = self.finish_lookup(&lookups, lane);
                 EnvironmentSample {
                     direction: get_lane(&directions, lane).into(),
                     radiance,
@@ -120,8 +120,8 @@ impl EnvironmentLight {
         let mut block = [[0.0; LOOKUP_BLOCK]; 3];
         let mut count = 0;
         let mut find = |block: &Vec3xN<f32, LOOKUP_BLOCK>, count| {
-            let views = self.begin_lookups(block, count);
-            out.extend((0..count).map(|lane| self.finish_lookup(&views, lane)));
+            let lookups = self.begin_lookups(block, count);
+            out.extend((0..count).map(|lane| self.finish_lookup(&lookups, lane)));
         };
         for direction in directions {
             set_lane(&mut block, count, direction.to_array());
@@ -141,36 +141,40 @@ impl EnvironmentLight {
         directions: &Vec3xN<f32, N>,
         count: usize,
     ) -> PendingLookups<'_, N> {
-        let mut places = [[0.0; N]; 2];
-        self.frame.to_uv_many(directions, &mut places);
-        let views = match &self.source {
+        let mut uv = [[0.0; N]; 2];
+        self.frame.to_uv_many(directions, &mut uv);
+        let lookups = match &self.source {
             EnvironmentSource::Image(backdrop) => {
-                PendingLookups::Image(backdrop, backdrop.taps(places))
+                PendingLookups::Image(backdrop, backdrop.taps(uv))
             }
             EnvironmentSource::Preetham(sky) => PendingLookups::Sky {
-                places,
+                uv,
                 radiances: sky.radiance_many(directions),
             },
         };
         for lane in 0..if N > 1 { count } else { 0 } {
-            if let PendingLookups::Image(backdrop, spots) = &views {
-                backdrop.prefetch(spots, lane);
+            if let PendingLookups::Image(backdrop, taps) = &lookups {
+                backdrop.prefetch(taps, lane);
             }
             if let Some(table) = &self.distribution {
-                table.prefetch(views.uv(lane));
+                table.prefetch(lookups.uv(lane));
             }
         }
-        views
+        lookups
     }
 
     /// Radiance and density of a lane.
-    fn finish_lookup<const N: usize>(&self, views: &PendingLookups<N>, lane: usize) -> (Vec3, f32) {
+    fn finish_lookup<const N: usize>(
+        &self,
+        lookups: &PendingLookups<N>,
+        lane: usize,
+    ) -> (Vec3, f32) {
         let pdf = match &self.distribution {
-            Some(table) => table.pdf(views.uv(lane)),
+            Some(table) => table.pdf(lookups.uv(lane)),
             None => 0.0,
         };
-        let radiance = match views {
-            PendingLookups::Image(backdrop, spots) => backdrop.radiance(spots, lane),
+        let radiance = match lookups {
+            PendingLookups::Image(backdrop, taps) => backdrop.radiance(taps, lane),
             PendingLookups::Sky { radiances, .. } => get_lane(radiances, lane).into(),
         };
         (radiance, pdf)
@@ -236,8 +240,8 @@ fn sky_distribution(sky: &PreethamSky, frame: &EquirectFrame) -> Option<Piecewis
             let [r, g, b] = sky.radiance(frame.direction(u, (PI * v).cos())).to_array();
             f64::from(r + g + b)
         };
-        let places = [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
-        places.map(bright).into_iter().fold(0.0, f64::max)
+        let uv = [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
+        uv.map(bright).into_iter().fold(0.0, f64::max)
     })
 }
 

@@ -33,7 +33,7 @@ impl<const N: usize> BilinearTaps<N> {
 impl EnvironmentImage {
     /// Texels around image coordinates.
     pub fn taps<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
-        let mut spots = BilinearTaps {
+        let mut taps = BilinearTaps {
             uv: places,
             columns: [[0; N]; 2],
             rows: [[0; N]; 2],
@@ -41,17 +41,17 @@ impl EnvironmentImage {
         };
         dispatch_simd(ComputeTaps {
             size: self.image.size,
-            spots: &mut spots,
+            taps: &mut taps,
         });
-        spots
+        taps
     }
 
     /// Prefetches the texels of a lane.
     #[inline]
-    pub fn prefetch<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) {
+    pub fn prefetch<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) {
         // High dynamic range images are stored as float32; others have a quarter of the size.
         if let Texels::Float(texels) = &self.image.texels {
-            let [above, below] = self.indices(spots, lane);
+            let [above, below] = self.indices(taps, lane);
             for index in above.into_iter().chain(below) {
                 prefetch(&raw const texels[index]);
             }
@@ -60,53 +60,53 @@ impl EnvironmentImage {
 
     /// Radiance of a lane.
     #[inline]
-    pub fn radiance<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) -> Vec3 {
+    pub fn radiance<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) -> Vec3 {
         let texel = |index: usize| match &self.image.texels {
             Texels::Float(texels) => Vec4::from(texels[index]),
             texels => Vec4::from(texels.linear(index)),
         };
-        let [right, down] = [spots.fraction[0][lane], spots.fraction[1][lane]];
+        let [right, down] = [taps.fraction[0][lane], taps.fraction[1][lane]];
         let mix = |a: Vec4, b: Vec4, t: f32| a + (b - a) * t;
         let [above, below] = self
-            .indices(spots, lane)
+            .indices(taps, lane)
             .map(|row| mix(texel(row[0]), texel(row[1]), right));
         mix(above, below, down).truncate().max(Vec3::ZERO) * self.scale
     }
 
     /// Texel indices, row by row.
     #[inline]
-    fn indices<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) -> [[usize; 2]; 2] {
+    fn indices<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) -> [[usize; 2]; 2] {
         let width = self.image.size[0] as usize;
-        let columns = [0, 1].map(|i: usize| spots.columns[i][lane] as usize);
-        [0, 1].map(|i: usize| columns.map(|column| spots.rows[i][lane] as usize * width + column))
+        let columns = [0, 1].map(|i: usize| taps.columns[i][lane] as usize);
+        [0, 1].map(|i: usize| columns.map(|column| taps.rows[i][lane] as usize * width + column))
     }
 }
 
 /// Loop of [`EnvironmentImage::taps`].
 struct ComputeTaps<'a, const N: usize> {
     size: [u32; 2],
-    spots: &'a mut BilinearTaps<N>,
+    taps: &'a mut BilinearTaps<N>,
 }
 
 impl<const N: usize> WithSimd for ComputeTaps<'_, N> {
     #[inline(always)]
     fn run(self) {
-        let Self { size, spots } = self;
+        let Self { size, taps } = self;
         let ends = size.map(|size| size as i32 - 1);
         for lane in 0..N {
             let [(x, right), (y, down)] = [0, 1].map(|axis: usize| {
                 // From half a texel before the first centre to half a texel behind the last.
-                let position = spots.uv[axis][lane] * size[axis] as f32 + 0.5;
+                let position = taps.uv[axis][lane] * size[axis] as f32 + 0.5;
                 let next = (position as i32).clamp(0, ends[axis] + 1);
                 (next, position - next as f32)
             });
             let first = if x == 0 { ends[0] } else { x - 1 };
-            spots.columns[0][lane] = first as u32;
-            spots.columns[1][lane] = if x > ends[0] { 0 } else { x as u32 };
-            spots.rows[0][lane] = (y - 1).max(0) as u32;
-            spots.rows[1][lane] = y.min(ends[1]) as u32;
-            spots.fraction[0][lane] = right;
-            spots.fraction[1][lane] = down;
+            taps.columns[0][lane] = first as u32;
+            taps.columns[1][lane] = if x > ends[0] { 0 } else { x as u32 };
+            taps.rows[0][lane] = (y - 1).max(0) as u32;
+            taps.rows[1][lane] = y.min(ends[1]) as u32;
+            taps.fraction[0][lane] = right;
+            taps.fraction[1][lane] = down;
         }
     }
 }

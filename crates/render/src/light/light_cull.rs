@@ -29,11 +29,11 @@ impl BoundingSphere {
     /// False only if a ray misses the sphere.
     #[inline(always)]
     pub fn may_intersect(&self, from: DVec3, direction: Vec3) -> bool {
-        let way = (self.center - from).as_vec3();
-        let (along, distance2) = (way.dot(direction), way.length_squared());
-        let room = self.radius2 + 1e-5 * distance2;
+        let to_center = (self.center - from).as_vec3();
+        let (along, distance2) = (to_center.dot(direction), to_center.length_squared());
+        let limit = self.radius2 + 1e-5 * distance2;
         // Branch-free, for loops over many rays.
-        (distance2 <= room) | (along > 0.0) & (distance2 - along * along <= room)
+        (distance2 <= limit) | (along > 0.0) & (distance2 - along * along <= limit)
     }
 }
 

@@ -175,7 +175,7 @@ impl Lights {
         from: &LightSampleContext,
         choice: LightSampling,
     ) -> KindProbabilities {
-        let (near, shining) = (!self.tree.is_empty(), self.has_emissive_triangles());
+        let (near, has_emissive) = (!self.tree.is_empty(), self.has_emissive_triangles());
         match choice {
             LightSampling::Uniform => {
                 let one = 1.0 / self.count().max(1) as f64;
@@ -183,7 +183,7 @@ impl Lights {
                     infinite_count: self.infinite.len(),
                     infinite: one,
                     finite: one * self.finite.len() as f64,
-                    emissive: if shining { one } else { 0.0 },
+                    emissive: if has_emissive { one } else { 0.0 },
                 }
             }
             LightSampling::Split => KindProbabilities {
@@ -194,13 +194,13 @@ impl Lights {
             },
             LightSampling::Importance => {
                 // BSDF samples find constant skies as well as light samples would.
-                let sought = self.non_constant_infinite;
-                if sought == 0 && !(near && shining) {
+                let infinite_count = self.non_constant_infinite;
+                if infinite_count == 0 && !(near && has_emissive) {
                     return KindProbabilities {
-                        infinite_count: sought,
+                        infinite_count: infinite_count,
                         infinite: 0.0,
                         finite: f64::from(u8::from(near)),
-                        emissive: f64::from(u8::from(shining)),
+                        emissive: f64::from(u8::from(has_emissive)),
                     };
                 }
                 // The received light of infinite lights is unknown: each is as likely as all finite lights together.
@@ -209,12 +209,12 @@ impl Lights {
                     self.emissive_triangles.importance(from),
                 ];
                 let total = near[0] + near[1];
-                let groups = sought + usize::from(total > 0.0);
+                let groups = infinite_count + usize::from(total > 0.0);
                 let one = 1.0 / groups.max(1) as f64;
                 let [finite, surfaces] =
                     near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
                 KindProbabilities {
-                    infinite_count: sought,
+                    infinite_count: infinite_count,
                     infinite: one,
                     finite,
                     emissive: surfaces,
@@ -239,21 +239,21 @@ impl Lights {
             return (around.pdf > 0.0).then(|| around.sample());
         }
         let from = by.from;
-        let odds = self.kind_probabilities(from, choice);
+        let kinds = self.kind_probabilities(from, choice);
         let mut which = f64::from(which);
-        let infinite = odds.infinite * odds.infinite_count as f64;
+        let infinite = kinds.infinite * kinds.infinite_count as f64;
         if which < infinite {
-            let index = ((which / odds.infinite) as usize).min(odds.infinite_count - 1);
+            let index = ((which / kinds.infinite) as usize).min(kinds.infinite_count - 1);
             return self.sample_infinite(from, choice, index, drawn);
         }
         which -= infinite;
-        if which < odds.finite {
+        if which < kinds.finite {
             let (light, probability) =
-                self.choose_finite(&by.finite(), choice, which / odds.finite)?;
-            self.sample_finite(from, light, odds.finite * probability, drawn.random)
-        } else if odds.emissive > 0.0 {
-            let which = ((which - odds.finite) / odds.emissive).clamp(0.0, 1.0);
-            self.sample_emissive_triangles(world, by, odds.emissive, which, drawn.random)
+                self.choose_finite(&by.finite(), choice, which / kinds.finite)?;
+            self.sample_finite(from, light, kinds.finite * probability, drawn.random)
+        } else if kinds.emissive > 0.0 {
+            let which = ((which - kinds.finite) / kinds.emissive).clamp(0.0, 1.0);
+            self.sample_emissive_triangles(world, by, kinds.emissive, which, drawn.random)
         } else {
             None
         }
@@ -267,12 +267,12 @@ impl Lights {
         world: &Geometry,
         which: f32,
         random: impl Fn(usize) -> LightRandom,
-        mut tell: impl FnMut(usize, LightLiSample),
+        mut report: impl FnMut(usize, LightLiSample),
     ) {
         let (from, which) = (by.from, f64::from(which));
         let mut found = |index, sample: Option<LightLiSample>| {
             if let Some(sample) = sample {
-                tell(index, sample);
+                report(index, sample);
             }
         };
         for index in 0..self.non_constant_infinite {
@@ -358,7 +358,7 @@ impl Lights {
         {
             return own;
         }
-        let odds = self.kind_probabilities(from, choice);
+        let kinds = self.kind_probabilities(from, choice);
         let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);
         for (number, &i) in self.infinite.iter().enumerate() {
             let (part, density) = match known {
@@ -366,8 +366,8 @@ impl Lights {
                 _ => self.lights[i].radiance_and_pdf(from.normal, direction),
             };
             radiance += part;
-            if number < odds.infinite_count {
-                pdf += odds.infinite as f32 * density;
+            if number < kinds.infinite_count {
+                pdf += kinds.infinite as f32 * density;
             }
         }
         (radiance, pdf)
@@ -398,7 +398,7 @@ impl Lights {
         choice: LightSampling,
         direction: Vec3,
         distance: f64,
-        mut tell: impl FnMut(f64, Vec3, f32),
+        mut report: impl FnMut(f64, Vec3, f32),
     ) {
         for &(index, sphere) in &self.intersectable {
             if sphere.may_intersect(from.position, direction)
@@ -406,9 +406,9 @@ impl Lights {
                     self.lights[self.finite[index]].intersect(from.position, direction)
                 && at * f64::from(ONE_MINUS_SHADOW_EPSILON) <= distance
             {
-                let odds = self.kind_probabilities(from, choice).finite;
+                let kinds = self.kind_probabilities(from, choice).finite;
                 let probability = self.finite_pmf(from, choice, index);
-                tell(at, radiance, (odds * probability * density) as f32);
+                report(at, radiance, (kinds * probability * density) as f32);
             }
         }
     }

@@ -38,30 +38,33 @@ pub(crate) struct Lights {
 impl Lights {
     /// Prepares lights without a mesh; see [`Lights::with_emissive_triangles`].
     pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
-        let sources: Vec<PreparedLight> = lights
+        let prepared: Vec<PreparedLight> = lights
             .iter()
             .flat_map(|light| PreparedLight::new(light, up, origin))
             .collect();
         let (mut infinite, finite): (Vec<_>, Vec<_>) =
-            (0..sources.len()).partition(|&i| sources[i].is_infinite());
-        let is_even = |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
-        infinite.sort_by_key(|&i| is_even(&sources[i]));
-        let even = |source: &PreparedLight| match source {
+            (0..prepared.len()).partition(|&i| prepared[i].is_infinite());
+        let is_constant_sky = |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
+        infinite.sort_by_key(|&i| is_constant_sky(&prepared[i]));
+        let constant_radiance = |source: &PreparedLight| match source {
             PreparedLight::GradientSky(sky) if sky.is_constant() => sky.horizon,
             _ => Vec3::ZERO,
         };
-        let bounds: Vec<LightBounds> = finite.iter().map(|&i| sources[i].bounds()).collect();
+        let bounds: Vec<LightBounds> = finite.iter().map(|&i| prepared[i].bounds()).collect();
         Self {
-            ambient: sources.iter().map(even).sum(),
+            ambient: prepared.iter().map(constant_radiance).sum(),
             tree: LightTree::new(&bounds),
             intersectable: finite
                 .iter()
                 .enumerate()
-                .filter(|&(_, &i)| sources[i].is_hittable(false))
+                .filter(|&(_, &i)| prepared[i].is_hittable(false))
                 .map(|(index, _)| (index, BoundingSphere::enclosing(&bounds[index])))
                 .collect(),
-            non_constant_infinite: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
-            lights: sources,
+            non_constant_infinite: infinite
+                .iter()
+                .filter(|&&i| !is_constant_sky(&prepared[i]))
+                .count(),
+            lights: prepared,
             infinite,
             finite,
             emissive_triangles: EmissiveTriangles::default(),
@@ -126,10 +129,10 @@ impl Lights {
 
     /// First environment light, with its index among the infinite lights.
     pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
-        let mut uneven = self.infinite[..self.non_constant_infinite]
+        let mut environments = self.infinite[..self.non_constant_infinite]
             .iter()
             .enumerate();
-        uneven.find_map(|(number, &i)| match &self.lights[i] {
+        environments.find_map(|(number, &i)| match &self.lights[i] {
             PreparedLight::Environment(environment) => Some((number, &**environment)),
             _ => None,
         })

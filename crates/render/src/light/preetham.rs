@@ -49,8 +49,8 @@ impl PreethamSky {
                 zenith * perez_zenith_factor(&coefficients, cosine.max(1e-3))
             })
         };
-        let by_sun = |place: f64| {
-            let angle = angle_of_sun_distance(place);
+        let by_sun = |position: f64| {
+            let angle = angle_of_sun_distance(position);
             perez.map(|(coefficients, _)| perez_sun_factor(&coefficients, angle, angle.cos()))
         };
         let mut sky = Self {
@@ -136,18 +136,18 @@ impl<const N: usize> WithSimd for EvaluateSky<'_, N> {
 /// that is shorter. Nearly the angle near the sun, without an arc cosine.
 #[inline(always)]
 fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
-    let place = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
+    let position = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
     if direction.dot(sun) >= 0.0 {
-        place(direction - sun)
+        position(direction - sun)
     } else {
-        1.0 - place(direction + sun)
+        1.0 - position(direction + sun)
     }
 }
 
 /// Angle to the sun at a [`sun_distance`].
-fn angle_of_sun_distance(place: f64) -> f64 {
-    let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
-    if place <= 0.5 { angle } else { PI - angle }
+fn angle_of_sun_distance(position: f64) -> f64 {
+    let angle = 2.0 * (position.min(1.0 - position) * SQRT_2).asin();
+    if position <= 0.5 { angle } else { PI - angle }
 }
 
 /// Three functions on 0..=1, tabulated at even steps and interpolated linearly: accurate to 1e-4 for the sky's
@@ -165,9 +165,9 @@ impl LinearTable {
 
     #[inline(always)]
     fn lookup(&self, x: f32) -> Vec3 {
-        let place = x * Self::STEPS as f32;
-        let step = (place as usize).min(Self::STEPS - 1);
-        self.0[step].lerp(self.0[step + 1], (place - step as f32).min(1.0))
+        let position = x * Self::STEPS as f32;
+        let step = (position as usize).min(Self::STEPS - 1);
+        self.0[step].lerp(self.0[step + 1], (position - step as f32).min(1.0))
     }
 }
 

@@ -102,19 +102,19 @@ impl<'a> ShutterSlices<'a> {
         &self,
         camera: &Camera,
         pixel: DVec2,
-        lines: &mut RowWorlds,
+        rows: &mut RowWorlds,
         most: usize,
         control: &Control,
     ) -> Result<Arc<PreparedWorld>, RenderError> {
         let time = camera.shutter_offset(pixel, 0.5);
-        if let Some(world) = lines.get(&time.to_bits()) {
+        if let Some(world) = rows.get(&time.to_bits()) {
             return Ok(world.clone());
         }
-        if lines.len() >= most {
-            lines.clear();
+        if rows.len() >= most {
+            rows.clear();
         }
         let world = self.prepare_at(time, control)?;
-        lines.insert(time.to_bits(), world.clone());
+        rows.insert(time.to_bits(), world.clone());
         Ok(world)
     }
 
@@ -149,25 +149,25 @@ impl<'a> ShutterSlices<'a> {
     ) -> Result<Vec<Arc<PreparedWorld>>, RenderError> {
         let middle = |[x, y, ..]: [u32; 4]| camera.pixel_center_of(x, y);
         let [width, height] = camera.size();
-        let mut lines: Vec<_> = self
+        let mut rows: Vec<_> = self
             .rows_of(camera, [0, 0, width, height])
             .into_iter()
             .map(middle)
             .collect();
-        lines.sort_by(|a, b| {
+        rows.sort_by(|a, b| {
             camera
                 .line_fraction(*a)
                 .total_cmp(&camera.line_fraction(*b))
         });
-        let count = lines.len();
+        let count = rows.len();
         let objects = OBJECT_BYTES * self.world.objects.len();
         let taken = AtomicUsize::new(count * objects);
-        lines
+        rows
             .into_par_iter()
             .map(|pixel| {
                 let then = self.row_world(camera, pixel, control)?;
-                let bent = self.deforming_bytes(&then);
-                if taken.fetch_add(bent, Ordering::Relaxed) + bent <= ROW_WORLDS_MAX_BYTES {
+                let deforming = self.deforming_bytes(&then);
+                if taken.fetch_add(deforming, Ordering::Relaxed) + deforming <= ROW_WORLDS_MAX_BYTES {
                     return Ok(then);
                 }
                 Err(RenderError::World(format!(
@@ -175,7 +175,7 @@ impl<'a> ShutterSlices<'a> {
                      the meshes among them that bend, take about {} MiB for each line, and 2 GiB are for all of them: \
                      follow to a camera of fewer lines or without a readout, or to a world that stands",
                     then.geometry.instances.len(),
-                    (objects + bent).div_ceil(1 << 20)
+                    (objects + deforming).div_ceil(1 << 20)
                 )))
             })
             .collect()
@@ -188,14 +188,14 @@ impl<'a> ShutterSlices<'a> {
             .instances
             .iter()
             .zip(&self.reference.geometry.instances);
-        let bent: HashMap<_, _> = objects
+        let deforming: HashMap<_, _> = objects
             .filter(|(now, still)| !Arc::ptr_eq(&now.mesh, &still.mesh))
             .map(|(now, _)| (Arc::as_ptr(&now.mesh), &now.mesh.mesh))
             .collect();
         let of_mesh = |mesh: &&Arc<Mesh>| {
             VERTEX_BYTES * mesh.vertices.len() + TRIANGLE_BYTES * mesh.triangles.len()
         };
-        bent.values().map(of_mesh).sum::<usize>()
+        deforming.values().map(of_mesh).sum::<usize>()
     }
 
     /// World description when the row at this fraction of the image, from 0 to 1, is in the middle of its exposure.

@@ -113,13 +113,13 @@ impl PreparedWorld {
     ) -> Result<Self, RenderError> {
         control.check()?;
         validate(world)?;
-        let still = &reference.geometry;
-        let meshes = instance_meshes(world, Some(still), control)?;
+        let base = &reference.geometry;
+        let meshes = instance_meshes(world, Some(base), control)?;
         let (lower, upper) = world_bounds(&world.objects, &meshes);
-        let origin = still.origin;
+        let origin = base.origin;
         let (instances, scene) = build_instances(world, meshes, origin)?;
         let materials = match world.materials == before.materials {
-            true => still.materials.clone(),
+            true => base.materials.clone(),
             false => Arc::new(prepare_materials(&world.materials)),
         };
         let geometry = Geometry {
@@ -132,8 +132,8 @@ impl PreparedWorld {
             instances,
             materials,
             has_transparency: has_transparency(world),
-            textures: still.textures.clone(),
-            texture_cache: still.texture_cache.clone(),
+            textures: base.textures.clone(),
+            texture_cache: base.texture_cache.clone(),
         };
         let guiding = Guiding {
             caustic_casters: find_caustic_casters(&geometry),

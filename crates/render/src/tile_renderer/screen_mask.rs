@@ -37,7 +37,7 @@ impl ScreenMask {
         }
         let [x, y, width, height] = region;
         let across = width.div_ceil(RAY_BLOCK) as usize;
-        let mut cover = Self {
+        let mut mask = Self {
             first_pixel: [x, y],
             blocks_per_row: across,
             covered: vec![false; across * height.div_ceil(RAY_BLOCK) as usize],
@@ -54,13 +54,13 @@ impl ScreenMask {
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
             let columns = first.x as usize / RAY_BLOCK as usize..width.div_ceil(RAY_BLOCK) as usize;
             for row in first.y as usize / RAY_BLOCK as usize..height.div_ceil(RAY_BLOCK) as usize {
-                if let Some(seen) = cover.covered[row * across..][..across].get_mut(columns.clone())
+                if let Some(seen) = mask.covered[row * across..][..across].get_mut(columns.clone())
                 {
                     seen.fill(true);
                 }
             }
         }
-        cover.covered.contains(&false).then_some(cover)
+        mask.covered.contains(&false).then_some(mask)
     }
 
     /// True if any object can project to a block of [`Tile::blocks`].
@@ -236,7 +236,7 @@ mod tests {
                 bits(&crate::render(world, &camera, &settings, &Control::new()).unwrap())
             };
             let region = settings.region.unwrap_or([0, 0, 83, 61]);
-            let cover = ScreenMask::new(
+            let mask = ScreenMask::new(
                 &prepared.geometry.object_bounds,
                 &prepared.geometry.camera_outside(&camera),
                 region,
@@ -248,7 +248,7 @@ mod tests {
                 .push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
             assert!(ScreenMask::new(&prepared.geometry.object_bounds, &camera, region).is_none());
             assert!(quick == render(&prepared), "round {round}");
-            let seen = cover.map_or(vec![true], |cover| cover.covered);
+            let seen = mask.map_or(vec![true], |mask| mask.covered);
             left_out += usize::from(!seen.contains(&true));
             shown += usize::from(!seen.contains(&false));
             mixed += usize::from(seen.contains(&true) && seen.contains(&false));
@@ -271,15 +271,15 @@ mod tests {
         let k = DMat3::from_cols_array(&[100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 40.0, 30.0, 1.0]);
         let size = [80, 60];
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
-        let cover = ScreenMask::new(
+        let mask = ScreenMask::new(
             &prepared.geometry.object_bounds,
             &camera.unwrap(),
             [0, 0, 80, 60],
         )
         .unwrap();
         // The image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
-        let seen: Vec<_> = (0..cover.covered.len())
-            .filter(|&i| cover.covered[i])
+        let seen: Vec<_> = (0..mask.covered.len())
+            .filter(|&i| mask.covered[i])
             .collect();
         assert_eq!(seen, [0, 1, 10, 11]);
     }

@@ -31,29 +31,29 @@ pub(crate) const MAX_SPLIT_LIGHTS: usize = 4;
 
 impl LightTree {
     pub fn new(lights: &[LightBounds]) -> Self {
-        let mut shining: Vec<u32> = (0..lights.len() as u32)
+        let mut emitting: Vec<u32> = (0..lights.len() as u32)
             .filter(|&i| lights[i as usize].phi > 0.0)
             .collect();
-        let nodes = match shining.is_empty() {
+        let nodes = match emitting.is_empty() {
             true => vec![],
-            false => build_node(lights, &mut shining, 0),
+            false => build_node(lights, &mut emitting, 0),
         };
         let mut tree = Self {
             nodes,
             parents: vec![None; lights.len()],
-            bounds: (!shining.is_empty())
-                .then(|| union_of(lights, shining.iter().copied()).prepare()),
-            count: shining.len(),
+            bounds: (!emitting.is_empty())
+                .then(|| union_of(lights, emitting.iter().copied()).prepare()),
+            count: emitting.len(),
         };
         for node in 0..tree.nodes.len() {
             for child in 0..tree.nodes[node].children().len() {
-                let place = Some(ParentLink {
+                let link = Some(ParentLink {
                     node: node as u32,
                     child: child as u32,
                 });
                 match tree.nodes[node].children()[child] {
-                    Child::Light(light) => tree.parents[light as usize] = place,
-                    Child::Node(below) => tree.nodes[below as usize].parent = place,
+                    Child::Light(light) => tree.parents[light as usize] = link,
+                    Child::Node(below) => tree.nodes[below as usize].parent = link,
                 }
             }
         }
@@ -108,10 +108,10 @@ impl LightTree {
                 Child::Light(light) => return Some((light as usize, probability)),
                 Child::Node(next) => at = next,
             }
-            let shares = from.child_probabilities(&self.nodes[at as usize]);
-            let share;
-            (child, share, number) = shares.sample(number)?;
-            probability *= share;
+            let probabilities = from.child_probabilities(&self.nodes[at as usize]);
+            let child_probability;
+            (child, child_probability, number) = probabilities.sample(number)?;
+            probability *= child_probability;
         }
     }
 
@@ -121,7 +121,7 @@ impl LightTree {
         &self,
         from: &LightTreeContext,
         number: f64,
-        mut tell: impl FnMut(usize, usize, f64),
+        mut report: impl FnMut(usize, usize, f64),
     ) {
         if self.is_empty() {
             return;
@@ -132,25 +132,25 @@ impl LightTree {
                 let number = (number + index as f64) / MAX_SPLIT_LIGHTS as f64;
                 let chosen = self.sample_below(&root, from, number);
                 if let Some((light, probability)) = chosen {
-                    tell(index, light, probability * MAX_SPLIT_LIGHTS as f64);
+                    report(index, light, probability * MAX_SPLIT_LIGHTS as f64);
                 }
             } else if let Child::Light(light) = self.nodes[0].children()[index]
                 && root.is_possible(index)
             {
-                tell(index, light as usize, 1.0);
+                report(index, light as usize, 1.0);
             }
         }
     }
 
     /// Probability with which [`LightTree::sample`] selects a light.
     pub fn pmf(&self, from: &LightTreeContext, light: usize) -> f64 {
-        let mut place = self.parents[light];
-        let mut probability = f64::from(u8::from(place.is_some()));
-        while let Some(ParentLink { node, child }) = place {
+        let mut link = self.parents[light];
+        let mut probability = f64::from(u8::from(link.is_some()));
+        while let Some(ParentLink { node, child }) = link {
             probability *= from
                 .child_probabilities(&self.nodes[node as usize])
                 .probability(child as usize);
-            place = self.nodes[node as usize].parent;
+            link = self.nodes[node as usize].parent;
         }
         probability
     }
