@@ -42,7 +42,7 @@ pub fn render(
 /// middle of the shutter's time. A world without a time, or a camera without a shutter, renders as with [`render`].
 ///
 /// # Errors
-/// Those of [`render`], and [`RenderError::World`] if the world cannot be evaluated at a time.
+/// Errors of [`render`], and [`RenderError::World`] if the world cannot be evaluated at a time.
 pub fn render_moving(
     world: &World,
     prepared: &PreparedWorld,
@@ -58,7 +58,7 @@ pub fn render_moving(
 /// returns. Returns the region and the notices. After an error the planes hold arbitrary values.
 ///
 /// # Errors
-/// Those of [`render_moving`], and [`RenderError::Settings`] if the planes do not fit.
+/// Errors of [`render_moving`], and [`RenderError::Settings`] if the planes do not fit.
 pub fn render_into(
     world: &World,
     prepared: &PreparedWorld,

@@ -26,7 +26,7 @@ fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> Viewpoint<'a> {
 }
 
 #[test]
-fn an_object_covers_what_it_covers_alone() {
+fn a_mask_is_the_coverage_of_the_object_alone() {
     let world = still_life();
     let camera = look_at(
         DVec3::new(3.0, -5.0, 3.0),
@@ -105,7 +105,7 @@ fn threads_and_tiles_do_not_matter() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_arguments_are_refused() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [8, 8]);
     let of = |objects: &[usize], margin| {

@@ -131,7 +131,7 @@ fn a_tiny_sphere_far_away_is_a_point() {
 }
 
 #[test]
-fn a_bulb_is_dark_inside_and_on_the_surface_but_seen() {
+fn a_spherical_light_is_visible_but_does_not_emit_inwards() {
     // A sphere of radiance L has the intensity L pi r^2.
     let seen = 5.0 / (std::f64::consts::PI * 0.5 * 0.5);
     for (position, radius, expected) in [
@@ -150,13 +150,13 @@ fn a_bulb_is_dark_inside_and_on_the_surface_but_seen() {
 }
 
 #[test]
-fn shadows_fall_where_something_stands_in_between() {
+fn occluders_cast_shadows() {
     let lit = |light: Light, blocker: Option<f64>, gap: DVec3| {
         let mut world = plane(4.0, 0.6);
         world.add_light(light).unwrap();
         if let Some(height) = blocker {
             let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, height) + gap);
-            // As wide as it stays out of the eye's way.
+            // Wide, but out of the camera's view.
             let mesh = primitive::plane([2.0 * height, 2.0 * height]).unwrap();
             add(&mut world, mesh, material([1.0; 3], 1.0, 0.0, 1.0), place);
         }
@@ -296,7 +296,7 @@ fn the_phong_lobe_gives_no_energy() {
                 "{shininess} {degrees}: {found}"
             );
             last = found;
-            // What the sky gives is the same integral.
+            // The sky's irradiance is the same integral.
             let mut world = World::default();
             let mesh = primitive::plane([4.0, 4.0]).unwrap();
             add(
@@ -316,7 +316,7 @@ fn the_phong_lobe_gives_no_energy() {
 }
 
 #[test]
-fn a_sharp_lobe_shines_where_the_mirror_points() {
+fn a_sharp_lobe_peaks_in_the_mirror_direction() {
     let mut world = World::default();
     let mesh = primitive::plane([4.0, 4.0]).unwrap();
     add(
@@ -401,7 +401,7 @@ fn the_sky_is_ambient_and_hidden_when_asked() {
 }
 
 #[test]
-fn unlit_surfaces_shine_by_themselves() {
+fn unlit_surfaces_emit_their_base_colour() {
     let mut world = plane(4.0, 1.0);
     world.materials[0].model = MaterialModel::Unlit;
     world.materials[0].color = [0.25, 0.5, 0.75];

@@ -1,4 +1,4 @@
-//! The same bytes, however the work is divided.
+//! Frames have the same bytes for any division of the work.
 
 mod common;
 

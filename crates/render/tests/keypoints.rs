@@ -21,7 +21,7 @@ fn seen(anchors: &[KeypointSource]) -> Result<Vec<Keypoint>, RenderError> {
 }
 
 #[test]
-fn points_are_where_the_camera_sees_them_and_know_what_is_before_them() {
+fn keypoints_have_images_and_occluders() {
     let ball = |point| KeypointSource::Mesh { object: 1, point };
     let anchors = [
         ball(DVec3::NEG_Y),
@@ -72,7 +72,7 @@ fn points_of_triangles_are_between_their_corners() {
 }
 
 #[test]
-fn what_is_not_there_is_refused() {
+fn missing_objects_are_refused() {
     let triangle = |object, triangle, sum: f64| KeypointSource::Triangle {
         object,
         triangle,

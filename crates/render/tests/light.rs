@@ -36,7 +36,7 @@ fn close(found: f64, expected: f64, relative: f64) {
 }
 
 #[test]
-fn a_textured_mesh_shines_as_its_texels_do() {
+fn a_textured_mesh_emits_as_its_texels_do() {
     // Two by two texels on a sheet above the floor: four sheets, each a light of its own.
     let radiance = [[8.0f32, 0.0], [1.0, 3.0]];
     let image = Image {

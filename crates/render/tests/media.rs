@@ -65,7 +65,7 @@ fn reflectances(degrees: f64, from: f64, to: f64) -> [f64; 2] {
     [s * s, p * p]
 }
 
-/// What passes a stack of layers with all reflections between them, as a path tracer has it: without polarisation, so
+/// Transmittance of a stack of layers with all interreflections, as a path tracer computes it: without polarisation, so
 /// that every interface reflects the mean of both.
 fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
     let (mut passed, mut back) = (1.0, 0.0);
@@ -82,7 +82,7 @@ fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
 }
 
 #[test]
-fn layers_pass_what_fresnel_says() {
+fn layers_transmit_by_fresnel() {
     let stack = [1.0, GLASS, WATER, GLASS, 1.0];
     // Water that reaches into the glass that holds it; water in a hole that the glass knows nothing of; the same, where
     // the glass is the one that counts, and is all that is there.
@@ -128,7 +128,7 @@ fn layers_pass_what_fresnel_says() {
 }
 
 #[test]
-fn what_is_there_absorbs() {
+fn interiors_absorb() {
     // All of the index of air: two metres of water of which the glass displaces a quarter of a metre.
     let mut world = World::default();
     let tinted = |color, priority| {

@@ -121,7 +121,7 @@ fn last_segments_find_the_same_light_as_shadow_rays_and_as_paths() {
         [48, 32],
     );
     let whole = still_life();
-    // Where something might let light through, it counts what a segment meets. No object is made of this.
+    // A transparent material, which no object has, makes the tracer keep the hits of last segments.
     let mut seen_through = still_life();
     let glass = Material {
         alpha: Alpha::Blend,
@@ -327,7 +327,7 @@ fn ambient_occlusion_is_a_form_factor() {
 }
 
 #[test]
-fn every_lamp_lights_what_the_camera_sees() {
+fn every_light_reaches_visible_surfaces() {
     // Lights without a size, of which no more matter than are sampled at once: nothing is left to chance.
     let mut world = plane(10.0, 0.5);
     for i in 0..4 {

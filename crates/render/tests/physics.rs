@@ -149,7 +149,7 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
 #[test]
 fn glass_absorbs_as_beer_says() {
     let color = [0.9, 0.5, 0.1];
-    // Of the index of air, so that nothing is reflected: two metres of what leaves `color` after one.
+    // The index of air, so that nothing is reflected: two metres transmit the square of `color` at one metre.
     let mut world = World::default();
     let block = Material {
         model: MaterialModel::Glass(Glass {
@@ -172,7 +172,7 @@ fn glass_absorbs_as_beer_says() {
 }
 
 #[test]
-fn a_smooth_metal_mirrors_what_its_fresnel_says() {
+fn a_smooth_metal_reflects_by_fresnel() {
     let metal = Metal::named("copper").unwrap();
     let mut world = plane(4.0, 1.0);
     world.materials[0].model = MaterialModel::Metal(metal);
@@ -213,7 +213,7 @@ fn the_error_falls_at_least_as_the_square_root() {
         f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
     };
     let exact = of(16384, 1);
-    // Of eight seeds: a few bright samples of one picture would tell another slope.
+    // Eight seeds: a few bright samples of one image would change the slope.
     let off = |samples| {
         let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
         let of_seed = |seed| {

@@ -116,7 +116,7 @@ fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
         let new = prepare(&bent);
         let cost = |world: &PreparedWorld| world.bvh(1).unwrap().sah_cost();
         assert_eq!(cost(&moved) != cost(&new), refitted, "{amount}");
-        // What stands still has the very tree that it had.
+        // Unchanged meshes keep their BVH.
         assert_eq!(moved.objects_shared_with(&first), 2);
         for still in [0, 2] {
             assert!(Arc::ptr_eq(

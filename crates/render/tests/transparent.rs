@@ -50,7 +50,7 @@ fn veil(opacity: f32, alpha: Alpha) -> Material {
 }
 
 #[test]
-fn truth_passes_what_one_sees_through() {
+fn ground_truth_skips_transparent_surfaces() {
     let glass = Material {
         model: MaterialModel::Glass(Default::default()),
         ..Material::default()
@@ -118,7 +118,7 @@ fn behind_the_last_is_the_background() {
 }
 
 #[test]
-fn coverage_is_of_what_the_truth_tells_of() {
+fn coverage_counts_the_surfaces_of_the_ground_truth() {
     // A small veil before the edge of a small solid plane, over a large one: with and without it the same is seen.
     let scene = |veiled: bool| {
         let mut world = World::default();
@@ -160,7 +160,7 @@ fn coverage_is_of_what_the_truth_tells_of() {
         let expected = f32s(&without, Channel::Coverage);
         let found = f32s(&behind, Channel::Coverage);
         for (i, (a, b)) in expected.iter().zip(found).enumerate() {
-            // Of a ray along an edge, float32 and float64 may say different things.
+            // Along an edge, float32 and float64 may hit different triangles.
             assert!((a - b).abs() <= 1.0 / 64.0, "pixel {i}: {b}, without {a}");
         }
         assert_eq!(samples > 1, expected.iter().any(|c| *c < 1.0));

@@ -66,7 +66,7 @@ fn a_plane_is_where_it_is() {
 }
 
 #[test]
-fn nothing_is_told_apart_from_something() {
+fn the_background_differs_from_surfaces() {
     let world = plane(1.0, 1.0);
     let camera = look_at(
         DVec3::new(0.0, -3.0, 0.5),

@@ -38,7 +38,7 @@ pub struct RayHits {
 /// float32; t, position, weights and normal are computed in float64.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if the arrays differ in length, [`RenderError::Cancelled`], and those of [`with_pool`].
+/// [`RenderError::Settings`] if the arrays differ in length, [`RenderError::Cancelled`], and errors of [`with_pool`].
 pub fn cast_rays(
     world: &PreparedWorld,
     origins: &[[f64; 3]],

@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn every_lane_is_what_it_is_alone() {
+    fn batch_equals_scalar() {
         let world = world();
         let hits: Vec<_> = (0..320u32)
             .map(|i| {

@@ -296,7 +296,7 @@ mod tests {
     const COUNTS: [usize; 5] = [0, 1, LOOKUP_BLOCK - 1, LOOKUP_BLOCK, 3 * LOOKUP_BLOCK + 5];
 
     #[test]
-    fn many_of_an_image_are_what_each_is() {
+    fn batched_image_lookups_equal_single_ones() {
         for size in [[1, 1], [2, 1], [37, 20], [512, 256]] {
             let (environment, texture) = made(size);
             for count in COUNTS {
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn many_of_a_clear_sky_are_what_each_is() {
+    fn batched_sky_lookups_equal_single_ones() {
         let made = || PreethamSky::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
         let (environment, sky) = (EnvironmentLight::of_sky(made(), Up::Y), made());
         for count in COUNTS {

@@ -13,7 +13,7 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 pub(crate) struct EquirectFrame {
     /// Rows: image centre, left of it, up.
     panorama_from_world: DMat3,
-    /// The same in float32, for per-ray use.
+    /// Float32 copy for per-ray use.
     rounded: Mat3,
 }
 

@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_points_have_the_samples_of_each() {
+    fn batch_equals_scalar() {
         const N: usize = 16;
         let edges = [DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
         let slanted = [edges[0], edges[1] + edges[0] / 4.0];

@@ -1,6 +1,6 @@
 //! Flattened scene: all instances in one BVH, for many rays.
 //!
-//! Where instances overlap or are close, as things on a floor are, most rays traverse several BVHs from their roots.
+//! If instances overlap or are close, as things on a floor are, most rays traverse several BVHs from their roots.
 //! A single BVH over all triangles has one root. Its build time and memory pay off for many rays only: the samples of
 //! one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep the two-level
 //! scene.
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn many_samples_have_one_tree_and_few_those_of_the_objects() {
+    fn many_samples_use_the_flattened_scene() {
         let world = world();
         let prepared = prepare(&world, None);
         let triangles = prepared.geometry.triangle_count() as u64;
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_at_once_do_not_wait_for_themselves() {
+    fn concurrent_renders_do_not_deadlock() {
         // Enough triangles for a parallel build.
         let mut world = world();
         world.meshes[1] = Arc::new(primitive::sphere(0.5, 6).unwrap());
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_rays_have_one_tree_once_it_pays_and_the_same_answers() {
+    fn exact_rays_use_the_flattened_scene_once_it_pays() {
         let mut world = world();
         // Coincident objects: the first one is hit.
         for i in [0, 1, 0, 2, 0] {
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn small_things_in_a_large_world_keep_their_own_trees() {
+    fn small_objects_in_a_large_world_keep_two_levels() {
         let mut world = world();
         let scale = DAffine3::from_scale(DVec3::splat(100.0));
         world.objects[0].world_from_mesh = scale;
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_the_same_up_to_rounding_and_whatever_was_before() {
+    fn images_are_equal_up_to_rounding_and_independent_of_history() {
         let world = world();
         let prepared = prepare(&world, None);
         let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 29.5, 19.5, 1.0]);

@@ -71,7 +71,7 @@ mod tests {
     const SIDES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
     #[test]
-    fn closed_meshes_are_bodies() {
+    fn closed_meshes_are_watertight() {
         assert!(is_watertight(&mesh(&CORNERS, &SIDES)));
         // Triangles with vertices of their own, as at texture seams.
         let corners = SIDES.as_flattened().iter();
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_open_or_inside_out_is_none() {
+    fn open_or_inverted_meshes_are_not_watertight() {
         for missing in 0..4 {
             let mut open = SIDES.to_vec();
             open.remove(missing);

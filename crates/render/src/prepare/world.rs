@@ -52,7 +52,7 @@ impl PreparedWorld {
     ///
     /// # Errors
     /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
-    /// [`RenderError::Cancelled`], and those of [`with_pool`].
+    /// [`RenderError::Cancelled`], and errors of [`with_pool`].
     pub fn new(
         world: &World,
         previous: Option<&PreparedWorld>,
@@ -104,7 +104,7 @@ impl PreparedWorld {
     /// prepared; its origin, textures, and unchanged materials and lights are reused.
     ///
     /// # Errors
-    /// Those of [`PreparedWorld::new`].
+    /// Errors of [`PreparedWorld::new`].
     pub(crate) fn advance_world(
         world: &World,
         before: &World,

@@ -125,7 +125,7 @@ fn the_second_dimension_is_sobols() {
 }
 
 #[test]
-fn a_batch_has_the_numbers_of_its_samples() {
+fn batch_equals_scalar() {
     let samplers: Vec<_> = (0..50).map(|x| Sampler::new(4, 0, [x, 2], x / 3)).collect();
     let which = || (0..50).filter(|i| i % 7 != 3);
     let mut out = vec![[2.0; 2]];
@@ -225,7 +225,7 @@ fn together(side: u32, samples: u32, mean: f64, f: impl Fn(&Sampler) -> f64) -> 
 }
 
 #[test]
-fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
+fn errors_of_neighbouring_pixels_cancel() {
     let [product, disk] = [
         |[x, y]: [f32; 2]| f64::from(x * y),
         |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0)),

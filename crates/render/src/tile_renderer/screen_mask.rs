@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_the_same_with_every_ray_traced() {
+    fn an_image_is_the_same_with_every_ray_traced() {
         let random = &mut Random(5);
         let (mut left_out, mut shown, mut mixed) = (0, 0, 0);
         for round in 0..240 {
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_in_a_corner_leaves_most_of_the_picture_out() {
+    fn an_object_in_a_corner_masks_most_of_the_image() {
         let mut world = World::default();
         let mesh = world.add_mesh(primitive::sphere(0.1, 2).unwrap());
         let material = world.add_material(Material::default()).unwrap();

@@ -8,7 +8,7 @@ use raycam_scene::{Light, Up};
 use super::*;
 
 #[test]
-fn a_sun_with_a_disk_gives_what_a_point_gives() {
+fn a_sun_with_a_disk_has_the_irradiance_of_a_point() {
     for diameter in [0.0, 0.53, 5.0, 60.0] {
         let found = irradiance(
             &source(sun([1.0, 0.0, -1.5], diameter)),
@@ -206,7 +206,7 @@ fn disk_lights_follow_their_closed_form() {
 }
 
 #[test]
-fn ies_profiles_shine_as_measured() {
+fn ies_profiles_emit_as_measured() {
     // 683 cd are 1 W/sr; at distance 2.
     let even = ies(&[683.0, 683.0], &[0.0, 180.0], &[0.0], None);
     close(irradiance(&source(even), &AT_ORIGIN, 1), 0.25, 1e-5);

@@ -244,7 +244,7 @@ fn samples_are_spread_as_their_density_says() {
 }
 
 #[test]
-fn a_light_that_is_alone_is_sampled_as_one_of_several() {
+fn a_single_light_is_sampled_as_one_of_several() {
     let alone = lights(&[hard_environment()]);
     assert!(
         alone.is_single_infinite(LightSampling::Importance)

@@ -94,7 +94,7 @@ mod tests {
     use crate::soa::{lane_dvec3, set_lane};
 
     #[test]
-    fn every_lane_is_what_it_is_alone() {
+    fn batch_equals_scalar() {
         let place = |i: usize| {
             let angle = i as f64;
             DVec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin())

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn every_child_weighs_what_its_bounds_say() {
+    fn importances_of_children_equal_those_of_their_bounds() {
         let mut node = LightTreeNode::new();
         let at = |i: usize| DVec3::new(i as f64, (i as f64).sin(), 2.0);
         for i in 0..11 {
