@@ -1,15 +1,15 @@
-//! Why a mesh or a scene could not be built.
+//! Errors of building a mesh or a scene.
 
-/// Why a mesh or a scene could not be built.
+/// The reason a mesh or a scene could not be built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BuildError {
-    /// A triangle names a vertex that is not there.
+    /// A triangle refers to a vertex that does not exist.
     IndexOutOfRange {
         /// The triangle.
         triangle: usize,
-        /// The index it gives.
+        /// Its vertex index.
         index: u32,
-        /// The vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// A vertex or a transform is NaN or infinite.
@@ -21,12 +21,12 @@ pub enum BuildError {
     TooLarge {
         /// `triangles` or `instances`.
         what: &'static str,
-        /// How many were given.
+        /// The number given.
         given: usize,
-        /// How many there may be.
+        /// The largest number.
         limit: usize,
     },
-    /// A tree was to be refitted to a mesh that it does not fit.
+    /// A tree does not fit the mesh of a refit.
     TopologyMismatch {
         /// Triangles of the mesh.
         given: usize,

@@ -1,24 +1,38 @@
-//! What a ray meets: triangles in, nearest or any hit out, in batches.
+//! Ray tracing kernels: closest hits and occlusion of batches of rays against triangles, on the CPU.
 //!
-//! The only room with `unsafe` and SIMD; it knows nothing of worlds, cameras or materials. [`Bvh`] holds one mesh,
-//! [`Scene`] places meshes; a query answers a slice of rays on the calling thread, and its answers depend neither on
-//! the batch it came in, nor on threads, nor on the instruction set.
+//! [`Bvh`] is a bottom-level BVH (BLAS) over one mesh. [`Scene`] is a top-level BVH (TLAS) over instances. A query traces a
+//! slice of rays on the calling thread. Hits depend neither on the batch, nor on threads, nor on the instruction set.
+//! This is the only crate with `unsafe` and SIMD; it knows no worlds, cameras or materials.
 //!
-//! # What is run against it
+//! ```text
+//! src/
+//! ├── error  ray  limits  aabb   errors, rays and hits, limits, the AABB
+//! ├── node                       wide nodes and leaves in 256-byte blocks
+//! ├── platform/                  instruction set dispatch, huge pages, streaming stores
+//! ├── simd/                      vectors of 8 and 16 floats: portable, AVX2, AVX-512, NEON
+//! ├── build/                     binned SAH over triangle pairs, in treelets, collapsed to eight children
+//! ├── blas/                      Bvh: build, refit, bounding boxes
+//! ├── scene/                     Scene: instances, re-braided TLAS, flattened scenes, queries
+//! └── traverse/                  ray streams, frustum packets, interleaved single rays, float64 hits
+//! ```
 //!
-//! - `cargo test -p raycam-bvh`: trees of the same bytes and answers of the same bits for every instruction set, number
-//!   of threads and kernel; a hundred meshes against float64 brute force; ten million rays aimed at edges and vertices.
+//! A folder imports only folders above it in this list; `scene/query` stands on top of all.
+//!
+//! # Checks
+//!
+//! - `cargo test -p raycam-bvh`: trees of the same bytes and hits of the same bits for every instruction set, number of
+//!   threads and kernel; a hundred meshes against float64 brute force; ten million rays aimed at edges and vertices.
 //!   `benchmarks/brute_force.py` and `make leak` do the last two at length.
 //! - AddressSanitizer, over the kernels of every instruction set:
 //!   `RUSTFLAGS=-Zsanitizer=address cargo +nightly test -p raycam-bvh --target x86_64-unknown-linux-gnu`.
-//! - The same tests with NEON, where the target is installed and QEMU runs its programs:
+//! - The same tests with NEON, if the target is installed and QEMU runs its programs:
 //!   `CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
 //!   CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L /usr/aarch64-linux-gnu"
 //!   cargo test -p raycam-bvh --target aarch64-unknown-linux-gnu`.
-//! - Miri, over the partition of the builder, whose ends are written without bounds being checked:
+//! - Miri, over the partition of the builder, whose writes are not bounds-checked:
 //!   `MIRIFLAGS="-Zmiri-tree-borrows -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`.
-//!   Without the last word it takes whole builds as well, of smaller parts, and many minutes. rayon's queues
-//!   break stacked borrows, and its threads are never joined; hence the flags.
+//!   Without the last word Miri runs whole builds of smaller meshes, for many minutes. rayon's queues break stacked
+//!   borrows, and its threads are never joined; hence the flags.
 
 // Loops over axes and lanes read several arrays by one index.
 #![allow(clippy::needless_range_loop)]

@@ -1,4 +1,5 @@
-//! What a tree is made of: 256-byte blocks, each an inner node of eight children or a leaf of sixteen triangles.
+//! Nodes and leaves of the wide BVH: 256-byte blocks, each an inner node of eight children or a leaf of sixteen
+//! triangles.
 
 use crate::aabb::Aabb;
 
@@ -46,10 +47,10 @@ impl NodeRef {
     }
 }
 
-/// The most triangles, and the most different vertices, in a leaf.
+/// The largest number of triangles, and of distinct vertices, in a leaf.
 pub const MAX_LEAF_TRIANGLES: usize = 16;
 
-/// Eight boxes and what they hold. An unused child has an inverted box, which no ray meets.
+/// An inner node: the AABBs of eight children in SoA. An unused child has an inverted box, which no ray enters.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct WideNode {
@@ -57,7 +58,7 @@ pub struct WideNode {
     pub bounds: [[f32; 8]; 6],
     /// The children; [`NodeRef::EMPTY`] where unused.
     pub children: [NodeRef; 8],
-    /// How many children are used; they are the first ones.
+    /// The number of children in use, which come first.
     pub child_count: u32,
     _pad: [u32; 7],
 }
@@ -82,7 +83,7 @@ impl WideNode {
         self.child_count += 1;
     }
 
-    /// Gives a child another box, by its lower and upper corner.
+    /// Sets the bounds of a child.
     pub fn set_child_bounds(&mut self, lane: usize, Aabb { lower, upper }: Aabb) {
         for axis in 0..3 {
             self.bounds[2 * axis][lane] = lower[axis];
@@ -90,7 +91,7 @@ impl WideNode {
         }
     }
 
-    /// The lower and the upper corner of a child's box.
+    /// The bounds of a child.
     pub fn child_bounds(&self, lane: usize) -> Aabb {
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side][lane]);
         Aabb {
@@ -100,7 +101,7 @@ impl WideNode {
     }
 }
 
-/// Up to sixteen triangles that share up to sixteen vertices.
+/// A leaf: up to sixteen triangles that share up to sixteen vertices.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct LeafNode {
@@ -108,19 +109,19 @@ pub struct LeafNode {
     pub vertices: [[f32; 16]; 3],
     /// First, second and third corners, packed by [`crate::simd::pack_indices`].
     pub packed_indices: [u64; 3],
-    /// Where the ids of the triangles start in the mesh's list of ids.
+    /// The first triangle in the primitive ids of the mesh.
     pub first_prim: u32,
-    /// How many triangles there are.
+    /// The number of triangles.
     pub count: u32,
-    /// Bit i: triangle i has an area (in float32) and can be hit.
+    /// Bit i: triangle i has an area in float32 and can be hit.
     pub non_degenerate: u32,
-    /// The box of the vertices: lower x, upper x, lower y, upper y, lower z, upper z.
+    /// The bounds of the vertices: lower x, upper x, lower y, upper y, lower z, upper z.
     pub bounds: [f32; 6],
-    /// Bit i: triangle i is so thin that where it is met needs care.
+    /// Bit i: triangle i is a sliver, whose depth may need float64.
     sliver_mask: u32,
 }
 
-/// A triangle is thin if the square of its longest edge is more than this times twice its area.
+/// A sliver's longest edge squared is more than this times twice its area.
 const SLIVER_RATIO: f64 = 64.0;
 
 impl LeafNode {
@@ -163,19 +164,19 @@ impl LeafNode {
         }
     }
 
-    /// Whether triangle `k` is thin.
+    /// True if triangle `k` is a sliver.
     #[inline(always)]
     pub fn is_sliver(&self, k: usize) -> bool {
         self.sliver_mask >> k & 1 != 0
     }
 
-    /// Whether any triangle is thin.
+    /// True if any triangle is a sliver.
     #[inline(always)]
     pub fn has_slivers(&self) -> bool {
         self.sliver_mask != 0
     }
 
-    /// Moves the triangles to other corners; returns their box. What shared a vertex still does.
+    /// Moves the triangles to other corners; returns their bounds. Shared vertices stay shared.
     pub fn refit(&mut self, triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Aabb {
         let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
         let mut corners = [[0; 3]; MAX_LEAF_TRIANGLES];
@@ -198,8 +199,8 @@ impl LeafNode {
     }
 }
 
-/// Which of some triangles have an area, and which are thin, as bits; corners by place in the triangle, axis and triangle.
-/// Without a branch, so that compilers do several at a time.
+/// Bit masks of the triangles with an area and of slivers; corners by index, axis and triangle. Branch-free, so that it
+/// is vectorised.
 #[inline(always)]
 fn classify_triangles(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u32) {
     let (mut solid, mut thin) = ([0; MAX_LEAF_TRIANGLES], [0; MAX_LEAF_TRIANGLES]);
@@ -236,7 +237,7 @@ fn is_sliver([a, b, c]: [[f64; 3]; 3]) -> bool {
     longest * longest > SLIVER_RATIO * SLIVER_RATIO * square(cross([a, b, c]))
 }
 
-/// A node or a leaf; the reference that leads to it says which.
+/// A node or a leaf, according to the reference.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub union NodeBlock {

@@ -1,25 +1,25 @@
-//! Rays and hits, as they come in and go out of every query.
+//! Rays and hits of all queries.
 
-/// The id of nothing: instance and triangle of a ray that meets no triangle.
+/// The instance and triangle id of a miss.
 pub const INVALID_ID: u32 = u32::MAX;
 
-/// A ray in scene-local coordinates (float32, relative to [`crate::Scene`]'s origin): 28 bytes.
+/// A ray in scene-local float32 coordinates, relative to [`crate::Scene`]'s origin: 28 bytes.
 ///
-/// It covers `origin + t * direction` for `0 <= t <= t_max`; `direction` needs no normalisation and `t` counts in its
-/// lengths. A ray with a NaN or infinite origin or direction, or a zero direction, meets nothing.
+/// It covers `origin + t * direction` for `0 <= t <= t_max`; `direction` has any length, and `t` counts in its lengths.
+/// A ray with a NaN or infinite origin or direction, or a zero direction, misses.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Start, scene-local.
+    /// Origin, scene-local.
     pub origin: [f32; 3],
     /// Direction, any length but zero.
     pub direction: [f32; 3],
-    /// The largest `t` that counts; infinity for no limit.
+    /// The largest valid `t`; infinity for no limit.
     pub t_max: f32,
 }
 
 impl Ray {
-    /// Nothing beyond `t` counts any more. (A `t_max` that is NaN stays what it is: such a ray meets nothing.)
+    /// Clips the ray at `t`. A NaN `t_max` stays, and such a ray misses.
     #[inline(always)]
     pub(crate) fn clip_t_max(&mut self, t: f32) {
         if t < self.t_max {
@@ -28,11 +28,11 @@ impl Ray {
     }
 }
 
-/// What a ray met first: the smallest (t, instance, triangle) in lexicographic order.
+/// The closest hit of a ray: the lexicographically smallest (t, instance, triangle).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In lengths of the ray's direction; infinity where the ray met nothing.
+    /// In lengths of the ray's direction; infinity for a miss.
     pub t: f32,
     /// Barycentric weight of the triangle's second corner; 0 for a miss.
     pub u: f32,
@@ -45,7 +45,7 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// The answer of a ray that meets nothing.
+    /// The hit of a ray that misses.
     pub const MISS: Hit = Hit {
         t: f32::INFINITY,
         u: 0.0,
@@ -54,7 +54,7 @@ impl Hit {
         triangle: INVALID_ID,
     };
 
-    /// Takes another hit of the ray if it comes first.
+    /// Replaces the hit by another one of the same ray if that is closer.
     #[inline(always)]
     pub(crate) fn keep_closer(&mut self, other: Hit) {
         let order = |hit: &Hit| (hit.t, hit.instance, hit.triangle);
@@ -64,21 +64,21 @@ impl Hit {
     }
 }
 
-/// A float64 ray in world coordinates, for answers that must be those of exact geometry.
+/// A float64 ray in world coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactRay {
-    /// Start, in the world.
+    /// Origin, in the world.
     pub origin: [f64; 3],
     /// Direction, any length but zero.
     pub direction: [f64; 3],
-    /// The largest `t` that counts; infinity for no limit.
+    /// The largest valid `t`; infinity for no limit.
     pub t_max: f64,
 }
 
-/// The float64 answer: as [`Hit`], computed from the float64 corners.
+/// The closest hit in float64, computed from float64 corners; fields as of [`Hit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactHit {
-    /// In lengths of the ray's direction; infinity where the ray met nothing.
+    /// In lengths of the ray's direction; infinity for a miss.
     pub t: f64,
     /// Barycentric weight of the triangle's second corner; 0 for a miss.
     pub u: f64,
@@ -88,12 +88,12 @@ pub struct ExactHit {
     pub instance: u32,
     /// Index into the triangles of that instance's mesh, or [`INVALID_ID`].
     pub triangle: u32,
-    /// Of the triangle with corners a, b, c: (b - a) x (c - a) in the world, twice its area long; 0 for a miss.
+    /// (b - a) x (c - a) of the triangle a, b, c in the world, as long as twice its area; 0 for a miss.
     pub normal: [f64; 3],
 }
 
 impl ExactHit {
-    /// The answer of a ray that meets nothing.
+    /// The hit of a ray that misses.
     pub const MISS: ExactHit = ExactHit {
         t: f64::INFINITY,
         u: 0.0,
@@ -104,14 +104,14 @@ impl ExactHit {
     };
 }
 
-/// What the caller knows of a batch. It changes the speed of an answer, never the answer.
+/// The caller's knowledge of a batch. A hint for speed; hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
-    /// Nothing is known: the batch is looked at.
+    /// Nothing is known: the batch is examined.
     #[default]
     Unknown,
-    /// Neighbours in the slice run alike: 64 rays in a row are best an 8 x 8 tile of pixels.
+    /// Neighbours in the slice are coherent; best 64 in a row are an 8 x 8 tile of pixels.
     Coherent,
-    /// Neighbours run apart, as diffuse bounces do.
+    /// Neighbours diverge, as diffuse bounces do.
     Incoherent,
 }

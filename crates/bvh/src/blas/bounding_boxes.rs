@@ -1,18 +1,19 @@
-//! What a mesh looks like from afar: a few boxes around all of it.
+//! A few axis-aligned boxes that together bound a mesh, for culling.
 
 use crate::aabb::Aabb;
 use crate::blas::Bvh;
 use crate::node::{NodeRef, node};
 
 impl Bvh {
-    /// At most `count` boxes (but one in any case) that hold all triangles; none of a mesh without any.
+    /// At most `count` boxes (at least one) that contain all triangles, each by its lower and upper corner in mesh
+    /// coordinates. Empty for an empty mesh.
     pub fn bounding_boxes(&self, count: usize) -> Vec<[[f32; 3]; 2]> {
         if self.triangle_count() == 0 {
             return vec![];
         }
         let mut boxes = vec![(*self.bounds(), self.root())];
         loop {
-            // The largest is opened, as long as there is room for its children.
+            // The inner node of the largest area is replaced by its children while they fit.
             let inner = |(_, (_, at)): &(usize, &(Aabb, NodeRef))| !at.is_leaf();
             let large = |a: &Aabb, b: &Aabb| a.half_area().total_cmp(&b.half_area());
             let largest = boxes.iter().enumerate().filter(inner);

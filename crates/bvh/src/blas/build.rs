@@ -10,14 +10,14 @@ use crate::limits::{MAX_COORD, MAX_TRIANGLES};
 use crate::platform::dispatch::Dispatch;
 
 impl Bvh {
-    /// Builds over indexed triangles. Zero-area triangles are kept and never hit.
+    /// Builds the BVH of indexed triangles. Zero-area triangles are kept and never hit.
     ///
-    /// Runs in parallel on the rayon pool it is called in; the result does not depend on that pool.
+    /// Runs in parallel on the rayon pool of the caller; the result does not depend on that pool.
     pub fn build(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
         Self::build_with(Dispatch::detect(), vertices, triangles, &[])
     }
 
-    /// The same of several meshes, of which each has its first triangle in `mesh_offsets`.
+    /// [`Bvh::build`] of several meshes in one; `mesh_offsets` is the first triangle of each.
     pub(crate) fn build_flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
@@ -50,7 +50,7 @@ impl Bvh {
     }
 }
 
-/// A power of two that brings `reach` into range; 1 for all but extreme scenes.
+/// A power of two that brings the largest coordinate into range; 1 for all but extreme scenes.
 pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
     if reach == 0.0 || (1.0 / (1 << 20) as f32..=MAX_COORD).contains(&reach) {
         return 1.0;
@@ -59,10 +59,10 @@ pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
     (1.0 / power).min(f64::from(2f32.powi(126))) as f32
 }
 
-/// Vertices or triangles that one thread looks at.
+/// Vertices or triangles per parallel task of the validation.
 const VALIDATION_CHUNK: usize = 1 << 14;
 
-/// The largest coordinate of a mesh that can be built over.
+/// Checks a mesh; returns its largest absolute coordinate.
 pub(crate) fn validate_mesh(
     vertices: &[[f32; 3]],
     triangles: &[[u32; 3]],
@@ -74,8 +74,8 @@ pub(crate) fn validate_mesh(
             limit: MAX_TRIANGLES,
         });
     }
-    // Without their sign, floats are in the order of their bits, and what is not finite comes last. The largest is
-    // found in wide vectors; only where it is too large is it looked for.
+    // The bits of a float without its sign are ordered as the floats are, NaN and infinity last. A vectorised maximum
+    // finds the offender's existence; only then is it located.
     let largest = |words: &[[u32; 3]]| words.as_flattened().iter().fold(0, |a, &b| a.max(b));
     let size = |v: &[[f32; 3]]| {
         let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);

@@ -1,4 +1,4 @@
-//! One mesh, ready to be traced.
+//! The BLAS: a BVH over one mesh. The data is here; `build`, `refit` and `bounding_boxes` implement it. Uses `build`.
 
 pub(crate) mod bounding_boxes;
 pub(crate) mod build;
@@ -9,7 +9,7 @@ use crate::node::{NodeBlock, NodeRef};
 use crate::platform::huge_page_vec::HugePageVec;
 use crate::simd::Isa;
 
-/// One mesh, ready to be traced: mesh-local float32 coordinates.
+/// A bottom-level BVH (BLAS) over one mesh, in mesh-local float32 coordinates.
 #[derive(Clone)]
 pub struct Bvh {
     blocks: HugePageVec<NodeBlock>,
@@ -31,29 +31,29 @@ impl std::fmt::Debug for Bvh {
 }
 
 impl Bvh {
-    /// How many triangles the mesh has.
+    /// The number of triangles of the mesh.
     pub fn triangle_count(&self) -> usize {
         self.prim_ids.len()
     }
 
-    /// Bytes held by the tree, leaves and prim_ids included.
+    /// Bytes held by nodes, leaves and primitive ids.
     pub fn byte_count(&self) -> usize {
         self.blocks.capacity() * size_of::<NodeBlock>()
             + self.prim_ids.capacity() * size_of::<u32>()
     }
 
-    /// Coordinates in the tree are mesh coordinates times this power of two.
+    /// The power of two by which mesh coordinates are multiplied in the tree.
     pub(crate) fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// The box of everything, in the tree's coordinates.
+    /// The bounds of all triangles, in tree coordinates.
     #[inline(always)]
     pub(crate) fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    /// The largest coordinate in the tree.
+    /// The largest absolute coordinate in the tree.
     pub(crate) fn max_abs_coord(&self) -> f32 {
         self.bounds.max_abs_coord()
     }
@@ -62,7 +62,7 @@ impl Bvh {
         self.root
     }
 
-    /// The root, the prim_ids in the order of the leaves, and all blocks.
+    /// The root, the primitive ids in the order of the leaves, and all blocks.
     pub(crate) fn split_mut(&mut self) -> (NodeRef, &[u32], &mut [NodeBlock]) {
         (self.root, &self.prim_ids, &mut self.blocks)
     }
@@ -75,7 +75,7 @@ impl Bvh {
         &self.blocks
     }
 
-    /// Asks for what [`Bvh::prim_id`] will read.
+    /// Prefetches the id that [`Bvh::prim_id`] reads.
     #[inline(always)]
     pub(crate) fn prefetch_prim_id<I: Isa>(&self, slot: u32) {
         I::prefetch(self.prim_ids.as_ptr().wrapping_add(slot as usize).cast());

@@ -1,4 +1,4 @@
-//! Moves the vertices of a mesh: its tree keeps its shape, its boxes and leaves follow.
+//! Refits a BLAS to moved vertices: the topology stays, bounds and leaves follow.
 
 use crate::aabb::Aabb;
 use crate::blas::Bvh;
@@ -7,13 +7,13 @@ use crate::error::BuildError;
 use crate::node::{LeafNode, NodeBlock, NodeRef};
 
 impl Bvh {
-    /// The same tree over the same triangles with vertices elsewhere: answers are those of a tree built anew. The more
-    /// the mesh changes its shape, the slower are rays: see [`Bvh::sah_cost`].
+    /// Moves the vertices of the same triangles. Hits are those of a newly built tree; the more the mesh deforms, the
+    /// slower are rays: see [`Bvh::sah_cost`].
     ///
     /// # Errors
-    /// Those of [`Bvh::build`]; and [`BuildError::TopologyMismatch`] where the triangles are not those it was built over, as far
-    /// as their number and the number of vertices tell, or the mesh has grown or shrunk by so much that float32 needs
-    /// another scale. The tree is as it was then.
+    ///
+    /// Those of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or the size of
+    /// the mesh needs another scale. The tree is unchanged then.
     pub fn refit(
         &mut self,
         vertices: &[[f32; 3]],
@@ -41,8 +41,8 @@ impl Bvh {
         Ok(())
     }
 
-    /// The expected number of nodes and leaves that a ray through the mesh's box visits (the surface-area heuristic of
-    /// Goldsmith and Salmon 1987): what to compare before and after a [`Bvh::refit`].
+    /// The expected number of nodes and leaves visited by a ray through the bounds of the mesh: the SAH cost of
+    /// Goldsmith and Salmon 1987. Compare it before and after a [`Bvh::refit`].
     pub fn sah_cost(&self) -> f64 {
         if self.root() == NodeRef::EMPTY {
             return 0.0;
@@ -68,7 +68,7 @@ impl Bvh {
     }
 }
 
-/// Refits what is at and below a reference; its box. As deep as the tree, whose depth is bounded.
+/// Refits the subtree at `at`; returns its bounds. The recursion is at most [`crate::limits::MAX_DEPTH`] deep.
 fn refit(blocks: &mut [NodeBlock], at: NodeRef, moved: &impl Fn(&mut LeafNode) -> Aabb) -> Aabb {
     let index = at.index();
     if at.is_leaf() {

@@ -1,36 +1,36 @@
-//! One split of a range of boxes by the binned surface-area heuristic (Wald 2007).
+//! One binned SAH split of primitives (I. Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
 
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimInfo, PrimRef, diagonal, half_areas};
 use crate::limits::MAX_DEPTH;
 use crate::simd::{F32x4, Isa, Vector};
 
-/// Boxes and counts by axis and bin.
+/// Bounds and primitive counts by axis and bin.
 #[repr(align(32))]
 pub struct SahBins<const N: usize> {
     bounds: [[PackedBounds; N]; 3],
     count: [[u32; N]; 3],
 }
 
-/// Which bin a centroid falls into: the same arithmetic wherever it is asked.
+/// The affine map from a centroid to its bins, the same arithmetic for binning and partition.
 #[derive(Clone, Copy)]
 pub struct BinMapping {
     offset: F32x4,
     scale: F32x4,
 }
 
-/// A plane between two bins, and the boxes on both sides.
+/// A plane between two bins, and the bounds of both sides.
 #[derive(Clone, Copy)]
 pub struct SahSplit {
-    /// Across which it lies.
+    /// The axis that the plane crosses.
     pub axis: usize,
-    /// SahBins below this one are on the left side.
+    /// Bins below this one are on the left side.
     first_right_bin: usize,
-    /// The boxes of the prims on the left and on the right.
+    /// The bounds of the primitives on the left and on the right.
     pub bounds: [PackedBounds; 2],
 }
 
 impl BinMapping {
-    /// As many bins along each axis.
+    /// The map to `bins` bins along each axis.
     pub fn new(range: &PrimInfo, bins: usize) -> BinMapping {
         let extent = range.centroid_upper.sub(range.centroid_lower).array();
         let scale = std::array::from_fn(|a| {
@@ -48,7 +48,7 @@ impl BinMapping {
         }
     }
 
-    /// The bins of a centroid, and what is left over.
+    /// The bins of a centroid, with fractions.
     #[inline(always)]
     pub fn bin_coords(&self, centroid: F32x4) -> F32x4 {
         centroid.sub(self.offset).mul(self.scale)
@@ -56,12 +56,12 @@ impl BinMapping {
 }
 
 impl SahSplit {
-    /// What [`BinMapping::bin_coords`] is below on the left side.
+    /// The bound of [`BinMapping::bin_coords`] below which a centroid is on the left side.
     pub fn split_threshold(&self) -> F32x4 {
         F32x4::splat(self.first_right_bin as f32)
     }
 
-    /// Where it lies, up to rounding, along its axis.
+    /// The coordinate of the plane along its axis, up to rounding.
     pub fn position(&self, mapping: &BinMapping) -> f32 {
         let (offset, scale) = (mapping.offset.array(), mapping.scale.array());
         offset[self.axis] + self.first_right_bin as f32 / scale[self.axis]
@@ -69,7 +69,7 @@ impl SahSplit {
 }
 
 impl<const N: usize> SahBins<N> {
-    /// No boxes.
+    /// Bins without primitives.
     pub fn empty() -> Self {
         SahBins {
             bounds: [[EMPTY_BOUNDS; N]; 3],
@@ -77,14 +77,14 @@ impl<const N: usize> SahBins<N> {
         }
     }
 
-    /// Adds prims.
+    /// Adds primitives.
     #[inline(always)]
     pub fn add<I: Isa>(&mut self, prims: &[PrimRef], mapping: &BinMapping) {
         for prim in prims {
             let at = mapping.bin_coords(prim.centroid()).to_i32_trunc();
             let packed = prim.load::<I>();
             for axis in 0..3 {
-                // The value is within 0..N by the choice of `scale`; the mask says so to the compiler.
+                // In 0..N by the choice of `scale`; the mask removes the bounds check.
                 let b = at[axis] as usize & (N - 1);
                 let bounds = self.bounds[axis][b].as_mut_ptr();
                 // SAFETY: a box has eight floats.
@@ -94,7 +94,7 @@ impl<const N: usize> SahBins<N> {
         }
     }
 
-    /// Adds what another has.
+    /// Adds the primitives of other bins.
     pub fn merge(&mut self, b: &Self) {
         for axis in 0..3 {
             for i in 0..N {
@@ -105,12 +105,13 @@ impl<const N: usize> SahBins<N> {
         }
     }
 
-    /// The cheapest plane, where leaves hold `leaf_size` prims, a power of two; ties go to the lower axis and bin.
+    /// The plane of the least SAH cost if leaves hold `leaf_size` primitives, a power of two. Ties go to the lower axis
+    /// and bin.
     #[inline(always)]
     pub fn best_split<I: Isa>(&self, mapping: &BinMapping, leaf_size: u32) -> Option<SahSplit> {
         let mut best: Option<(f32, usize, usize)> = None;
         let scale = mapping.scale.array();
-        // What a side costs goes by the leaves it fills; one without prims is out of the question.
+        // The cost of a side counts full leaves; an empty side is excluded.
         let weight = |n: u32| match n {
             0 => f32::INFINITY,
             _ => ((n + (leaf_size - 1)) & !(leaf_size - 1)) as f32,
@@ -119,7 +120,7 @@ impl<const N: usize> SahBins<N> {
             let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
             // SAFETY: a box has eight floats.
             let bin = |i: usize| unsafe { I::F32x8::load(bounds[i].as_ptr()) };
-            // What the bins from each on cost, four at a time.
+            // Costs of the bins from each on, four at a time.
             let mut right = [F32x4::splat(f32::INFINITY); N];
             let (mut whole, mut n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in (0..N / 4).rev() {
@@ -131,12 +132,12 @@ impl<const N: usize> SahBins<N> {
                 }
                 right[four] = half_areas(extents).mul(F32x4::new(weights));
             }
-            // And those up to each, beside those that follow.
+            // Costs of the bins up to each, added to those.
             (whole, n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in 0..N / 4 {
                 let (mut extents, mut weights) = ([F32x4::splat(0.0); 4], [0.0; 4]);
                 for k in 0..4 {
-                    // Nothing is before the first.
+                    // The first bin has nothing on its left.
                     (extents[k], weights[k]) = (diagonal::<I>(whole), weight(n));
                     whole = whole.min(bin(4 * four + k));
                     n += count[4 * four + k];
@@ -164,8 +165,8 @@ impl<const N: usize> SahBins<N> {
     }
 }
 
-/// Whether there are levels to spare for a split that is not in the middle. Halving takes as many as the bits of the
-/// number of prims: once that is all that is left, it is all that happens.
+/// True if the depth limit leaves room for a SAH split. Halving needs as many levels as the count has bits; once no
+/// more are left, every split is a halving.
 pub fn has_depth_budget(prims: &[PrimRef], depth: usize) -> bool {
     depth + (prims.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }

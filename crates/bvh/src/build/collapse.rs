@@ -1,11 +1,11 @@
-//! Folds a binary tree into nodes of eight at the least expected cost: the dynamic programme of Ylitie, Karras and
-//! Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
+//! Collapses a binary tree into nodes of eight children at the least expected cost: the dynamic programme of Ylitie,
+//! Karras and Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, half_area, unpack_bounds};
 use crate::node::{NodeBlock, NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 
-/// A node of the binary tree and what it costs as 1 to 8 children of a wide node.
+/// A node of the binary tree and its cost as 1 to 8 children of a wide node.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct BinaryNode {
@@ -14,7 +14,7 @@ pub struct BinaryNode {
     cost: PackedBounds,
     /// Index of the left child, which the right one follows.
     left: u32,
-    /// Where the prims below start, and how many there are.
+    /// The range of the primitives below.
     pub first: u32,
     pub count: u32,
     pub leaf: bool,
@@ -27,7 +27,7 @@ impl Default for BinaryNode {
 }
 
 impl BinaryNode {
-    /// A node with children at `left` and `left + 1`.
+    /// An inner node with children at `left` and `left + 1`.
     pub fn inner(bounds: PackedBounds, left: u32) -> Self {
         Self {
             left,
@@ -36,7 +36,7 @@ impl BinaryNode {
         }
     }
 
-    /// A node that is not split further.
+    /// A leaf of the binary tree.
     pub fn leaf(bounds: PackedBounds, first: u32, count: u32) -> Self {
         Self {
             bounds,
@@ -49,8 +49,8 @@ impl BinaryNode {
     }
 }
 
-/// Fills in the costs, children before parents. A leaf costs `of_leaf` for its area as 1 to 8 children; a test costs as
-/// much whether it is of a node or of a leaf.
+/// Computes the costs, children before parents. A leaf costs `of_leaf` times its area as 1 to 8 children; tests of
+/// nodes and of leaves cost the same.
 #[inline(always)]
 pub fn collapse<I: Isa>(
     tree: &mut [BinaryNode],
@@ -66,7 +66,7 @@ pub fn collapse<I: Isa>(
             continue;
         }
         let [left, right] = [0, 1].map(|k| &tree[node.left as usize + k]);
-        // What does not fit into a leaf does not fit with more besides.
+        // Primitives that do not fit into a leaf do not fit with more of them either.
         let small = left.leaf && right.leaf;
         let mut cost = distribute_cost::<I>(&left.cost, &right.cost);
         let (as_node, as_leaf) = (cost[7] + area, area);
@@ -84,10 +84,10 @@ pub fn collapse<I: Isa>(
     }
 }
 
-/// The least cost of two nodes as k children, k from 1 to 8, each node taking one at least.
+/// The least cost of two nodes as k children together, k from 1 to 8, each node taking at least one.
 #[inline(always)]
 pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> PackedBounds {
-    // As many children as are left over, or none at all.
+    // The right costs, shifted by the children that the left node takes.
     let mut later = [f32::INFINITY; 16];
     later[8..].copy_from_slice(right);
     let mut best = I::F32x8::splat(f32::INFINITY);
@@ -102,8 +102,8 @@ pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> Pac
     cost
 }
 
-/// Writes the wide nodes below a binary node, parents before children; returns the reference of the root. No recursion:
-/// it is compiled into the kernel that calls it, leaves included.
+/// Writes the wide nodes below a binary node, parents before children; returns the reference of the root. Iterative,
+/// because it is inlined into the kernel together with the leaf builder.
 #[inline(always)]
 pub fn emit_wide_nodes(
     tree: &[BinaryNode],
@@ -111,7 +111,7 @@ pub fn emit_wide_nodes(
     blocks: &mut Vec<NodeBlock>,
     mut leaf: impl FnMut(&BinaryNode, &mut Vec<NodeBlock>) -> NodeRef,
 ) -> NodeRef {
-    // What is still to be written, and where its reference goes: the node, which is none for the root, and which child.
+    // Nodes to write, with the index of their parent (none for the root) and their lane there.
     let mut open = vec![(root, usize::MAX, 0)];
     let mut first = NodeRef::EMPTY;
     while let Some((at, above, lane)) = open.pop() {
@@ -121,7 +121,7 @@ pub fn emit_wide_nodes(
             let mut below = [(EMPTY_BOUNDS, NodeRef::EMPTY); 8];
             let (found, n) = select_children(tree, at, 8, true);
             for ((child, _), below) in found[..n].iter().zip(&mut below) {
-                // Until it has its reference, what it is and its number.
+                // A binary index stands in for the reference until the child is written.
                 let node = &tree[*child];
                 let reference = match node.leaf {
                     true => NodeRef::leaf(*child),
@@ -151,8 +151,8 @@ pub fn emit_wide_nodes(
     first
 }
 
-/// The node above some children: leaves come last, for of several children the last is where a packet of shadow rays goes
-/// first, and what stops it there is not asked for further down.
+/// The wide node of some children. Leaves come last: packets of shadow rays visit the last child first, and rays that
+/// end in a leaf skip the other subtrees.
 pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     let mut node = WideNode::EMPTY;
     for leaf in [false, true] {
@@ -165,8 +165,8 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     node
 }
 
-/// The binary nodes that `at` becomes in `places` places, each with how many of them it takes, and how many nodes they
-/// are; `opened`: not `at` itself.
+/// The binary nodes that `at` becomes in at most `places` child slots, the slots of each, and their number. With
+/// `opened`, `at` itself is not one of them.
 #[inline(always)]
 pub fn select_children(
     tree: &[BinaryNode],
@@ -176,7 +176,7 @@ pub fn select_children(
 ) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];
     let mut n = 0;
-    // They have eight places together, and each takes one at least.
+    // All entries together have eight slots, and each has at least one.
     let mut open = [(at, places); 8];
     let mut left = 1;
     let mut opened = opened;
@@ -185,7 +185,7 @@ pub fn select_children(
         let (at, mut places) = open[left & 7];
         let node = &tree[at];
         if !std::mem::take(&mut opened) {
-            // No more places than are of use.
+            // Slots that do not lower the cost are dropped.
             while places > 1 && node.cost[places - 1] == node.cost[places - 2] {
                 places -= 1;
             }

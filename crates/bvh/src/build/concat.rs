@@ -1,5 +1,4 @@
-//! Brings treelets into the tree while they are built: each goes to where the one before it ends, straight from the
-//! memory it was built in, which is used again for another.
+//! Concatenates treelets in order while they are built. Each is copied once, from the scratch memory it was built in.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -13,36 +12,36 @@ use crate::platform::huge_page_vec::{HugePageVec, copy_to_uninit};
 
 /// All treelets, one after the other.
 pub struct ConcatenatedTree {
-    /// Those that were left free for the nodes above come first.
+    /// Nodes and leaves of the treelets, behind the blocks reserved for the top of the tree.
     pub blocks: HugePageVec<NodeBlock>,
     pub ids: Vec<u32>,
-    /// By treelet.
+    /// The roots of each treelet.
     pub roots: Vec<Vec<SubtreeRoot>>,
 }
 
-/// Blocks and ids that found no spare.
+/// Blocks and ids of a treelet beyond the estimated capacity.
 type Overflow = (Box<[NodeBlock]>, Box<[u32]>);
 
-/// What is free for blocks and for ids.
+/// Unwritten output: blocks and ids.
 type OutputSlices<'a> = (&'a mut [MaybeUninit<NodeBlock>], &'a mut [MaybeUninit<u32>]);
 
-/// Where the next treelet goes.
+/// Assigns output ranges to treelets in order.
 struct OrderedWriter<'a> {
-    /// It: all before it have their places.
+    /// The next treelet in order.
     next: usize,
-    /// Those after it that are built.
+    /// Finished treelets that come after `next`.
     out_of_order: BTreeMap<usize, Treelet>,
-    /// Those that are in their places: for others.
+    /// Scratch treelets to reuse.
     free_list: Vec<Treelet>,
     spare: OutputSlices<'a>,
-    /// How many blocks and ids there are so far.
+    /// Blocks and ids assigned so far.
     used: [usize; 2],
     roots: Vec<Vec<SubtreeRoot>>,
-    /// Once there is no more spare: those that follow.
+    /// Treelets behind the end of the capacity.
     overflow: Vec<Overflow>,
 }
 
-/// A treelet and where it goes.
+/// A treelet with its output range.
 struct ReservedTreelet<'a> {
     treelet: Treelet,
     starts: [usize; 2],
@@ -50,7 +49,7 @@ struct ReservedTreelet<'a> {
 }
 
 impl<'a> OrderedWriter<'a> {
-    /// Takes a treelet; gives places to it and to those that waited for it.
+    /// Assigns output ranges to a treelet and to those after it that are finished.
     fn reserve<L: LeafBuilder>(
         &mut self,
         number: usize,
@@ -87,7 +86,7 @@ impl<'a> OrderedWriter<'a> {
     }
 }
 
-/// Builds all treelets and joins them, leaving `free` blocks at the start. Those are not written.
+/// Builds and concatenates all treelets, with `free` unwritten blocks at the start.
 pub fn build_and_concat<L: LeafBuilder>(
     jobs: Vec<TreeletJob>,
     free: usize,
@@ -127,7 +126,7 @@ pub fn build_and_concat<L: LeafBuilder>(
             }
         }
     };
-    // In turn, not by halves: few wait then for those before them.
+    // One task per thread, each taking the next treelet: few treelets finish out of order.
     rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
     let output = output.into_inner().unwrap_or_else(PoisonError::into_inner);
     let OrderedWriter {
@@ -163,7 +162,7 @@ pub fn build_and_concat<L: LeafBuilder>(
     }
 }
 
-/// What was locked when a thread panicked was left whole.
+/// Locks a mutex. A panic of another thread leaves no partial update behind.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,7 @@
-//! The top of a large tree, chosen from a sample of its prims: cells of space, each of which becomes a treelet.
+//! The top of a large tree, from a sample of its primitives: a k-d tree whose cells become treelets.
 //!
-//! Only the sample is binned and moved, over and over. All other prims are looked at once, to see into which cell they
-//! fall, and made where that is built: they never stand in memory all together.
+//! Only the sample is binned and partitioned repeatedly. Every other primitive is assigned to its cell once and
+//! generated when the treelet of that cell is built, so they are never in memory together.
 
 use crate::build::traits::PrimSource;
 use crate::limits::MAX_DEPTH;
@@ -18,34 +18,34 @@ use crate::build::traits::{BuildContext, LeafBuilder, TREELET_SIZE};
 use crate::build::treelet::TreeletDesc;
 use crate::simd::Portable;
 
-/// Cells are cut to this depth: below it there are levels left to halve as many prims as there can be.
+/// The depth limit of cells: below it enough levels are left to halve 2^32 primitives.
 const MAX_KD_DEPTH: usize = MAX_DEPTH - 32;
 
-/// Space cut in two, over and over.
+/// A k-d tree over centroids.
 enum KdNode {
     Split {
         bounds: PackedBounds,
         axis: usize,
-        /// Centres below it are on the left.
+        /// Centroids below this coordinate are on the left.
         at: f32,
         halves: Box<[KdNode; 2]>,
     },
     Leaf(PackedBounds),
 }
 
-/// A node of the tree of planes, as it is searched.
+/// A node of the k-d tree, laid out for searching.
 #[derive(Clone, Copy)]
 struct KdStep {
-    /// Nothing is on the right of a cell's.
+    /// The split coordinate; infinity for a cell.
     at: f32,
     axis: u32,
-    /// The left child, which the right one follows; of a cell it is the cell itself.
+    /// Index of the left child, which the right one follows; a cell refers to itself.
     next: u32,
-    /// The number of the cell.
+    /// The index of the cell.
     cell: u32,
 }
 
-/// Which centroids are in a cell.
+/// The half-open box of the centroids of a cell.
 #[derive(Clone, Copy)]
 struct CellBounds {
     lower: [f32; 3],
@@ -61,11 +61,11 @@ impl CellBounds {
     }
 }
 
-/// Some prims that stand together in what was given.
+/// A contiguous range of the source, sorted by cell.
 struct SortedChunk {
-    /// Sorted by cell.
+    /// Primitive ids, sorted by cell.
     ids: Vec<u32>,
-    /// Where each cell starts, and the end.
+    /// Offsets of the cells, and the end.
     starts: Vec<u32>,
 }
 
@@ -75,7 +75,7 @@ impl SortedChunk {
     }
 }
 
-/// The top of the tree over many prims, found by looking at one of `rate`, and what the treelets are made of.
+/// The top of the tree from one in `rate` primitives, and the input of its treelets.
 pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     source: &'a S,
     rate: usize,
@@ -117,7 +117,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
         cells: 0,
         inputs: vec![],
     };
-    // Their cell comes after all others, see [`KdTree::bin_by_cell`].
+    // The cell of large primitives comes last, see [`KdTree::bin_by_cell`].
     let large = finish.cell(tree.regions.len(), whole.bounds, 1);
     let top = match (large, finish.top(&cut, 1)) {
         (Some(large), Some(rest)) => Some(TopNode::Split(whole.bounds, Box::new([large, rest]))),
@@ -126,21 +126,21 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     (top, finish.inputs)
 }
 
-/// How many prims are asked for at a time, before they are made.
+/// Primitives per search.
 const SEARCH_BATCH: usize = 16;
 
-/// Of so many prims more than this are elsewhere than the one before where it pays to look for all of them.
+/// More changes of cell than this within a batch select the batched search for the next one.
 const MAX_CELL_CHANGES: usize = 3;
 
-/// The most chunks.
+/// The maximum number of chunks.
 const MAX_CHUNKS: usize = 64;
 
-/// Which prims of a group are in the sample: not always the same one, or it would be always the same side of every house.
+/// The offset of the sample within a group: pseudo-random, since regular meshes repeat with a period.
 pub fn sample_offset(group: usize) -> usize {
     ((group as u32).wrapping_mul(0x9e37_79b1) >> 16) as usize
 }
 
-/// Cuts until about [`TREELET_SIZE`] prims are left in each cell.
+/// Splits until about [`TREELET_SIZE`] primitives are left in each cell.
 fn build_kd<L: LeafBuilder>(
     prims: &mut [PrimRef],
     range: PrimInfo,
@@ -170,18 +170,18 @@ fn build_kd<L: LeafBuilder>(
     KdNode::Leaf(range.bounds)
 }
 
-/// What is left to do once all prims are in cells.
+/// Turns cells into treelets once all primitives are assigned.
 struct CellFinisher<'a, 'b, L: LeafBuilder, S: ?Sized> {
     source: &'a S,
     shared: &'b BuildContext<'b, L>,
     chunks: Arc<Vec<SortedChunk>>,
-    /// How many are done.
+    /// Cells done so far.
     cells: usize,
     inputs: Vec<TreeletInput<'a>>,
 }
 
 impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
-    /// The tree of cells; `None` where nothing is.
+    /// The binary tree over the cells; `None` if all are empty.
     fn top(&mut self, cut: &KdNode, depth: usize) -> Option<TopNode> {
         match cut {
             KdNode::Split { bounds, halves, .. } => {
@@ -210,7 +210,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
                 .for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
         if count > 2 * TREELET_SIZE {
-            // The sample did not show them, or not that they lie apart.
+            // The sample missed them, or missed that they lie apart.
             let mut prims = Vec::with_capacity(count);
             make(&mut prims);
             let range = parallel_split::prim_info(self.shared.dispatch, &prims);
@@ -230,12 +230,12 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
     }
 }
 
-/// The planes, in an order in which they are searched.
+/// The k-d tree in search order.
 #[derive(Default)]
 struct KdTree {
     steps: Vec<KdStep>,
     regions: Vec<CellBounds>,
-    /// How many planes there are above a cell at most.
+    /// The maximum depth of a cell.
     depth: usize,
 }
 
@@ -249,7 +249,7 @@ impl KdStep {
 }
 
 impl KdTree {
-    /// Adds what is below `depth` planes.
+    /// Adds a subtree at `depth`.
     fn add(&mut self, cut: &KdNode, step: usize, region: CellBounds, depth: usize) {
         let KdNode::Split {
             axis, at, halves, ..
@@ -278,7 +278,7 @@ impl KdTree {
         self.add(&halves[1], next + 1, right, depth + 1);
     }
 
-    /// The cells of some centroids: one step of all of them after the other, so that none waits for what another loads.
+    /// The cells of some centroids, all advanced level by level so that their loads overlap.
     #[inline(always)]
     fn find_cells<const N: usize>(&self, centroids: &[[f32; 4]; N]) -> [u32; N] {
         let mut at = [0; N];
@@ -291,7 +291,7 @@ impl KdTree {
         at.map(|at| self.steps[at as usize].cell)
     }
 
-    /// Sorts prims by their cells, large ones into another after those.
+    /// Sorts primitives by cell; large ones get a cell of their own behind the others.
     fn bin_by_cell<S: PrimSource + ?Sized>(
         &self,
         source: &S,
@@ -322,7 +322,7 @@ impl KdTree {
                     let prim = source.prim(at);
                     if !large.matches::<Portable>(&prim) {
                         let centroid = prim.centroid().array();
-                        // Most are where the one before is.
+                        // Neighbours are mostly in one cell.
                         if !self.regions[cell as usize].contains(&centroid) {
                             [cell] = self.find_cells(&[centroid]);
                             moves += 1;

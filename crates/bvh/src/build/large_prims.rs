@@ -1,22 +1,23 @@
-//! Items about as large as all together, such as the floor below everything: no plane through centroids parts them from
-//! what is small, and every node down to where they end would be as large as they are. So they are split off first.
+//! Primitives nearly as large as the whole mesh, such as a floor. No plane through centroids separates them from small
+//! ones, and they would make every node above them as large as themselves; hence they are split off first.
 
 use crate::build::binned_sah::has_depth_budget;
 use crate::build::prim_ref::{PrimInfo, PrimRef, half_area};
 use crate::simd::{Isa, Portable, Vector};
 
-/// What part of the surface of the box of all makes an prim a large one: less than a wall of a cubic room has, a third.
+/// The area fraction of the whole from which a primitive is large. Below that of a wall of a cubic room, which is a
+/// third.
 const LARGE_AREA_RATIO: f32 = 0.25;
 
-/// What is large beside the box of all.
+/// A filter of large primitives.
 #[derive(Clone, Copy)]
 pub struct LargePrimFilter {
-    /// Half the surface of the least.
+    /// Half the surface area from which a primitive is large.
     min_half_area: f32,
 }
 
 impl LargePrimFilter {
-    /// Among the prims of a range.
+    /// The filter for the primitives of a range.
     #[inline(always)]
     pub fn from_info<I: Isa>(range: &PrimInfo) -> LargePrimFilter {
         // SAFETY: a box has eight floats.
@@ -26,7 +27,7 @@ impl LargePrimFilter {
         }
     }
 
-    /// Among the prims of a sample, which those leave; nothing is where there are no others.
+    /// Removes large primitives from a sample. If all are large, none is.
     pub fn remove_from_sample(sample: &mut Vec<PrimRef>, range: &PrimInfo) -> LargePrimFilter {
         let large = LargePrimFilter::from_info::<Portable>(range);
         if sample.iter().all(|prim| large.matches::<Portable>(prim)) {
@@ -38,7 +39,7 @@ impl LargePrimFilter {
         large
     }
 
-    /// Whether an prim is one. Beside a surface that overflows nothing can be told from anything.
+    /// True for a large primitive. Areas that overflow are never large.
     #[inline(always)]
     pub fn matches<I: Isa>(self, prim: &PrimRef) -> bool {
         let area = half_area::<I>(prim.load::<I>());
@@ -46,8 +47,8 @@ impl LargePrimFilter {
     }
 }
 
-/// Splits those that are large from the others, if there are both: reorders the prims and returns where the others start,
-/// and both ranges.
+/// Partitions large primitives to the front; returns the first of the others and the bounds of both sides, or `None` if
+/// one side is empty.
 #[inline(always)]
 pub fn split_large<I: Isa>(
     prims: &mut [PrimRef],

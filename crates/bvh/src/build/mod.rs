@@ -1,10 +1,18 @@
-//! From boxes to blocks: a binary tree by the surface-area heuristic, folded into eight-wide nodes.
+//! The builder: from primitives to a wide BVH of eight children per node.
 //!
-//! What is about as large as all together is split off first ([`large`]).
-//! The tree is cut into treelets of about [`TREELET_SIZE`] prims, which depends on the prims alone. Above them boxes are
-//! binned in parallel ([`top`]), of large trees those of a sample ([`sample`]); that part is folded first, for an
-//! expected cost of what is below ([`plan`]). Each treelet is then built and folded by one thread while it lies in that
-//! core's cache ([`treelet`]).
+//! 1. Large primitives, such as a floor, are split off ([`large_prims`]).
+//! 2. The top of the tree is split by all threads with the binned surface area heuristic (SAH; Wald 2007) of 64 or 256
+//!    bins ([`parallel_split`], [`binned_sah`]); for a large mesh from a sample, as a k-d tree over centroids
+//!    ([`kd_sample`]). Its leaves are treelets of about [`traits::TREELET_SIZE`] primitives.
+//! 3. The wide nodes of the top are planned from the expected costs of the treelets ([`top_plan`]).
+//! 4. One thread builds each treelet while it is in the cache of its core ([`treelet`]): triangles are paired
+//!    ([`triangle_pairs`]), split by binned SAH and partitioned in place ([`partition`]), collapsed into wide nodes at the
+//!    least cost (Ylitie, Karras and Laine 2017; [`collapse`]), and written as leaves with shared vertices
+//!    ([`triangle_leaves`]).
+//! 5. Treelets are concatenated in order ([`concat`]).
+//!
+//! [`traits`] is the interface to primitives and leaves. The tree depends on the primitives alone: not on threads, and not
+//! on the instruction set.
 
 pub(crate) mod binned_sah;
 mod collapse;

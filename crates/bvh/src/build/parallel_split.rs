@@ -1,4 +1,4 @@
-//! Splits of many prims, by all threads.
+//! Splits of many primitives by all threads.
 
 use rayon::prelude::*;
 
@@ -32,7 +32,7 @@ fn bin_few256<I: Isa>(prims: &[PrimRef], mapping: &BinMapping, bins: &mut SahBin
     bins.add::<I>(prims, mapping);
 }
 
-/// Where the right side starts, and both ranges.
+/// The first primitive of the right side, and both sides.
 pub type SplitResult = (usize, PrimInfo, PrimInfo);
 
 kernel! { fn partition_small(prims: &mut [PrimRef], plane: (&BinMapping, &SahSplit), halves: &mut SplitResult) = partition_of }
@@ -46,7 +46,7 @@ fn partition_of<I: Isa>(
     *halves = partition::partition(prims, plane.0, plane.1);
 }
 
-/// Splits prims down to what becomes a treelet; those of each stand together, in the order of the tree.
+/// Splits primitives down to treelets, which are contiguous and in tree order.
 pub fn split_to_treelets<L: LeafBuilder>(
     prims: &mut [PrimRef],
     range: PrimInfo,
@@ -61,7 +61,7 @@ pub fn split_to_treelets<L: LeafBuilder>(
         });
     }
     let bins = shared.leaves.bin_count(prims.len());
-    // Below the root they are gone.
+    // Large primitives are split off at the root only.
     let large = match depth {
         0 => split_large::<Portable>(prims, &range, depth),
         _ => None,
@@ -76,7 +76,7 @@ pub fn split_to_treelets<L: LeafBuilder>(
     TopNode::Split(range.bounds, Box::new([a, b]))
 }
 
-/// The range of `prims`.
+/// Bounds and centroid bounds of many primitives.
 pub fn prim_info(dispatch: Dispatch, prims: &[PrimRef]) -> PrimInfo {
     let chunks = prims.par_chunks(PARALLEL_THRESHOLD).map(|prims| {
         let mut range = PrimInfo::empty();
@@ -86,7 +86,7 @@ pub fn prim_info(dispatch: Dispatch, prims: &[PrimRef]) -> PrimInfo {
     chunks.reduce(PrimInfo::empty, |a, b| a.merged(&b))
 }
 
-/// Splits at least two prims in two: reorders them.
+/// Splits at least two primitives in two, in place.
 fn split(
     dispatch: Dispatch,
     prims: &mut [PrimRef],
@@ -144,15 +144,15 @@ fn bin_and_split<const N: usize>(
         a.merge(&b);
         a
     });
-    // So many prims fill so many leaves that it does not matter how many one holds.
+    // The leaf size does not matter for so many leaves.
     bins?.best_split::<Portable>(mapping, 1)
 }
 
-/// Items that are worth being sorted into two sides by another thread.
+/// Primitives from which a partition is split between threads.
 const PARALLEL_PARTITION: usize = 1 << 17;
 
-/// Items on the left of a plane first. Each half of the prims by itself; then what is on the wrong side of the middle
-/// changes places.
+/// Partitions primitives, those on the left of a plane first. Both halves are partitioned in parallel; then the wrong
+/// sides are swapped.
 pub fn partition(
     dispatch: Dispatch,
     prims: &mut [PrimRef],
@@ -172,7 +172,7 @@ pub fn partition(
     );
     let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
     let swaps = wrong_front.len().min(wrong_back.len());
-    // As many from the end of the front as from the start of the back, or all of the one from the end of the other.
+    // Equal parts next to the middle, or all of the smaller part with the end of the larger.
     let from = wrong_front.len() - swaps;
     if from > 0 {
         wrong_front[..swaps].swap_with_slice(&mut wrong_back[..swaps]);

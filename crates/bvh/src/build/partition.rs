@@ -1,14 +1,14 @@
-//! Brings the prims on one side of a plane before those on the other, without a branch per prim: which side one is on
-//! is what no processor can guess.
+//! In-place partition of primitives without a branch per primitive, since its side is unpredictable: every primitive is
+//! written to both ends of the free range, and one cursor advances.
 
 use crate::build::binned_sah::{BinMapping, SahBins, SahSplit, has_depth_budget};
 use crate::build::prim_ref::{PrimInfo, PrimRef};
 use crate::simd::{F32x4, Isa};
 
-/// Items that are read at a time. Few under Miri, which is slow.
+/// Primitives per read. Few under Miri, which is slow.
 const PARTITION_BLOCK: usize = if cfg!(miri) { 8 } else { 64 };
 
-/// What is known of a plane's sides while prims are sorted into them.
+/// The plane, and the centroid bounds of both sides so far.
 struct PartitionState<'a> {
     mapping: &'a BinMapping,
     threshold: F32x4,
@@ -17,14 +17,14 @@ struct PartitionState<'a> {
 }
 
 impl PartitionState<'_> {
-    /// Whether an prim is on the left; its side grows.
+    /// True if a primitive is on the left. Extends the centroid bounds of its side.
     #[inline(always)]
     fn add_to_side<const AXIS: usize>(&mut self, prim: &PrimRef) -> bool {
         let centroid = prim.centroid();
         let place = self.mapping.bin_coords(centroid).broadcast_lane::<AXIS>();
         let on_left = place.cmp_lt(self.threshold);
         let on_right = place.cmp_nlt(self.threshold);
-        // What is not a number does not count: `min` and `max` give their second argument then.
+        // NaN does not count: `min` and `max` return their second argument then.
         let (left, right) = (centroid.or(on_right), centroid.or(on_left));
         self.left = [left.min(self.left[0]), left.max(self.left[1])];
         self.right = [right.min(self.right[0]), right.max(self.right[1])];
@@ -32,7 +32,7 @@ impl PartitionState<'_> {
     }
 }
 
-/// Items on the left of a plane first; how many there are, and the ranges of both sides.
+/// Partitions primitives, those on the left of a plane first; returns their number and both sides.
 #[inline(always)]
 pub fn partition(
     prims: &mut [PrimRef],
@@ -59,11 +59,11 @@ pub fn partition(
     (middle, range(0, sides.left), range(1, sides.right))
 }
 
-/// Where prims are read and written. Every prim is written to both cursors of the free room, and one end moves.
+/// Both ends of the free range.
 struct WriteCursors {
-    /// Items below are written.
+    /// Primitives below are written.
     low: usize,
-    /// Items from here on are written.
+    /// Primitives from here on are written.
     high: usize,
 }
 
@@ -92,7 +92,7 @@ impl WriteCursors {
 fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut PartitionState) -> usize {
     let n = prims.len();
     let mut cursors = WriteCursors { low: 0, high: n };
-    // Items that are kept aside, so that there is always room for a block on both cursors.
+    // Primitives set aside, so that both cursors always have room for a block.
     let mut aside = [std::mem::MaybeUninit::<PrimRef>::uninit(); 3 * PARTITION_BLOCK];
     let mut kept = 0;
     let mut keep = |from: &[PrimRef]| {
@@ -106,10 +106,10 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
     } else {
         keep(&prims[..PARTITION_BLOCK]);
         keep(&prims[n - PARTITION_BLOCK..]);
-        // What is between these is still to be read.
+        // The range that is not read yet.
         let (mut first, mut last) = (PARTITION_BLOCK, n - PARTITION_BLOCK);
         while last - first >= PARTITION_BLOCK {
-            // From the end with less room, so that both have room for a block.
+            // From the end with less room, so that both keep room for a block.
             if first - cursors.low <= cursors.high - last {
                 for _ in 0..PARTITION_BLOCK {
                     let prim = prims[first];
@@ -134,7 +134,8 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
     cursors.low
 }
 
-/// Splits at least two prims in two, by the cheapest plane between 8 or 16 bins along each axis, where leaves hold `leaf_size` prims: reorders them and returns where the right side starts, and both ranges.
+/// Splits at least two primitives by the cheapest plane between 8 or 16 bins along each axis, for leaves of `leaf_size`
+/// primitives. Reorders them; returns the first of the right side and both sides.
 #[inline(always)]
 pub fn split<I: Isa>(
     prims: &mut [PrimRef],

@@ -1,25 +1,25 @@
-//! Boxes to be placed in a tree, and the boxes of many of them.
+//! Build primitives and the bounds of many.
 
 use crate::aabb::Aabb;
 use crate::simd::{F32x4, Isa, Vector};
 
-/// Eight floats that are read together: a lower corner, any number, a negated upper corner, any number. The union of
-/// two boxes is then one minimum.
+/// A bounding box packed for SIMD: lower corner, padding, negated upper corner, padding. The union of two is one
+/// minimum.
 pub type PackedBounds = [f32; 8];
 
-/// A box to be placed in the tree; 32 bytes.
+/// A build primitive: a bounding box with an id; 32 bytes.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
 pub struct PrimRef {
     lower: [f32; 3],
-    /// What the box belongs to.
+    /// The id that the box belongs to.
     pub id: u32,
     negated_upper: [f32; 3],
     pad: f32,
 }
 
 impl PrimRef {
-    /// A box with its id.
+    /// A primitive of a bounding box.
     #[inline(always)]
     pub fn new(lower: [f32; 3], upper: [f32; 3], id: u32) -> Self {
         Self {
@@ -36,7 +36,7 @@ impl PrimRef {
         self.lower
     }
 
-    /// The box of both, with the id of the first.
+    /// The union of both boxes, with the id of the first.
     #[inline(always)]
     pub fn union(&self, b: &PrimRef) -> PrimRef {
         let least = |a: [f32; 3], b: [f32; 3]| {
@@ -49,7 +49,7 @@ impl PrimRef {
         }
     }
 
-    /// The surface of the box of both, beside the surfaces of both boxes.
+    /// The area of the union, divided by the sum of both areas.
     #[inline(always)]
     pub fn merge_area_ratio(&self, b: &PrimRef) -> f32 {
         let [a, b, both] = [self, b, &self.union(b)].map(|prim| {
@@ -59,7 +59,7 @@ impl PrimRef {
         if a + b > 0.0 { both / (a + b) } else { 1.0 }
     }
 
-    /// All of it, as floats.
+    /// The primitive as eight floats, including its id.
     #[inline(always)]
     pub fn load<I: Isa>(&self) -> I::F32x8 {
         // SAFETY: an prim is eight 32-bit words, any of which is a float.
@@ -69,7 +69,7 @@ impl PrimRef {
     /// Twice the centroid, and 0.
     #[inline(always)]
     pub fn centroid(&self) -> F32x4 {
-        // An id read as a float is a tiny number, and arithmetic on those is slow: it goes.
+        // An id read as a float is denormal, and arithmetic on denormals is slow.
         let [x, y, z] = self.lower;
         let lower = F32x4::new([x, y, z, f32::from_bits(self.id)]).zero_w();
         let [x, y, z] = self.negated_upper;
@@ -77,7 +77,7 @@ impl PrimRef {
     }
 }
 
-/// The box of nothing.
+/// The bounds of nothing.
 pub const EMPTY_BOUNDS: PackedBounds = [f32::INFINITY; 8];
 
 /// The bounds unpacked.
@@ -89,30 +89,30 @@ pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
     }
 }
 
-/// How far a box reaches along each axis, and 0.
+/// The extent along each axis, and 0.
 #[inline(always)]
 pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
     let [lower, negated_upper] = I::split_f32x4(bounds);
-    // The ids' lane is no number to calculate with. All factors of a surface are negated.
+    // The lane of the id holds no number. Both factors of an area are negated, which cancels.
     lower.zero_w().add(negated_upper.zero_w())
 }
 
-/// Half the surfaces of four boxes, given their extents.
+/// Half the areas of four boxes, from their diagonals.
 #[inline(always)]
 pub fn half_areas(extents: [F32x4; 4]) -> F32x4 {
     let [x, y, z, _] = F32x4::transpose(extents);
     x.mul(y).add(y.mul(z)).add(z.mul(x))
 }
 
-/// Half the surface of a box.
+/// Half the area of a box.
 #[inline(always)]
 pub fn half_area<I: Isa>(bounds: I::F32x8) -> f32 {
-    // Both factors of each product are negated. The ids' lane is no number to calculate with.
+    // Both factors of each product are negated, which cancels. The lane of the id holds no number.
     let [lower, negated_upper] = I::split_f32x4(bounds);
     lower.zero_w().add(negated_upper).half_area()
 }
 
-/// The box of some prims and the box of their (doubled) centroids.
+/// The bounds of some primitives and of their (doubled) centroids.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct PrimInfo {
@@ -122,7 +122,7 @@ pub struct PrimInfo {
 }
 
 impl PrimInfo {
-    /// The range of nothing.
+    /// The bounds of no primitives.
     pub fn empty() -> PrimInfo {
         PrimInfo {
             bounds: EMPTY_BOUNDS,
@@ -131,7 +131,7 @@ impl PrimInfo {
         }
     }
 
-    /// The range of `prims`.
+    /// The bounds of `prims`.
     #[inline(always)]
     pub fn from_prims<I: Isa>(prims: &[PrimRef]) -> PrimInfo {
         let mut range = Self::empty();
@@ -147,7 +147,7 @@ impl PrimInfo {
         range
     }
 
-    /// The range of both.
+    /// The union of both.
     pub fn merged(&self, b: &PrimInfo) -> PrimInfo {
         PrimInfo {
             bounds: std::array::from_fn(|i| self.bounds[i].min(b.bounds[i])),
@@ -156,7 +156,7 @@ impl PrimInfo {
         }
     }
 
-    /// The lower and the upper corner of the box of the (doubled) centroids.
+    /// The bounds of the (doubled) centroids.
     #[cfg(test)]
     pub fn centroid_bounds(&self) -> ([f32; 3], [f32; 3]) {
         let three = |corner: F32x4| {

@@ -1,4 +1,5 @@
-//! The nodes above the treelets, planned before those are built: how many children each of them gives the node above.
+//! The wide nodes above the treelets, planned before those are built, so that each treelet knows how many children it
+//! may give the node above.
 
 use crate::build::collapse::{
     BinaryNode, collapse, distribute_cost, make_wide_node, select_children,
@@ -10,44 +11,44 @@ use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletPrim
 use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 
-/// The box of each half of what is halved, beside the box of the whole: of surfaces at an angle.
+/// The expected area of each half of a split, as a fraction of the whole: that of surfaces at an angle.
 const HALVING_AREA_RATIO: f32 = 0.6;
 
-/// The tree above the treelets, halved anew at each step.
+/// The binary tree above the treelets.
 pub enum TopNode {
     Split([f32; 8], Box<[TopNode; 2]>),
     Treelet(TreeletDesc),
 }
 
-/// What the treelets are made of, in their order.
+/// Input of treelets, in order.
 pub enum TreeletInput<'a> {
-    /// The prims of some, those of each together.
+    /// Primitives of several treelets, one after the other.
     Prims(Vec<PrimRef>),
-    /// The prims of one are made when they are needed.
+    /// Primitives of one treelet, generated when it is built.
     Deferred(Box<PrimGenerator<'a>>),
 }
 
-/// What a wide node is made of.
+/// A child of a planned wide node.
 #[derive(Clone, Copy)]
 enum Child {
-    /// Another.
+    /// Another planned node.
     Node(usize),
-    /// Those that a treelet gives.
+    /// The roots of a treelet.
     Treelet(usize),
 }
 
-/// What stands above the treelets.
+/// The plan of the top of the tree.
 pub struct TopPlan {
     binary: Vec<BinaryNode>,
     treelets: Vec<TreeletDesc>,
-    /// How many child_slots each treelet takes.
+    /// The child slots of each treelet.
     child_slots: Vec<usize>,
-    /// The wide nodes, parents before children.
+    /// Wide nodes, parents before children.
     nodes: Vec<Vec<Child>>,
 }
 
 impl TopPlan {
-    /// Folds the top at the least expected cost, where leaves hold about `usual` prims.
+    /// Collapses the top at the least expected cost, for leaves of `usual` primitives.
     pub fn new(top: TopNode, usual: usize) -> TopPlan {
         let mut plan = TopPlan {
             binary: vec![],
@@ -72,7 +73,7 @@ impl TopPlan {
         plan
     }
 
-    /// Lists the binary nodes, parents before children, and the treelets in the order of their prims.
+    /// Lists the binary nodes, parents before children, and the treelets in the order of their primitives.
     fn flatten(&mut self, top: TopNode) {
         let mut open = vec![(top, 0)];
         self.binary.push(BinaryNode::default());
@@ -96,7 +97,7 @@ impl TopPlan {
         }
     }
 
-    /// Makes a binary node a wide one, with those below; its index.
+    /// Plans the wide node of a binary node and those below; its index.
     fn plan_node(&mut self, at: usize) -> usize {
         let index = self.nodes.len();
         self.nodes.push(vec![]);
@@ -114,7 +115,7 @@ impl TopPlan {
         index
     }
 
-    /// Builds the treelets; the tree.
+    /// Builds the treelets, and the tree.
     pub fn build_tree<L: LeafBuilder>(
         &self,
         mut inputs: Vec<TreeletInput>,
@@ -147,7 +148,7 @@ impl TopPlan {
             ids,
             roots,
         } = build_and_concat(jobs, self.nodes.len(), shared);
-        // A plan without nodes has one treelet, which takes one place.
+        // A plan without nodes has one treelet in one slot.
         let root = match self.nodes.is_empty() {
             true => roots[0][0],
             false => self.write_nodes(&roots, &mut blocks),
@@ -161,7 +162,7 @@ impl TopPlan {
         }
     }
 
-    /// Writes the nodes above the treelets, whose roots are given; the first.
+    /// Writes the planned nodes above the roots of the treelets; returns the root.
     fn write_nodes(&self, roots: &[Vec<SubtreeRoot>], blocks: &mut [NodeBlock]) -> SubtreeRoot {
         let mut wholes = vec![EMPTY_BOUNDS; self.nodes.len()];
         let mut below = vec![];
@@ -189,8 +190,8 @@ impl TopPlan {
     }
 }
 
-/// By the number of prims of a treelet: what it costs, for its box's area, as 1 to 8 children, if it is halved down to
-/// leaves of `usual` prims.
+/// The expected cost per area of a treelet as 1 to 8 children, by its number of primitives: halved down to leaves of
+/// `usual` primitives.
 fn expected_costs(usual: usize) -> impl Fn(usize) -> PackedBounds {
     let mut halved = vec![[1.0; 8]];
     for _ in 0..usize::BITS {

@@ -1,4 +1,4 @@
-//! A desc of the tree that one thread builds while it lies in that core's cache.
+//! Treelets: subtrees that one thread builds while they are in the cache of its core.
 
 use crate::build::collapse::{BinaryNode, collapse, emit_wide_nodes, select_children};
 use crate::build::large_prims::split_large;
@@ -9,64 +9,64 @@ use crate::node::{NodeBlock, NodeRef, WideNode};
 use crate::platform::dispatch::kernel;
 use crate::simd::Isa;
 
-/// What is to become a treelet.
+/// The description of a treelet before it is built.
 #[derive(Clone, Copy, Debug)]
 pub struct TreeletDesc {
-    /// Its box, or about it.
+    /// Its bounds, exact or estimated.
     pub bounds: PackedBounds,
-    /// How many prims it has.
+    /// The number of its primitives.
     pub count: usize,
-    /// How many splits are above it.
+    /// The number of splits above it.
     pub depth: usize,
 }
 
-/// What is to be built: from which prims, and how many child_slots it takes in the node above.
+/// A treelet to build: primitives, description, and child slots in the node above.
 pub type TreeletJob<'a> = (TreeletPrims<'a>, &'a TreeletDesc, usize);
 
-/// The prims of a desc.
+/// The primitives of a treelet.
 pub enum TreeletPrims<'a> {
     Refs(&'a mut [PrimRef]),
     Deferred(&'a PrimGenerator<'a>),
 }
 
-/// Makes prims.
+/// Generates primitives.
 pub type PrimGenerator<'a> = dyn Fn(&mut Vec<PrimRef>) + Send + Sync + 'a;
 
-/// A child that a treelet gives the node above it.
+/// A child that a treelet gives the node above.
 #[derive(Clone, Copy)]
 pub struct SubtreeRoot {
     pub bounds: PackedBounds,
     pub reference: NodeRef,
 }
 
-/// A desc of the tree, with references that count from its own start.
+/// A subtree whose references count from its own start.
 #[derive(Default)]
 pub struct Treelet {
     pub blocks: Vec<NodeBlock>,
-    /// In the order of the leaves.
+    /// Primitive ids in the order of the leaves.
     pub ids: Vec<u32>,
     roots: Vec<SubtreeRoot>,
 }
 
-/// What a thread needs to build treelets; kept from one to the next, or most of the time would go into new pages.
+/// Scratch memory of a thread, reused between treelets to avoid page faults.
 #[derive(Default)]
 pub struct Scratch<N> {
-    /// Those that are made here.
+    /// Generated primitives.
     prims: Vec<PrimRef>,
     tree: Vec<BinaryNode>,
-    /// Nodes to be split, their ranges and depths.
+    /// Nodes to split: index, depth and bounds.
     open: Vec<(u32, u32, PrimInfo)>,
     leaf_scratch: N,
 }
 
 kernel! {
-    /// [`treelet`].
+    /// [`build_generic`] for each instruction set.
     fn build_treelet[L: LeafBuilder](prims: &mut [PrimRef], above: (&TreeletDesc, usize), shared: &BuildContext<L>,
         scratch: (&mut Scratch<L::Scratch>, &mut Treelet)) = build_generic
 }
 
 impl Treelet {
-    /// Builds another one in its place.
+    /// Builds another treelet in its place.
     pub fn build<L: LeafBuilder>(
         &mut self,
         job: TreeletJob,
@@ -89,7 +89,7 @@ impl Treelet {
         }
     }
 
-    /// Its roots, once it stands where so many blocks are before it.
+    /// The roots after the blocks have moved back by `base`.
     pub fn relocated_roots<L: LeafBuilder>(&self, [base, _]: [usize; 2]) -> Vec<SubtreeRoot> {
         let moved = |root: &SubtreeRoot| SubtreeRoot {
             reference: relocated::<L>(root.reference, base),
@@ -98,7 +98,7 @@ impl Treelet {
         self.roots.iter().map(moved).collect()
     }
 
-    /// Moves every reference to where so many blocks and ids are before it; the roots stay.
+    /// Moves every reference to behind `base` blocks and `first` ids, except the roots.
     pub fn relocate<L: LeafBuilder>(&mut self, [base, first]: [usize; 2]) {
         let mut open: Vec<_> = self.roots.iter().map(|root| root.reference).collect();
         while let Some(at) = open.pop() {
@@ -119,7 +119,7 @@ impl Treelet {
     }
 }
 
-/// A reference of a treelet whose blocks stand `base` further.
+/// A reference of a treelet whose blocks have moved back by `base`.
 fn relocated<L: LeafBuilder>(child: NodeRef, base: usize) -> NodeRef {
     if child.is_leaf() && !L::LEAVES_ARE_BLOCKS {
         child
@@ -128,7 +128,7 @@ fn relocated<L: LeafBuilder>(child: NodeRef, base: usize) -> NodeRef {
     }
 }
 
-/// Builds a treelet.
+/// Builds a treelet: binary SAH splits, then the collapse into wide nodes.
 #[inline(always)]
 fn build_generic<I: Isa, L: LeafBuilder>(
     prims: &mut [PrimRef],
@@ -162,7 +162,7 @@ fn build_generic<I: Isa, L: LeafBuilder>(
         }
         let bins = leaves.bin_count((count as usize).min(TREELET_SIZE));
         let leaf_size = leaves.max_binary_leaf_prims() as u32;
-        // Those of a cell or a desc may be others than those of the whole tree, which are gone.
+        // The whole mesh has lost its large primitives already; a cell or treelet may have its own.
         let large = match at {
             0 => split_large::<I>(here, &range, depth as usize),
             _ => None,

@@ -1,4 +1,4 @@
-//! How triangles become leaves: a leaf names each vertex once.
+//! Leaves of up to sixteen triangles with shared vertices.
 
 use crate::build::prim_ref::PrimRef;
 use crate::build::traits::{LeafBuilder, PrimSource, TREELET_SIZE};
@@ -6,24 +6,25 @@ use crate::build::triangle_pairs::PairFinder;
 use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NodeBlock, NodeRef};
 use crate::simd::prefetch;
 
-/// The triangles as the builder sees them.
+/// The triangles of a mesh as build primitives.
 pub struct TrianglePrims<'a> {
     pub vertices: &'a [[f32; 3]],
     pub triangles: &'a [[u32; 3]],
     pub scale: f32,
-    /// The first triangle of each mesh, where they are several: leaves are of one, so that their boxes are as tight.
+    /// The first triangle of each mesh if there are several: leaves do not span meshes, which keeps their bounds tight.
     pub mesh_offsets: &'a [u32],
 }
 
-/// What a thread knows of the triangles of the treelet it builds.
+/// Scratch memory for the leaves of a treelet.
 pub struct LeafScratch {
     pairs: PairFinder,
-    /// By a hash of the vertex: it in the upper half; in the lower one which leaf it was vertex_table in and at what place.
+    /// Hash table of vertices: the vertex in the upper half, the leaf that has it and its position there in the lower
+    /// half.
     vertex_table: Box<[u64; VERTEX_TABLE_SIZE]>,
     leaf: u32,
-    /// What was found to fit into a leaf...
+    /// Leaves found to fit.
     candidate_leaves: Vec<LeafVertices>,
-    /// ... last of those that begin with each piece: its place, counted from 1.
+    /// The last candidate leaf that begins with each primitive, counted from 1.
     candidate_of_prim: Vec<u32>,
 }
 
@@ -41,7 +42,7 @@ impl Default for LeafScratch {
     }
 }
 
-/// The different vertices of some triangles, and each triangle's corners among them.
+/// The distinct vertices of a leaf, and the corners of its triangles among them.
 struct LeafVertices {
     vertices: [u32; MAX_LEAF_TRIANGLES + 4],
     count: usize,
@@ -50,10 +51,10 @@ struct LeafVertices {
 }
 
 impl LeafScratch {
-    /// `None` where there are too many vertices or triangles for a leaf.
+    /// Deduplicates the vertices of primitives; `None` if there are too many vertices or triangles for a leaf.
     #[inline(always)]
     fn dedup_vertices(&mut self, prims: &[PrimRef]) -> Option<LeafVertices> {
-        // Nothing is looked up for what is too much anyway.
+        // Too many triangles need no lookups.
         let count = |prim: &PrimRef| usize::from(self.pairs.pairs[prim.id as usize].count);
         if prims.iter().map(count).sum::<usize>() > MAX_LEAF_TRIANGLES {
             return None;
@@ -109,7 +110,7 @@ impl LeafScratch {
 }
 
 impl TrianglePrims<'_> {
-    /// The box of a triangle.
+    /// The bounds of a triangle as a primitive.
     #[inline(always)]
     fn prim_ref_of(&self, id: u32, corners: [u32; 3]) -> PrimRef {
         let [a, b, c] = corners.map(|i| self.vertex(i));
@@ -144,7 +145,7 @@ impl PrimSource for TrianglePrims<'_> {
         for ids in ids.chunks(corners.len()) {
             for (corners, &id) in corners.iter_mut().zip(ids) {
                 *corners = self.triangles[id as usize];
-                // Each may be anywhere in memory: all are on their way before the first is needed.
+                // Vertices may be scattered: all are prefetched before the first is read.
                 for vertex in *corners {
                     prefetch(self.vertices.as_ptr().wrapping_add(vertex as usize));
                 }
@@ -172,13 +173,13 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn max_binary_leaf_prims(&self) -> usize {
-        // Four pairs without a common vertex have 16, which is what a leaf holds.
+        // Four pairs without a common vertex have the 16 vertices of a leaf.
         4
     }
 
     fn bin_count(&self, prims: usize) -> usize {
         match prims {
-            // There a plane matters that lies just where something ends.
+            // Large ranges need planes close to where geometry ends.
             _ if prims > 16 * TREELET_SIZE => 256,
             _ if prims > TREELET_SIZE => 64,
             _ if prims < 24 => 8,
@@ -187,7 +188,7 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn size_estimate(&self) -> (usize, usize) {
-        // A third more than are used where leaves fill worst, on hair.
+        // A third more than hair uses, which fills leaves worst.
         let blocks = (self.triangles.len() + self.vertices.len()) / 10;
         (blocks + 1, self.triangles.len())
     }
@@ -232,7 +233,7 @@ impl LeafBuilder for TrianglePrims<'_> {
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
     ) -> NodeRef {
-        // A binary leaf has at most 4 pieces and so 16 vertices; anything larger was asked for by `fit`.
+        // A binary leaf has at most 4 pairs and so 16 vertices; larger leaves were tested by `fits`.
         let made;
         let known = (notes.candidate_of_prim[prims[0].id as usize] as usize).wrapping_sub(1);
         let shared = match notes.candidate_leaves.get(known) {

@@ -1,32 +1,32 @@
-//! Which triangles of a treelet go in pairs: those with a common edge, where the box of both is hardly larger.
+//! Pairs of adjacent triangles as one build primitive, for a smaller tree.
 
 use crate::build::prim_ref::PrimRef;
 use crate::simd::prefetch;
 
-/// A pair whose box is larger than this part of both boxes together stays two: rays would meet it in vain.
+/// The largest area of a pair's bounds, relative to the sum of both triangles' bounds.
 const MAX_PAIR_AREA_RATIO: f32 = 0.85;
 
-/// How many triangles before it is needed one is asked for: since its box was made it may have left the nearest caches.
+/// How many triangles ahead corners are prefetched: they may have left the L1 cache since their bounds were computed.
 const PREFETCH_DISTANCE: usize = 8;
 
-/// How many places are looked at: where more edge_table are in a row, or are one, some are forgotten.
+/// Probes per edge; beyond them an edge is forgotten.
 const MAX_PROBES: usize = 8;
 
 /// One triangle, or two with a common edge.
 #[derive(Clone, Copy)]
 pub struct TrianglePair {
-    /// The fourth vertex is the third again where there is single triangle.
+    /// Four vertices; the fourth repeats the third for a single triangle.
     pub vertices: [u32; 4],
-    /// Their ids; the same twice where there is single.
+    /// Both triangles; equal for a single one.
     pub triangles: [u32; 2],
-    /// The corners of the second_corners triangle among the vertices; those of the first are 0, 1 and 2.
+    /// The corners of the second triangle among the vertices; those of the first are 0, 1 and 2.
     pub second_corners: [u8; 3],
-    /// How many triangles there are.
+    /// The number of triangles.
     pub count: u8,
 }
 
 impl TrianglePair {
-    /// One triangle.
+    /// A single triangle.
     pub fn single(id: u32, corners: [u32; 3]) -> TrianglePair {
         let [a, b, c] = corners;
         TrianglePair {
@@ -37,7 +37,7 @@ impl TrianglePair {
         }
     }
 
-    /// Both together, where they have at least two vertices in common.
+    /// The pair of both, if they share at least two vertices.
     #[inline(always)]
     pub fn try_pair(&self, other: &TrianglePair) -> Option<TrianglePair> {
         let [a, b, c, _] = self.vertices;
@@ -63,17 +63,17 @@ impl TrianglePair {
     }
 }
 
-/// The pairs of a treelet's triangles, and room to find them in, kept from one treelet to the next.
+/// Pairs triangles of a treelet. Memory is reused between treelets.
 #[derive(Default)]
 pub struct PairFinder {
-    /// By the ids that prims have after [`PairFinder::pair_triangles`].
+    /// By the primitive ids that [`PairFinder::pair_triangles`] assigns.
     pub pairs: Vec<TrianglePair>,
-    /// The edge_table of those that are alone, with room for more: in the upper half a part of the edge's hash, in the
-    /// lower one the prim, counted from 1.
+    /// Open-addressing hash table of the edges of unpaired triangles: part of the hash in the upper half, the primitive
+    /// in the lower half, counted from 1.
     edge_table: Vec<u32>,
 }
 
-/// A number that hardly any other edge has.
+/// The hash of an undirected edge.
 #[inline(always)]
 fn edge_hash(a: u32, b: u32) -> u64 {
     let edge = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
@@ -82,9 +82,9 @@ fn edge_hash(a: u32, b: u32) -> u64 {
 }
 
 impl PairFinder {
-    /// Joins prims, whose ids are those of triangles: each takes the best of the open neighbours among those before it, if
-    /// there is a good one. Returns how many are left; they come first, and their ids are those of pairs. Of prims, which
-    /// half a word numbers, no treelet has more than twice `TREELET_SIZE`.
+    /// Merges primitives whose ids are triangles: each joins the best unpaired neighbour before it, if the pair is
+    /// small enough. Returns the number of merged primitives, which come first; their ids index `pairs`. A treelet has
+    /// at most twice `TREELET_SIZE` primitives, which fit 16 bits.
     #[inline(always)]
     pub fn pair_triangles(&mut self, triangles: &[[u32; 3]], prims: &mut [PrimRef]) -> usize {
         let PairFinder { pairs, edge_table } = self;

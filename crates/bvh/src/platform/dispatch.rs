@@ -1,11 +1,11 @@
-//! Which instruction set the kernels run with.
+//! Instruction sets and the dispatch of kernels.
 
 use std::sync::OnceLock;
 
-/// An instruction set that kernels are compiled for. All give the same answers, bit for bit.
+/// An instruction set that kernels are compiled for. Hits are the same bits for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// No particular one: any machine.
+    /// Plain Rust, for any machine.
     Portable,
     /// x86-64 with AVX2 and FMA.
     Avx2,
@@ -16,7 +16,7 @@ pub enum InstructionSet {
 }
 
 impl InstructionSet {
-    /// All, the simplest first.
+    /// All instruction sets, the narrowest first.
     pub const ALL: [InstructionSet; 4] = [Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
 
     /// Its name, as `RAYCAM_ISA` spells it.
@@ -29,7 +29,7 @@ impl InstructionSet {
         }
     }
 
-    /// Whether this machine has it.
+    /// True if this machine has the instruction set.
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
@@ -57,8 +57,8 @@ impl InstructionSet {
         }
     }
 
-    /// The widest this machine has, unless the environment variable `RAYCAM_ISA` names another that it has. A name
-    /// that is unknown or not available here is said on stderr, once, and does not count.
+    /// The widest instruction set of this machine, or the one named by the environment variable `RAYCAM_ISA`. A name
+    /// that is unknown or not available is reported on stderr, once, and ignored.
     pub fn detect() -> InstructionSet {
         static BEST: OnceLock<InstructionSet> = OnceLock::new();
         *BEST.get_or_init(|| {
@@ -82,29 +82,29 @@ impl InstructionSet {
     }
 }
 
-/// An instruction set that this machine has.
+/// An instruction set that this machine has: the proof that kernels need.
 #[derive(Clone, Copy, Debug)]
 pub struct Dispatch(InstructionSet);
 
 impl Dispatch {
-    /// The best one.
+    /// The widest.
     pub fn detect() -> Dispatch {
         Dispatch(InstructionSet::detect())
     }
 
-    /// A certain one, if it is there.
+    /// A given instruction set, if it is available.
     pub fn try_new(isa: InstructionSet) -> Option<Dispatch> {
         isa.is_available().then_some(Dispatch(isa))
     }
 
-    /// Which it is.
+    /// The instruction set.
     pub fn isa(self) -> InstructionSet {
         self.0
     }
 }
 
 /// `kernel!(fn name(arguments) = generic)`: a function that runs `generic::<I>(arguments)` compiled for each
-/// instruction set, and takes the [`Dispatch`] first. It may be generic: `fn name[T: Trait](arguments)`.
+/// instruction set, selected by its first argument, a [`Dispatch`]. It may be generic: `fn name[T: Trait](arguments)`.
 macro_rules! kernel {
     ($(#[$doc:meta])* fn $name:ident$([$g:ident: $bound:path])?($($arg:ident: $type:ty),* $(,)?) = $generic:ident) => {
         $(#[$doc])*
@@ -141,14 +141,14 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
-/// Work whose loops are worth vectorising, outside of this room: `run` and what it calls are `#[inline(always)]`.
+/// Vectorisable work of other crates: `run` and its callees are `#[inline(always)]`.
 pub trait WithSimd {
     /// Does the work.
     fn run(self);
 }
 
-/// Does work compiled for [`InstructionSet::detect`]. The answers are those of any other, bit for bit: the compiler may
-/// neither reorder nor fuse floating-point operations.
+/// Runs work compiled for [`InstructionSet::detect`]. Results are the same bits on all: the compiler neither reorders
+/// nor fuses floating-point operations.
 pub fn dispatch_simd<W: WithSimd>(work: W) {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
@@ -167,7 +167,7 @@ pub fn dispatch_simd<W: WithSimd>(work: W) {
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 => unsafe { avx512(work) },
-        // Neon is part of every aarch64.
+        // NEON is part of every aarch64.
         _ => work.run(),
     }
 }

@@ -1,4 +1,4 @@
-//! Large arrays on large pages.
+//! Arrays on huge pages.
 
 use std::alloc::{Layout, alloc, dealloc, handle_alloc_error, realloc};
 use std::mem::MaybeUninit;
@@ -7,23 +7,23 @@ use std::ptr::NonNull;
 
 use rayon::prelude::*;
 
-/// The size of a large page.
+/// The size of a huge page on Linux, in bytes.
 const HUGE_PAGE: usize = 2 << 20;
 
-/// A multiple of the size of a small page.
+/// A multiple of the size of a small page, in bytes.
 const PAGE: usize = 1 << 16;
 
-/// Plain values in a row. Where the system has large pages to give, they lie on those: a tree is visited all over, and
-/// would otherwise miss the translation buffer at nearly every step.
+/// A vector of plain values on huge pages if available. Traversal visits a tree all over, and would miss the TLB at
+/// nearly every step on small pages.
 pub struct HugePageVec<T: Copy> {
     start: NonNull<T>,
     len: usize,
     capacity: usize,
-    /// Bytes before the start.
+    /// Bytes between the allocation and the first value.
     align_offset: usize,
 }
 
-/// Values start at a multiple of this.
+/// The alignment of the first value, in bytes.
 const CACHE_LINE: usize = 64;
 
 // SAFETY: a `HugePageVec` owns its values, as a `Vec` does.
@@ -32,7 +32,7 @@ unsafe impl<T: Copy + Send> Send for HugePageVec<T> {}
 unsafe impl<T: Copy + Sync> Sync for HugePageVec<T> {}
 
 impl<T: Copy> HugePageVec<T> {
-    /// Room for `capacity` values; none are there yet.
+    /// An empty vector with room for `capacity` values.
     pub fn with_capacity(capacity: usize) -> Self {
         const { assert!(align_of::<T>() <= CACHE_LINE) };
         let layout = Self::layout(capacity);
@@ -60,8 +60,7 @@ impl<T: Copy> HugePageVec<T> {
         }
     }
 
-    /// Of so many values and a line more. Its alignment is one with which allocators give back what is not needed
-    /// without moving the rest.
+    /// The layout of an allocation: the values and a cache line more. Allocators shrink its low alignment in place.
     fn layout(capacity: usize) -> Layout {
         let size = capacity.saturating_mul(size_of::<T>());
         let size = if size == 0 {
@@ -69,7 +68,7 @@ impl<T: Copy> HugePageVec<T> {
         } else {
             size.saturating_add(CACHE_LINE)
         };
-        // No allocation is larger than this, so one that asks for more fails as one that asks for this does.
+        // The largest allocation. A larger request fails as this one does.
         let limit = isize::MAX as usize - HUGE_PAGE;
         let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else {
             unreachable!("a valid layout")
@@ -77,16 +76,17 @@ impl<T: Copy> HugePageVec<T> {
         layout
     }
 
-    /// All that there is room for.
+    /// The memory of all `capacity` values.
     pub fn spare_capacity_mut(&mut self) -> &mut [MaybeUninit<T>] {
         // SAFETY: there is room for that many values, none of which is taken to be written.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().cast(), self.capacity) }
     }
 
-    /// Gives back the room behind the first `len` values.
+    /// Sets the length to `len` and releases the memory behind.
     ///
     /// # Safety
-    /// They are written.
+    ///
+    /// The first `len` values are written.
     pub unsafe fn set_len_and_shrink(&mut self, len: usize) {
         assert!(len <= self.capacity, "more values than there is room for");
         if len == 0 {
@@ -118,13 +118,12 @@ impl<T: Copy> HugePageVec<T> {
         (self.align_offset, self.capacity) = (skipped, len);
     }
 
-    /// How many values there is room for.
+    /// The number of values that fit.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// The values of all `parts`, `capacity` in number, one after the other: copied in parallel, each part dropped once
-    /// it is.
+    /// Concatenates `parts`, `capacity` values in all. Copied in parallel; each part is dropped after its copy.
     pub fn concat_parallel<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where
         T: Send + Sync,
@@ -188,7 +187,7 @@ impl<T: Copy> DerefMut for HugePageVec<T> {
     }
 }
 
-/// Writes values where there is room for as many.
+/// Copies values to uninitialised memory of the same length.
 pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     assert!(
         room.len() == values.len(),
@@ -201,15 +200,15 @@ pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     }
 }
 
-/// So many zeros. Where they are many, they lie on large pages if the system has some to give: small ones that are touched
-/// for the first time cost more than what is written to them.
+/// A vector of `count` zeros, on huge pages if there are many: the page faults of small pages would cost more than the
+/// writes.
 pub fn zeroed_huge<T: Copy + Default>(count: usize) -> Vec<T> {
     let mut values = vec![T::default(); count];
     madvise_hugepage(values.as_mut_ptr().cast(), size_of_val(values.as_slice()));
     values
 }
 
-/// Asks for large pages; it does not matter if there are none.
+/// Advises the kernel to use huge pages; a hint without effect elsewhere.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn madvise_hugepage(start: *mut u8, size: usize) {
     unsafe extern "C" {

@@ -1,9 +1,9 @@
-//! Values that are written now and read later, if at all: past the cache, which would fetch every line before it is
-//! written and push out others for it.
+//! Non-temporal stores for values that are not read soon: they bypass the cache, which would load every line before it
+//! is written and evict others.
 
 use std::marker::PhantomData;
 
-/// Numbers of which any bits are one.
+/// Numbers without invalid bit patterns.
 pub trait Pod: Copy + Default + sealed::Sealed {}
 impl Pod for f32 {}
 impl Pod for f64 {}
@@ -16,12 +16,13 @@ mod sealed {
     impl Sealed for i32 {}
 }
 
-/// Writes past the cache. What it is given is nobody's as long as `'a`, and so until [`with_streaming_stores`] is over.
+/// Writes with non-temporal stores. The written memory stays borrowed for `'a`, beyond the end of
+/// [`with_streaming_stores`].
 pub struct StreamingWriter<'a>(PhantomData<&'a mut &'a ()>);
 
-/// Does work that writes past the cache. Once it is done, every thread sees what was written.
+/// Runs work that uses non-temporal stores, then a store fence: every thread sees the writes.
 pub fn with_streaming_stores<'a, R>(work: impl FnOnce(&mut StreamingWriter<'a>) -> R) -> R {
-    // Also where the work panics.
+    // The fence also runs on a panic.
     let _fence = SfenceOnDrop;
     work(&mut StreamingWriter(PhantomData))
 }
@@ -38,12 +39,12 @@ impl Drop for SfenceOnDrop {
     }
 }
 
-/// Bytes of a line of the cache.
+/// Bytes per cache line.
 #[cfg(all(target_arch = "x86_64", not(miri)))]
 const CACHE_LINE: usize = 64;
 
 impl<'a> StreamingWriter<'a> {
-    /// Copies values. Whole lines of the cache go past it, so these should be many.
+    /// Copies values. Only whole cache lines are streamed, so long slices gain most.
     #[inline]
     pub fn copy<T: Pod>(&mut self, to: &'a mut [T], from: &[T]) {
         assert!(to.len() == from.len(), "room for another number of values");

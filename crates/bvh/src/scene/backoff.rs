@@ -1,22 +1,21 @@
-//! What is not tried again soon where it did not pay.
+//! Exponential back-off of a heuristic after blocks in which it did not pay.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// One block of rays goes without after one in which it did not pay, twice as many each time that it does not again, and at
-/// most so many.
+/// The maximum number of blocks skipped in a row. After an unprofitable block, 1, 2, 4 ... blocks are skipped.
 const MAX_SKIPS: u32 = 64;
 
-/// How many blocks of rays go without: in the scene that they run through, as a batch is often shorter than it takes to find
-/// out. Threads may count past each other: answers do not depend on it.
+/// The back-off state of a heuristic. It belongs to the scene, since a batch is often shorter than a trial. Races
+/// between threads only affect speed.
 #[derive(Debug, Default)]
 pub struct Backoff {
     remaining: AtomicU32,
-    /// How many there were the last time.
+    /// The number of blocks skipped last.
     period: AtomicU32,
 }
 
 impl Backoff {
-    /// Whether the next block goes without.
+    /// True if the next block skips the heuristic.
     #[inline(always)]
     pub fn should_skip(&self) -> bool {
         let left = self.remaining.load(Relaxed);
@@ -26,7 +25,7 @@ impl Backoff {
         left > 0
     }
 
-    /// Is told whether it paid.
+    /// Records whether a block was profitable.
     #[inline(always)]
     pub fn record(&self, pays: bool) {
         let more = match pays {

@@ -15,7 +15,8 @@ use crate::scene::rebraid::{InstanceTransform, rebraid, transform_bounds};
 use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
 
 impl InstanceRecord {
-    /// The transform has no pad yet. `bounds` is the mesh's box in the scene, `None` for an empty mesh.
+    /// The instance in scene coordinates, and its transform for re-braiding, without padding yet. `bounds` is the
+    /// mesh's AABB in the scene, `None` for an empty mesh.
     fn new(
         instance: Instance,
         bounds: Option<([f64; 3], [f64; 3])>,
@@ -28,7 +29,7 @@ impl InstanceRecord {
             .map(|m| m.map(|r| [r[0] * along, r[1] * along, r[2] * along, r[3] * mesh_scale]))
             .map(|m| m.map(|row| row.map(|x| x as f32)))
             .filter(|m| m.iter().flatten().all(|x| x.is_finite()));
-        // Row sums bound how far the largest coordinate grows.
+        // Row sums bound the growth of the largest coordinate.
         let max_scale = usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))));
         let transform = usable.and(bounds).map(|(lower, upper)| {
             let shrink = norm(&forward) * scale / mesh_scale;
@@ -59,7 +60,7 @@ impl InstanceRecord {
 }
 
 impl Scene {
-    /// Places meshes. An instance whose transform is singular is kept and never hit.
+    /// Builds the TLAS over instances. An instance whose transform is singular is kept and never hit.
     pub fn build(instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
         if instances.len() > MAX_INSTANCES {
             return Err(BuildError::TooLarge {
@@ -140,12 +141,12 @@ impl Scene {
     }
 }
 
-/// What moves points by a vector.
+/// The matrix of a translation.
 pub(crate) const fn translation([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
     [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
 }
 
-/// LeafBuilder of the tree over subtree_refs: their number.
+/// Leaf builder of the TLAS: a leaf is one subtree reference, by index.
 struct InstanceLeaves;
 
 impl LeafBuilder for InstanceLeaves {
@@ -184,14 +185,14 @@ fn power_of_two_scale64(max_abs_coord: f64) -> f32 {
     power_of_two_scale((max_abs_coord as f32).min(f32::MAX))
 }
 
-/// The largest sum of the absolute values of a row of the linear part.
+/// The infinity norm of the linear part: the largest row sum of absolute values.
 fn norm(m: &[[f64; 4]; 3]) -> f64 {
     m.iter()
         .map(|r| r[0].abs() + r[1].abs() + r[2].abs())
         .fold(0.0, f64::max)
 }
 
-/// The box of an instance in the scene; `None` for an empty mesh.
+/// The AABB of an instance in the scene; `None` for an empty mesh.
 fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
     if instance.bvh.triangle_count() == 0 {
         return None;
@@ -202,7 +203,7 @@ fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
     Some(transform_bounds(&m, instance.bvh.bounds()))
 }
 
-/// The inverse of an affine map; `None` where it is singular.
+/// The inverse of an affine map; `None` if it is singular.
 fn inverse(m: &[[f64; 4]; 3]) -> Option<[[f64; 4]; 3]> {
     let cofactor = |r: usize, c: usize| {
         let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);

@@ -1,4 +1,4 @@
-//! Several meshes in one tree. Rays that go from one to the next stay in it; answers name the mesh, and the triangle in it.
+//! Flattened scenes: several meshes in one BLAS, so that rays need no TLAS. Hits are mapped back to instances.
 
 use crate::blas::Bvh;
 use crate::error::BuildError;
@@ -7,11 +7,12 @@ use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{Instance, Scene};
 
 impl Scene {
-    /// Builds one tree over meshes that stay where they are: `vertices` in scene-local coordinates, `triangles` of all meshes
-    /// one after another, and of each mesh its first in `first_prims`, which rise from 0. A mesh counts as an instance, in this
-    /// order: answers are those of [`Scene::build`] but for float32's rounding.
+    /// Builds one BLAS over static meshes: `vertices` in scene-local coordinates, the `triangles` of all meshes one
+    /// after another, and the first triangle of each mesh in `first_prims`, ascending from 0. Each mesh counts as an
+    /// instance; hits are those of [`Scene::build`] up to float32 rounding.
     ///
     /// # Errors
+    ///
     /// Those of [`Bvh::build`] and [`Scene::build`].
     pub fn flattened(
         vertices: &[[f32; 3]],

@@ -1,4 +1,5 @@
-//! The scene: placed meshes, and the queries over them.
+//! The scene: instances of BLAS under a TLAS. The data is here; `build` and `flattened` make it, `rebraid` opens instances
+//! for the TLAS, and `query`, on top of the crate, traces rays. Uses `blas` and `build`.
 
 pub mod backoff;
 pub(crate) mod build;
@@ -19,7 +20,7 @@ use crate::scene::backoff::Backoff;
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::rebraid::SubtreeRef;
 
-/// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
+/// An instance of a mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// The mesh.
@@ -28,51 +29,51 @@ pub struct Instance {
     pub world_from_mesh: [[f32; 4]; 3],
 }
 
-/// Where [`Scene::closest_exact`] finds a triangle's corners in float64 world coordinates.
+/// The float64 world coordinates of triangles, for [`Scene::closest_exact`].
 ///
-/// The mesh and transform given to [`Scene::build`] must be these rounded to float32: the search is padded for that
-/// rounding and no more.
+/// The mesh and transform given to [`Scene::build`] must be these rounded to float32: the padding of the search covers
+/// that rounding only.
 pub trait ExactTriangles {
     /// The three corners of a triangle of an instance.
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3];
 }
 
-/// A mesh in its place, as rays see it.
+/// An instance as traversal uses it.
 #[derive(Debug)]
 pub(crate) struct InstanceRecord {
     pub bvh: Arc<Bvh>,
-    /// From scaled scene coordinates to those of the mesh's tree.
+    /// From scaled scene coordinates to tree coordinates of the mesh.
     pub mesh_from_scene: [[f32; 4]; 3],
-    /// Where it does no more than that, by how much it moves points.
+    /// The translation, if `mesh_from_scene` is nothing else.
     pub translation_only: Option<[f32; 3]>,
-    /// How much longer it makes a vector at most.
+    /// The largest factor by which `mesh_from_scene` scales a vector.
     pub max_scale: f32,
 }
 
-/// Placed meshes, ready to be traced. Scene-local coordinates are world coordinates less `origin`.
+/// A scene: instances under a TLAS. Scene-local coordinates are world coordinates relative to `origin`.
 pub struct Scene {
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) origin: [f64; 3],
-    /// Scene coordinates are multiplied by this power of two before anything else; 1 for all but extreme scenes.
+    /// The power of two by which scene coordinates are multiplied before traversal; 1 for all but extreme scenes.
     pub(crate) scale: f64,
-    /// What rays go into, one after the other.
+    /// The leaves of the TLAS.
     pub(crate) subtree_refs: Vec<SubtreeRef>,
-    /// Nodes over the subtree_refs.
+    /// The nodes of the TLAS.
     pub(crate) tlas: HugePageVec<NodeBlock>,
     pub(crate) root: NodeRef,
-    /// Box of everything, scaled.
+    /// The bounds of all instances, scaled.
     pub(crate) bounds: Aabb,
-    /// Largest coordinate at hand, scaled; with the transform_condition of the worst transform it bounds rounding.
+    /// The largest absolute coordinate, scaled. With the condition of the worst transform it bounds rounding errors.
     pub(crate) max_abs_coord: f32,
     pub(crate) transform_condition: f32,
-    /// The scene is one mesh, placed where it was made: rays need neither transform nor the nodes above.
+    /// True for one mesh at the identity: rays skip transform and TLAS.
     pub(crate) is_single_mesh: bool,
-    /// Whose the triangles of that mesh are, where it is several in one.
+    /// The instances of a flattened scene.
     pub(crate) mesh_ranges: Option<InstanceRanges>,
-    /// Of rays that run apart: packets of them, and asking them at the gate.
+    /// Back-off of packets of incoherent rays and of culling at the root.
     pub(crate) packet_backoff: Backoff,
     pub(crate) root_cull_backoff: Backoff,
-    /// Of packets of shadow rays that do not.
+    /// Back-off of packets of coherent shadow rays.
     pub(crate) shadow_packet_backoff: Backoff,
     pub(crate) dispatch: Dispatch,
 }
@@ -94,44 +95,43 @@ impl Scene {
         self.origin
     }
 
-    /// Whether it is one tree, in which rays need no transform.
+    /// True if the scene is one BLAS whose rays need no transform.
     pub fn is_single_level(&self) -> bool {
         self.is_single_mesh
     }
 
-    /// The instruction set that queries run with.
+    /// The instruction set of the queries.
     pub fn instruction_set(&self) -> InstructionSet {
         self.dispatch.isa()
     }
 
-    /// Makes queries run with a certain instruction set; false, and nothing changes, where the dispatch lacks it.
-    /// The answers are the same.
+    /// Selects an instruction set; false, without effect, if the machine lacks it. Hits are the same.
     pub fn set_instruction_set(&mut self, isa: InstructionSet) -> bool {
         let dispatch = Dispatch::try_new(isa);
         self.dispatch = dispatch.unwrap_or(self.dispatch);
         dispatch.is_some()
     }
 
-    /// The nodes above the subtree_refs.
+    /// The nodes of the TLAS.
     pub(crate) fn blocks(&self) -> &[NodeBlock] {
         &self.tlas
     }
 
-    /// By how much boxes of instances must be padded for a ray that starts within `distance` of the scene's origin:
-    /// a transformed ray is off by no more.
+    /// The padding of instance boxes that covers the rounding of a transformed ray that starts within `distance` of the
+    /// scene's origin.
     #[inline(always)]
     pub(crate) fn box_padding(&self, distance: f32) -> f32 {
         self.relative_padding(false) * (distance + self.max_abs_coord)
     }
 
-    /// Whether a ray of float32 that starts here needs boxes to be padded for little.
+    /// True if a float32 ray that starts here needs only the small padding.
     #[inline(always)]
     pub(crate) fn is_within_reach(&self, [x, y, z]: [f32; 3]) -> bool {
         x.abs().max(y.abs()).max(z.abs()) <= self.max_abs_coord
     }
 
-    /// The box_padding as a part of the largest coordinate at hand. For a ray of float32 that starts within the scene's max_abs_coord,
-    /// boxes of instances that are more than moved have their pads already, and for others one sum is rounded.
+    /// The padding as a fraction of the largest coordinate. For a float32 ray that starts within the scene, boxes of
+    /// general transforms are padded already, and a translation rounds one sum.
     #[inline(always)]
     pub(crate) fn relative_padding(&self, within: bool) -> f32 {
         if within {
@@ -142,7 +142,7 @@ impl Scene {
     }
 }
 
-/// What a transform with a transform_condition may do to a ray, as a part of the largest coordinate at hand.
+/// The rounding error of a transform with a condition number, as a fraction of the largest coordinate.
 pub(crate) fn relative_padding_of(transform_condition: f32) -> f32 {
     (64.0 * transform_condition + 24.0) * MACHINE_EPSILON
 }

@@ -6,7 +6,7 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
 
 impl Scene {
-    /// The nearest hit of every ray, on the calling thread. `hits` is as long as `rays`.
+    /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`.
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         traverse::closest(self.dispatch, self, rays, hits, coherence);
@@ -18,14 +18,14 @@ impl Scene {
         }
     }
 
-    /// Whether anything lies on each ray, on the calling thread. `occluded` is as long as `rays`.
+    /// True for every ray that hits anything, on the calling thread. `occluded` is as long as `rays`.
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
         assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
         traverse::occluded(self.dispatch, self, rays, occluded, coherence);
     }
 
-    /// The nearest hit of every ray by float64 arithmetic on the float64 corners: ties and edges are decided as exact
-    /// geometry decides them, up to float64 rounding. On the calling thread; `hits` is as long as `rays`.
+    /// The closest hit of every ray by float64 arithmetic on float64 corners: ties and edges are those of exact
+    /// geometry, up to float64 rounding. On the calling thread; `hits` is as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -47,7 +47,7 @@ impl Scene {
     }
 }
 
-/// The triangles of all meshes as those of the tree.
+/// The triangles of all instances as those of the flattened BLAS.
 pub(crate) struct FlattenedTriangles<'a, T>(pub &'a InstanceRanges, pub &'a T);
 
 impl<T: ExactTriangles> ExactTriangles for FlattenedTriangles<'_, T> {

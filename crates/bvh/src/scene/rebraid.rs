@@ -1,9 +1,8 @@
-//! What the tree over instances is made of: whole meshes, or refs of meshes that are in each other's way.
+//! Partial re-braiding: the TLAS is built over subtrees of instances (C. Benthin, S. Woop, I. Wald and A. Áfra,
+//! "Improved Two-Level BVHs using Partial Re-Braiding", HPG 2017).
 //!
-//! Where the boxes of placed meshes overlap, a ray enters all of them, one tree after the other. So the nodes at the top
-//! of such meshes take the place of the mesh in the tree over instances, which sorts out what lies where and which comes
-//! first (C. Benthin, S. Woop, I. Wald and A. Áfra, "Improved Two-Level BVHs using Partial Re-Braiding", HPG 2017).
-//! What a ray meets does not depend on it.
+//! A ray enters all instances whose AABBs overlap, one BLAS after the other. Where they do, the top nodes of a BLAS
+//! replace its root as leaves of the TLAS, which separates and orders them. Hits do not depend on it.
 
 use std::sync::Arc;
 
@@ -12,45 +11,45 @@ use crate::blas::Bvh;
 use crate::build::prim_ref::PrimRef;
 use crate::node::{NodeRef, node};
 
-/// Everything at and below a node or leaf of a placed mesh.
+/// A reference to a subtree of an instance: a leaf of the TLAS.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SubtreeRef {
     pub instance: u32,
-    /// Reference of the node or leaf.
+    /// The root of the subtree.
     pub node: NodeRef,
-    /// Its box in scaled scene coordinates, padded where the mesh is more than moved.
+    /// Its bounds in scaled scene coordinates, padded unless the instance is only translated.
     pub bounds: Aabb,
 }
 
-/// A subtree has so many triangles or more, in the mean...
+/// Triangles per reference, at least, in the mean.
 const MIN_TRIANGLES_PER_REF: usize = 64;
 
-/// ... and there are no more refs than these: sorting them takes its time.
+/// The maximum number of references, which bounds the build time of the TLAS.
 const MAX_REFS: usize = 1 << 14;
 
-/// Meshes are opened where there may be so many refs for each; fewer do not separate them.
+/// References per instance, at least: fewer do not separate instances.
 const MIN_REFS_PER_INSTANCE: usize = 4;
 
-/// A subtree is opened where this share of its box, or more, is in the box of others.
+/// The fraction of a subtree's area within other instances from which it is opened.
 const MIN_OVERLAP: f32 = 0.1;
 
-/// A group of so many refs is worth another thread.
+/// References that are worth another thread.
 const PARALLEL_THRESHOLD: usize = 1 << 10;
 
-/// How a mesh that rays can meet is placed, as its boxes and their pads are made.
+/// The transform of an instance, for the bounds of its subtrees.
 pub(crate) struct InstanceTransform {
     pub bvh: Arc<Bvh>,
-    /// From the coordinates of the mesh's tree to scaled scene coordinates.
+    /// From tree coordinates of the mesh to scaled scene coordinates.
     pub scene_from_mesh: [[f64; 4]; 3],
-    /// The largest coordinate at hand on the way there.
+    /// The largest absolute coordinate on the way.
     pub max_abs_coord: f32,
-    /// How much larger its transform makes what is rounded.
+    /// The condition number: the factor by which the transform amplifies rounding errors.
     pub condition: f32,
-    /// How far its boxes are padded there.
+    /// The padding of boxes in scaled scene coordinates.
     pub pad: f64,
 }
 
-/// The refs to build a tree over; `None` for a mesh that no ray can meet.
+/// The subtree references to build the TLAS over. Instances without a transform are not hit by any ray.
 pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRef> {
     let whole = |(instance, transform): (u32, &Option<InstanceTransform>)| {
         let transform = transform.as_ref()?;
@@ -71,8 +70,8 @@ pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRe
     refs
 }
 
-/// Opens those of a group that are in the way of others, then the same on both sides of the group's middle. The group
-/// may become as many refs as there is room for.
+/// Opens the references of a group that overlap other instances, then recurses on both sides of the group's centre. The
+/// group may grow to `room` references.
 fn open_recursive(
     transforms: &[Option<InstanceTransform>],
     mut group: Vec<SubtreeRef>,
@@ -114,8 +113,7 @@ fn open_recursive(
     refs
 }
 
-/// Takes out what lies beyond the middle of a group, along the axis on which it is longest; `None` where nothing or all
-/// does.
+/// Splits off the references beyond the centre of a group along its longest axis; `None` if one side is empty.
 fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     let twice =
         |subtree: &SubtreeRef, axis: usize| subtree.bounds.lower[axis] + subtree.bounds.upper[axis];
@@ -142,8 +140,8 @@ fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     Some(second)
 }
 
-/// What is around all refs of a group but those of one instance: of each bound the farthest, whose it is, and the
-/// farthest of all others.
+/// Bounds of all subtree references in a group except those of one instance. Per side: the extreme value, the instance
+/// that has it, and the runner-up.
 struct BoundsOfOthers {
     farthest: [[(f32, u32, f32); 3]; 2],
 }
@@ -168,7 +166,7 @@ impl BoundsOfOthers {
         BoundsOfOthers { farthest }
     }
 
-    /// The box of all that is not this instance's.
+    /// The bounds of all references of other instances.
     fn without(&self, instance: u32) -> Aabb {
         let [lower, upper] = [0, 1].map(|side: usize| {
             self.farthest[side].map(|(first, whose, second)| {
@@ -179,10 +177,10 @@ impl BoundsOfOthers {
     }
 }
 
-/// Which way is out of a box at its lower and at its upper corner.
+/// The outward direction of the lower and of the upper corner.
 const SIDE_SIGN: [f32; 2] = [-1.0, 1.0];
 
-/// How much of the surface of a box is in another one.
+/// The fraction of a box's area that lies in another box.
 fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
     let lower = std::array::from_fn(|axis| subtree.lower[axis].max(other.lower[axis]));
     let upper: [f32; 3] = std::array::from_fn(|axis| subtree.upper[axis].min(other.upper[axis]));
@@ -195,7 +193,7 @@ fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
     }
 }
 
-/// The refs that a subtree consists of, if it is more than a few triangles.
+/// The children of a subtree, if it is more than a few triangles.
 fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Option<Vec<SubtreeRef>> {
     let transform = transforms.get(subtree.instance as usize)?.as_ref()?;
     if subtree.node.is_leaf() {
@@ -213,7 +211,7 @@ fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Optio
 }
 
 impl InstanceTransform {
-    /// What is at and below a node or leaf, whose box that is in the mesh's tree.
+    /// The reference to a node or leaf of the instance, whose bounds in the mesh are `extent`.
     fn subtree_ref(&self, instance: u32, start: NodeRef, extent: &Aabb) -> SubtreeRef {
         let (lower, upper) = transform_bounds(&self.scene_from_mesh, extent);
         let bounds = Aabb {
@@ -235,7 +233,7 @@ impl SubtreeRef {
     }
 }
 
-/// The box of a box that an affine map takes elsewhere.
+/// The AABB of an affinely transformed box.
 pub(crate) fn transform_bounds(m: &[[f64; 4]; 3], extent: &Aabb) -> ([f64; 3], [f64; 3]) {
     let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
     for axis in 0..3 {

@@ -13,7 +13,7 @@ pub struct Avx2;
 #[derive(Clone, Copy)]
 pub struct Ymm(pub __m256);
 
-/// An intrinsic, which needs the instruction set; see the module for why it is there.
+/// Calls an AVX2 intrinsic; see [`crate::simd`] for the safety argument.
 macro_rules! on_avx2 {
     ($e:expr) => {{
         // SAFETY: kernels over `Avx2` or `Avx512` run only where the machine has AVX2 and FMA (see `simd`).
@@ -239,13 +239,14 @@ fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     })
 }
 
-/// [`Isa::load_transposed`] of half as many rows.
+/// [`Isa::load_transposed`] of eight rows.
 ///
 /// # Safety
-/// As there.
+///
+/// As of [`Isa::load_transposed`].
 #[inline(always)]
 unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
-    // No closures: one that is called twice is not inlined.
+    // No closures: rustc does not inline one that is called twice.
     on_avx2!({
         let (a, b) = (transpose2(rows[0], rows[4]), transpose2(rows[1], rows[5]));
         let (c, d) = (transpose2(rows[2], rows[6]), transpose2(rows[3], rows[7]));
@@ -272,7 +273,7 @@ unsafe fn transpose2(lower: *const f32, upper: *const f32) -> __m256 {
     ))
 }
 
-/// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.
+/// Unsigned keys that fall as the value rises, with the lane in the low three bits. No key is the largest integer.
 #[inline(always)]
 pub fn sort_keys_descending(v: Ymm) -> __m256i {
     on_avx2!({
@@ -302,7 +303,7 @@ pub fn sort_network(v: __m256i) -> __m256i {
     })
 }
 
-/// Unsigned keys that rise with the value, which is not negative, and hold the lane in the low three bits.
+/// Unsigned keys that rise with the non-negative value, with the lane in the low three bits.
 #[inline(always)]
 fn sort_keys(v: Ymm) -> __m256i {
     on_avx2!({
@@ -315,7 +316,7 @@ fn sort_keys(v: Ymm) -> __m256i {
 #[inline(always)]
 pub fn argmin(v: Ymm, mask: __m256) -> usize {
     on_avx2!({
-        // The mask as it is: what becomes bits and a mask again takes as long as all of the rest.
+        // The vector mask is used directly: the round trip through a bit mask would double the time.
         let others = _mm256_andnot_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
         let keys = _mm256_or_si256(sort_keys(v), others);
         let v = _mm_min_epu32(

@@ -13,7 +13,7 @@ pub struct Avx512;
 #[derive(Clone, Copy)]
 pub struct Zmm(pub __m512);
 
-/// An intrinsic, which needs the instruction set; see the module for why it is there.
+/// Calls an AVX-512 intrinsic; see [`crate::simd`] for the safety argument.
 macro_rules! on_avx512 {
     ($e:expr) => {{
         // SAFETY: kernels over `Avx512` run only where the machine has AVX-512 F, VL, DQ and BW (see `simd`).

@@ -1,4 +1,4 @@
-//! Two vectors as one of twice the width.
+//! A vector of twice the width of another.
 
 use crate::simd::Vector;
 

@@ -1,10 +1,10 @@
-//! Four floats, on instructions that every machine of its kind has: for the builder, which needs no dispatch.
+//! Four floats on the baseline instructions of the target: for the builder, which then needs no dispatch.
 
 #[cfg(target_arch = "x86_64")]
 mod imp {
     use std::arch::x86_64::*;
 
-    /// Asks for a cache line, of any address: until it is read, it may be there.
+    /// Prefetches the cache line of any address.
     #[inline(always)]
     pub fn prefetch<T>(at: *const T) {
         // SAFETY: SSE is part of x86-64, and any address may be asked for.
@@ -75,7 +75,7 @@ mod imp {
                 _ => _mm_shuffle_ps::<0b11_11_11_11>(self.0, self.0),
             }))
         }
-        /// `if self < b { NaN } else { 0.0 }`, its sign bit set or not; with `or` it blanks out a number.
+        /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
         #[inline(always)]
         pub fn cmp_lt(self, b: Self) -> Self {
             on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)))
@@ -90,12 +90,12 @@ mod imp {
         pub fn or(self, b: Self) -> Self {
             on_sse2!(Self(_mm_or_ps(self.0, b.0)))
         }
-        /// Whether the first lane has its sign bit set.
+        /// True if the sign bit of the first lane is set.
         #[inline(always)]
         pub fn sign(self) -> bool {
             on_sse2!(_mm_movemask_ps(self.0)) & 1 != 0
         }
-        /// Towards 0; the values must be within the range of `i32`.
+        /// Truncated to integers; the values must be within the range of `i32`.
         #[inline(always)]
         pub fn to_i32_trunc(self) -> [i32; 4] {
             let mut out = [0; 4];
@@ -105,14 +105,14 @@ mod imp {
             ));
             out
         }
-        /// Four rows become four columns.
+        /// The transposed 4 x 4 matrix.
         #[inline(always)]
         pub fn transpose(rows: [Self; 4]) -> [Self; 4] {
             let [mut a, mut b, mut c, mut d] = rows.map(|row| row.0);
             on_sse2!(_MM_TRANSPOSE4_PS(&mut a, &mut b, &mut c, &mut d));
             [Self(a), Self(b), Self(c), Self(d)]
         }
-        /// x y + y z + z x.
+        /// x y + y z + z x: half the area of a box of this diagonal.
         #[inline(always)]
         pub fn half_area(self) -> f32 {
             on_sse2!({
@@ -127,7 +127,7 @@ mod imp {
 
 #[cfg(not(target_arch = "x86_64"))]
 mod imp {
-    /// Asks for a cache line, where there is a way to.
+    /// Prefetches the cache line of an address; a no-op on this target.
     #[inline(always)]
     pub fn prefetch<T>(_at: *const T) {}
 
@@ -182,7 +182,7 @@ mod imp {
         pub fn broadcast_lane<const LANE: usize>(self) -> Self {
             Self([self.0[LANE]; 4])
         }
-        /// `if self < b { NaN } else { 0.0 }`, its sign bit set or not; with `or` it blanks out a number.
+        /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
         #[inline(always)]
         pub fn cmp_lt(self, b: Self) -> Self {
             self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }))
@@ -197,22 +197,22 @@ mod imp {
         pub fn or(self, b: Self) -> Self {
             self.zip(b, |a, b| f32::from_bits(a.to_bits() | b.to_bits()))
         }
-        /// Whether the first lane has its sign bit set.
+        /// True if the sign bit of the first lane is set.
         #[inline(always)]
         pub fn sign(self) -> bool {
             self.0[0].to_bits() >> 31 != 0
         }
-        /// Towards 0; the values must be within the range of `i32`.
+        /// Truncated to integers; the values must be within the range of `i32`.
         #[inline(always)]
         pub fn to_i32_trunc(self) -> [i32; 4] {
             self.0.map(|x| x as i32)
         }
-        /// Four rows become four columns.
+        /// The transposed 4 x 4 matrix.
         #[inline(always)]
         pub fn transpose(rows: [Self; 4]) -> [Self; 4] {
             std::array::from_fn(|i| Self(rows.map(|row| row.0[i])))
         }
-        /// x y + y z + z x.
+        /// x y + y z + z x: half the area of a box of this diagonal.
         #[inline(always)]
         pub fn half_area(self) -> f32 {
             let [x, y, z, _] = self.0;

@@ -1,11 +1,11 @@
-//! Vectors of 8 and 16 floats behind one trait, so that every kernel is written once.
+//! SIMD vectors of 8 and 16 floats behind one trait, so that every kernel is written once.
 //!
-//! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::platform::dispatch`] instantiates it inside a function that
-//! enables the instruction set, after the machine was asked for it. The vector types never leave the crate, so no code
-//! names an instruction set the machine lacks: that is the safety argument of every intrinsic below this module.
+//! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::platform::dispatch`] instantiates it inside a
+//! function that enables the instruction set, after run-time detection. The vector types never leave the crate, so no
+//! code uses an instruction set that the machine lacks: that is the safety argument of every intrinsic in this folder.
 //!
-//! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects reach an answer, all correctly rounded: the bits do not
-//! depend on the instruction set.
+//! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects contribute to a hit. All are correctly rounded, so the
+//! bits of hits do not depend on the instruction set.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -26,7 +26,7 @@ pub use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
 
-/// Floats that are computed together.
+/// A SIMD vector of floats.
 pub trait Vector: Copy {
     /// One truth value per lane.
     type Mask: Copy;
@@ -57,9 +57,9 @@ pub trait Vector: Copy {
     fn eq(self, b: Self) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// The least lane.
+    /// The minimum of all lanes.
     fn reduce_min(self) -> f32;
-    /// The greatest lane.
+    /// The maximum of all lanes.
     fn reduce_max(self) -> f32;
     /// Lane i is bit i.
     fn to_bitmask(mask: Self::Mask) -> u32;
@@ -71,24 +71,24 @@ pub trait Vector: Copy {
 
 /// An instruction set.
 pub trait Isa: Copy + 'static {
-    /// Whether it computes with sixteen floats nearly as fast as with one.
+    /// True if sixteen floats take little longer than one.
     const WIDE: bool = false;
-    /// Whether it multiplies and subtracts at once; what does not takes long to round as if it did.
+    /// True if `mul_sub` is one instruction; emulation of its single rounding is slow.
     const HAS_FMA: bool = true;
 
     type F32x8: Vector;
     type F32x16: Vector;
-    /// RayVec that are tested at once, each against a triangle of its own: [`Isa::F32x8`] where sixteen would take more
-    /// registers than there are, else [`Isa::F32x16`].
+    /// Rays tested at once, each against its own triangle: [`Isa::F32x8`] if sixteen would exceed the registers, else
+    /// [`Isa::F32x16`].
     type RayVec: Vector;
-    /// How many those are.
+    /// The lanes of [`Isa::RayVec`].
     const RAY_LANES: usize = 16;
     /// Sixteen indices into sixteen lanes.
     type LaneIndices: Copy;
     /// Eight indices into eight lanes.
     type Permutation: Copy;
 
-    /// Spreads sixteen packed 4-bit indices: that of lane i stands in bits `4 * (i / 2)` of 32-bit word `i % 2`.
+    /// Unpacks sixteen packed 4-bit indices: that of lane i is in bits `4 * (i / 2)` of 32-bit word `i % 2`.
     fn unpack_indices(packed: u64) -> Self::LaneIndices;
     /// `table[index]`, lane by lane.
     fn permute(table: Self::F32x16, index: Self::LaneIndices) -> Self::F32x16;
@@ -105,18 +105,18 @@ pub trait Isa: Copy + 'static {
     }
     /// `table[index]`, by indices in the low four bits of each lane.
     fn gather_lanes(table: Self::F32x16, index: Self::RayVec) -> Self::RayVec;
-    /// What [`Isa::unpack_indices`] spreads, in the low four bits of each lane; no arithmetic is to be done with them.
+    /// [`Isa::unpack_indices`] into the low four bits of each lane; not valid for arithmetic.
     fn expand_bits(packed: u64) -> Self::F32x16;
-    /// Integers in the bits of floats, and one added to all of them.
+    /// Adds an integer to the bits of every lane.
     fn add_u32_bits(bits: Self::RayVec, by: u32) -> Self::RayVec;
-    /// The lanes named by `mask`, in order, in the first lanes; what follows them is anything.
+    /// The lanes of `mask`, in order, in the first lanes; the rest is unspecified.
     fn compress(v: Self::F32x8, mask: u32) -> Self::F32x8;
-    /// The lanes named by `mask` from the greatest value to the least, up to 7 ulp; what follows them is anything.
-    /// The values are not negative.
+    /// The permutation that sorts the lanes of `mask` from the greatest value to the least, up to 7 ulp; the rest is
+    /// unspecified. Values are not negative.
     fn sort_descending(v: Self::F32x8, mask: u32) -> Self::Permutation;
     /// `v[order]`, lane by lane.
     fn permute8(v: Self::F32x8, order: Self::Permutation) -> Self::F32x8;
-    /// The lane of the least value among those named by `mask`, up to 7 ulp; any where it names none. The values are not
+    /// The lane of the least value among those of `mask`, up to 7 ulp; unspecified for an empty mask. Values are not
     /// negative.
     fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize;
     /// The first four lanes and the last four.
@@ -128,9 +128,10 @@ pub trait Isa: Copy + 'static {
         let [a, b, c, d, e, f, g, h] = lanes;
         [F32x4::new([a, b, c, d]), F32x4::new([e, f, g, h])]
     }
-    /// Sixteen rows of four floats become four columns.
+    /// Transposes sixteen rows of four floats into four vectors.
     ///
     /// # Safety
+    ///
     /// Four floats must be readable at each of `rows`; no alignment is needed.
     #[inline(always)]
     unsafe fn load_transposed(rows: [*const f32; 16]) -> [Self::F32x16; 4] {
@@ -144,11 +145,11 @@ pub trait Isa: Copy + 'static {
         // SAFETY: each array holds 16 floats.
         columns.map(|column| unsafe { Self::F32x16::load(column.as_ptr()) })
     }
-    /// Asks for a cache line.
+    /// Prefetches a cache line.
     fn prefetch(at: *const u8);
 }
 
-/// For every mask of eight lanes: where [`Isa::compress`] takes each lane from.
+/// The permutation of [`Isa::compress`] for every mask of eight lanes.
 pub static COMPRESS: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;
@@ -166,7 +167,7 @@ pub static COMPRESS: [[u8; 8]; 256] = {
     table
 };
 
-/// [`Isa::sort_descending`] for those without a better way.
+/// [`Isa::sort_descending`] in scalar code.
 pub fn sort_descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
     let mut order = COMPRESS[mask as usize & 255];
     order[..mask.count_ones() as usize]
@@ -174,7 +175,7 @@ pub fn sort_descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
     order
 }
 
-/// [`Isa::argmin`] for those without a better way.
+/// [`Isa::argmin`] in scalar code.
 pub fn argmin(v: &[f32; 8], mask: u32) -> usize {
     let mut least = mask.trailing_zeros() as usize & 7;
     for (lane, value) in v.iter().enumerate() {
@@ -185,14 +186,14 @@ pub fn argmin(v: &[f32; 8], mask: u32) -> usize {
     least
 }
 
-/// Packs sixteen indices below 16 as [`Isa::unpack_indices`] reads them.
+/// Packs sixteen indices below 16 for [`Isa::unpack_indices`].
 pub fn pack_indices(lanes: &[u8; 16]) -> u64 {
     (0..16).fold(0, |word, i| {
         word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2))
     })
 }
 
-/// LaneIndices `lane` of those that [`pack_indices`] packed.
+/// Index `lane` of those that [`pack_indices`] packed.
 #[inline(always)]
 pub fn packed_index(packed: u64, lane: usize) -> u8 {
     (packed >> (32 * (lane % 2) + 4 * (lane / 2 % 8))) as u8 & 15

@@ -13,7 +13,7 @@ pub struct Neon;
 #[derive(Clone, Copy)]
 pub struct NeonVec4(pub float32x4_t);
 
-/// An intrinsic, which needs the instruction set; see the module for why it is there.
+/// Calls a NEON intrinsic; see [`crate::simd`] for the safety argument.
 macro_rules! on_neon {
     ($e:expr) => {{
         // SAFETY: kernels over `Neon` run only where the machine has NEON (see `simd`).
@@ -150,7 +150,7 @@ impl Isa for Neon {
         table: Self::F32x16,
         DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16,
     ) -> Self::F32x16 {
-        // Four bytes of each lane: four times the index, and 0 to 3 more.
+        // The four bytes of each lane: four times the index, and 0 to 3 more.
         let index = [a, b, c, d].map(|v| {
             on_neon!({
                 let lane = vandq_u32(vreinterpretq_u32_f32(v.0), vdupq_n_u32(15));

@@ -1,4 +1,4 @@
-//! Plain arrays: any machine, and the yardstick of the others.
+//! Plain arrays: the fallback for any machine, and the reference of the other instruction sets.
 
 use crate::simd::{COMPRESS, Isa, Vector, argmin, sort_descending};
 
@@ -164,16 +164,16 @@ impl Isa for Portable {
     fn prefetch(_at: *const u8) {}
 }
 
-/// `a * b - c`, rounded once, where the machine has no instruction for it: float64 holds the product, and its difference
-/// rounded to odd may be rounded again (Boldo and Melquiond 2008).
+/// `a * b - c`, rounded once, without an FMA instruction: float64 holds the product exactly, and its difference rounded
+/// to odd may be rounded again (Boldo and Melquiond 2008).
 #[inline(always)]
 fn fused(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
     let sum = product - c;
-    // What rounding took away (Knuth's two-sum).
+    // The rounding error of the sum (Knuth's two-sum).
     let part = sum - product;
     let rest = (product - (sum - part)) - (c + part);
-    // Not of infinities, whose rest is NaN.
+    // False for infinities, whose error is NaN.
     let inexact = rest.abs() > 0.0;
     let away = (rest > 0.0) == (sum > 0.0);
     let bits = sum.to_bits();

@@ -1,4 +1,4 @@
-//! PacketScratch through the scene: the nearest hits.
+//! Closest-hit queries: packets, and single rays interleaved for the rest.
 
 use crate::blas::Bvh;
 use crate::node::{LeafNode, NodeRef};
@@ -23,17 +23,17 @@ use crate::traverse::stream::chunker::{
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// The nearest hits, for any number of rays.
+/// The closest hits of a batch.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
-    // Each is compiled by itself: what camera rays do is done faster without the rest.
+    // Two instances: the coherent one is faster without the code of the other.
     match coherence {
         Coherence::Coherent => for_each_chunk::<I, false>(scene, rays, hits, coherence),
         _ => for_each_chunk::<I, true>(scene, rays, hits, coherence),
     }
 }
 
-/// The same; `MAY_DIVERGE` where some may run apart.
+/// The closest hits, chunk by chunk; `MAY_DIVERGE` if some rays may be incoherent.
 #[inline(always)]
 fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     scene: &Scene,
@@ -50,7 +50,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     let mut chunks = RayChunker::new(scene, rays, coherence);
     let mut cleared = 0;
     while chunks.advance::<I>(&mut singles, &mut incoherent) {
-        // What is written soon is cleared when it is taken, not all of a long batch before.
+        // Hits are cleared just before they are written, not all of a long batch at once.
         if MAY_DIVERGE || !scene.is_single_mesh {
             hits[cleared..chunks.consumed()].fill(Hit::MISS);
             cleared = chunks.consumed();
@@ -78,15 +78,15 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     }
 }
 
-/// The nearest hits of the chunk at hand.
+/// The closest hits of one chunk.
 struct ClosestQuery<'a, 'b, const MAY_DIVERGE: bool> {
     chunk: RayChunk<'a>,
-    /// Of the whole batch.
+    /// The hits of the batch.
     hits: &'b mut [Hit],
 }
 
 impl<const MAY_DIVERGE: bool> ClosestQuery<'_, '_, MAY_DIVERGE> {
-    /// Where in the batch a ray of the chunk is.
+    /// The index in the batch of a ray of the chunk.
     #[inline(always)]
     fn ray_id(&self, number: usize) -> usize {
         self.chunk.ray_ids[number] as usize
@@ -194,7 +194,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
 }
 
 impl InstanceRecord {
-    /// A ray of the scene in the coordinates of the mesh's tree, by the arithmetic that single rays go through.
+    /// A ray of the scene in tree coordinates of the mesh, by the same arithmetic as for single rays.
     #[inline(always)]
     pub fn ray_to_mesh(&self, ray: &Ray) -> Ray {
         let m = &self.mesh_from_scene;
@@ -233,7 +233,7 @@ fn intersect_subtree<I: Isa>(
     );
 }
 
-/// The nearest hits in the leaves of a mesh.
+/// Finds the closest hits in the leaves of a mesh.
 struct ClosestLeafVisitor<'a> {
     mesh: &'a Bvh,
     nearest: &'a mut PacketHits,
@@ -254,7 +254,7 @@ impl LeafVisitor for ClosestLeafVisitor<'_> {
     }
 }
 
-/// Parts of one ray may come as separate work, after others of it: the first hit of all counts.
+/// Source and sink of single rays. A ray may come as several tasks, one per subtree: the closest hit of all counts.
 struct ClosestSink<'a, W> {
     tasks: W,
     hits: &'a mut [Hit],

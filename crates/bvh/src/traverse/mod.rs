@@ -1,4 +1,18 @@
-//! From a batch of rays to its answers.
+//! Traversal: from a batch of rays to hits.
+//!
+//! 1. Ray stream (`stream`): a batch is cut into chunks of 64 rays. Rays that miss the root are culled; incoherent rays are
+//!    sorted by direction octant and main axis; each chunk becomes packets of coherent rays, its octant groups.
+//! 2. Frustum packets (`packet`): a packet traverses the TLAS, is regrouped in each instance, and traverses the BLAS. One
+//!    frustum test per node serves all rays (Reshetov, Soupikov and Hurley 2005); packets of incoherent rays are tested
+//!    ray by ray. Rays that leave their group are queued.
+//! 3. Interleaved single rays (`single`): queued rays are advanced round-robin on the same thread, so that memory
+//!    latencies overlap (as in AMAC, Kocberber, Falsafi and Grot 2015).
+//!
+//! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the same
+//! operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hence hits are the same bits in a
+//! packet and alone. `exact` repeats closest hits in float64; `closest` and `occluded` are the queries in float32.
+//!
+//! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact, closest, occluded.
 
 pub(crate) mod closest;
 pub(crate) mod exact;
@@ -19,15 +33,15 @@ use crate::traverse::exact::packet::closest_exact_batch;
 use crate::traverse::occluded::occluded as occluded_packets;
 
 kernel! {
-    /// The nearest hits.
+    /// The closest hits.
     fn closest(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) = closest_packets
 }
 kernel! {
-    /// Whether there is any hit.
+    /// True for rays that hit anything.
     fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
-    /// The nearest hits in float64.
+    /// The closest hits in float64.
     fn closest_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit],
     ) = closest_exact_batch

@@ -1,4 +1,4 @@
-//! The steps that every traversal is made of.
+//! The ray-node test (slabs of eight AABBs), and the setup of rays for TLAS and BLAS.
 
 use crate::node::WideNode;
 use crate::ray::Ray;
@@ -6,7 +6,7 @@ use crate::scene::{InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::{BOUNDS_ROW, SlabPlanes, TravRay};
 
-/// Which children of a node the ray enters no later than `t_max`, and where.
+/// The children of a node that the ray enters no later than `t_max`, and the t of entry.
 #[inline(always)]
 pub fn intersect_children<I: Isa>(
     node: &WideNode,
@@ -27,7 +27,7 @@ pub fn intersect_children<I: Isa>(
     (t_enter.le(t_leave), t_enter)
 }
 
-/// The t at which a ray t_at a row of bounds, by where it begins.
+/// The t at which a ray crosses the planes of a row of bounds, by the row's first float.
 #[inline(always)]
 fn t_at<I: Isa>(node: &WideNode, side: &SlabPlanes, axis: usize, row: u32) -> I::F32x8 {
     debug_assert!(row.is_multiple_of(BOUNDS_ROW) && row < 6 * BOUNDS_ROW);
@@ -39,7 +39,7 @@ fn t_at<I: Isa>(node: &WideNode, side: &SlabPlanes, axis: usize, row: u32) -> I:
     )
 }
 
-/// Makes `local` the ray of the scene in the coordinates of a placed mesh, as [`TravRay::setup`] does.
+/// Sets up a ray of the scene in tree coordinates of an instance, as [`TravRay::setup`] does.
 #[inline(always)]
 pub fn setup_instance_ray(
     local: &mut TravRay,
@@ -60,8 +60,7 @@ pub fn setup_instance_ray(
 }
 
 impl Scene {
-    /// Makes `outer` the ray in the coordinates of the tree over instances, or of the only mesh if that is in its place, as
-    /// [`TravRay::setup`] does.
+    /// Sets up a ray for the TLAS, or for the only BLAS of a single-level scene, as [`TravRay::setup`] does.
     #[inline(always)]
     pub fn setup_ray(&self, outer: &mut TravRay, ray: &Ray) -> bool {
         let scale = self.scale as f32;

@@ -1,4 +1,4 @@
-//! PacketScratch through the scene: any hits.
+//! Any-hit queries: packets of shadow rays, and single rays interleaved for the rest.
 
 use crate::node::{LeafNode, NodeRef, leaf, node};
 use crate::ray::{Coherence, Hit, INVALID_ID, Ray};
@@ -20,15 +20,15 @@ use crate::traverse::stream::chunker::{
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// PacketScratch of a chunk do not pay if they visit more nodes and leaves than so many for each ray, where each ray that goes on
-/// alone counts as so many visits.
+/// Packets of a chunk pay if they visit at most this many nodes and leaves per ray, where each ray that is handed to
+/// single-ray traversal counts as `SINGLE_RAY_COST` visits.
 const MAX_VISITS_PER_RAY: usize = 4;
 const SINGLE_RAY_COST: usize = 4;
 
-/// Rays of a packet that are as few at a node go on alone. (At a leaf they do not: its triangles are tested at once.)
+/// At most this many rays of a packet at a node continue as single rays. Leaves are always tested at once.
 const MAX_SINGLE_RAYS: u32 = 2;
 
-/// Whether there is any hit, for any number of rays.
+/// True for rays that hit anything, for a batch.
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
     occluded.fill(false);
@@ -83,10 +83,10 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
     }
 }
 
-/// Any hits of the chunk at hand.
+/// Occlusion of the rays of one chunk.
 struct OcclusionQuery<'a> {
     chunk: RayChunk<'a>,
-    /// Bit i: ray i of the chunk meets something, and was not put singles before that was known.
+    /// Bit i: ray i of the chunk is occluded, found by a packet.
     occluded: u64,
 }
 
@@ -168,7 +168,7 @@ impl PacketQuery for OcclusionQuery<'_> {
     }
 }
 
-/// The rays of `active` that meet something in a leaf.
+/// The rays of `active` that are occluded by a leaf.
 #[inline(always)]
 fn occluded_in_leaf<I: Isa>(
     leaf: &LeafNode,
@@ -191,7 +191,7 @@ fn occluded_in_leaf<I: Isa>(
     occluded
 }
 
-/// Parts of one ray may come as separate work: it is occluded if one of them is.
+/// Source and sink of single rays. A ray may come as several tasks: it is occluded if one of them hits.
 struct OcclusionSink<'a, W> {
     tasks: W,
     occluded: &'a mut [bool],

@@ -1,4 +1,4 @@
-//! What a ray has left to visit.
+//! Traversal stacks.
 
 use std::mem::MaybeUninit;
 
@@ -8,12 +8,12 @@ use crate::limits::MAX_DEPTH;
 use crate::node::{NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 
-/// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
-/// children for later, both have a [`Stack::push_sentinel`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. Eight more
-/// make the slots that hold one an odd number of lines, see [`crate::traverse::single::ray_state::RayState`].
+/// The largest stack. A path has at most `MAX_DEPTH` nodes in the TLAS and as many in a BLAS, each leaves at most 7
+/// children, both have a sentinel, and [`Stack::push`] writes 8 at once. Eight more make a ray state an odd number of
+/// cache lines, see [`crate::traverse::single::ray_state::RayState`].
 const STACK_SIZE: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 
-/// References with the t at which the ray enters them.
+/// Node references with the t at which the ray enters them.
 pub struct Stack {
     pub len: usize,
     nodes: [MaybeUninit<NodeRef>; STACK_SIZE],
@@ -30,14 +30,13 @@ impl Stack {
         }
     }
 
-    /// Puts the children of `mask`, which is not 0, on the stack but for the nearest one, which is returned; the nearer
-    /// ones come first.
+    /// Pushes the children of `mask`, which is not empty, near ones on top; returns the nearest instead of pushing it.
     #[inline(always)]
     pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> NodeRef {
         self.push_ordered::<I>(node, enter, mask).0
     }
 
-    /// The same, with the order in which the lanes were put there, the nearest one last.
+    /// [`Stack::push`], with the permutation of the lanes, the nearest last.
     #[inline(always)]
     fn push_ordered<I: Isa>(
         &mut self,
@@ -59,7 +58,7 @@ impl Stack {
         }
     }
 
-    /// Puts [`NodeRef::EMPTY`] on the stack: what [`Stack::pop_unchecked`] returns where there is nothing above.
+    /// Pushes [`NodeRef::EMPTY`], which [`Stack::pop_unchecked`] returns at the end of a tree.
     #[inline(always)]
     pub fn push_sentinel(&mut self) {
         debug_assert!(self.len < STACK_SIZE);
@@ -68,7 +67,7 @@ impl Stack {
         self.len += 1;
     }
 
-    /// Takes the last entry of a stack that has a floor, whenever the ray enters it.
+    /// Pops an entry above a sentinel, regardless of its distance.
     #[inline(always)]
     pub fn pop_unchecked(&mut self) -> NodeRef {
         debug_assert!(self.len > 0);
@@ -77,7 +76,7 @@ impl Stack {
         unsafe { self.nodes.get_unchecked(self.len).assume_init() }
     }
 
-    /// [`Stack::pop_unchecked`] if `done` and else `at`, without a branch.
+    /// [`Stack::pop_unchecked`] if `done`, else `at`. Branch-free.
     #[inline(always)]
     pub fn pop_if(&mut self, done: bool, at: NodeRef) -> NodeRef {
         debug_assert!(self.len > 0);
@@ -87,9 +86,8 @@ impl Stack {
         select_unpredictable(done, last, at)
     }
 
-    /// Puts the children of `mask` on the stack but for the nearest one, which is returned; with where they are entered if
-    /// that is to be `WITH_DISTANCE`. Where there are none, it is [`Stack::pop_unchecked`]: which of them happens is anybody's guess, so
-    /// there is no branch between them.
+    /// Pushes the children of `mask` except one, which is returned: the nearest `WITH_DISTANCE`, else the last. Without
+    /// children, pops. Branch-free, since the case is unpredictable.
     #[inline(always)]
     pub fn push_children_or_pop<I: Isa, const WITH_DISTANCE: bool>(
         &mut self,
@@ -114,7 +112,7 @@ impl Stack {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
-            // Where to read it, not what to take of two: that the compiler would make a branch.
+            // Selects an address, not a value: the compiler would turn the latter into a branch.
             let last = self.nodes.as_ptr().add(self.len - 1).cast();
             let next = select_unpredictable(mask == 0, last, node.children.as_ptr().add(lane));
             self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
@@ -122,7 +120,7 @@ impl Stack {
         }
     }
 
-    /// Leaves out what the ray enters after `t_max`.
+    /// Removes entries that the ray enters after `t_max`.
     #[inline(always)]
     pub fn cull(&mut self, base: usize, t_max: f32) {
         let mut len = base;
@@ -138,7 +136,7 @@ impl Stack {
         self.len = len;
     }
 
-    /// Takes the last entry above `base` that is entered no later than `t_max`.
+    /// Pops the last entry above `base` that is entered no later than `t_max`.
     #[inline(always)]
     pub fn pop(&mut self, base: usize, t_max: f32) -> Option<NodeRef> {
         while self.len > base {
@@ -158,7 +156,7 @@ impl Stack {
     }
 }
 
-/// References with the rays of a packet that enter them.
+/// Node references with the rays of a packet that enter them.
 pub struct MaskStack {
     len: usize,
     entries: [MaybeUninit<(NodeRef, u64)>; STACK_SIZE],
@@ -195,7 +193,7 @@ pub struct PacketStack {
     rays: [MaybeUninit<u64>; STACK_SIZE],
 }
 
-/// The number of each lane, in the bits of floats.
+/// Lane numbers, as bits of floats.
 static LANE_IDS: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 impl PacketStack {
@@ -207,7 +205,7 @@ impl PacketStack {
         }
     }
 
-    /// [`Stack::push`], with the rays that enter each lane; returns those of the nearest child too.
+    /// [`Stack::push`], with the rays that enter each lane; also returns those of the nearest child.
     #[inline(always)]
     pub fn push<I: Isa>(
         &mut self,
@@ -224,7 +222,7 @@ impl PacketStack {
             I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order)
                 .store(lanes.as_mut_ptr().cast())
         };
-        // All eight, for how many it are is anybody's guess.
+        // Always writes all eight entries: branching on the count mispredicts.
         for (i, lane) in lanes.iter().enumerate() {
             // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, as `push_ordered` says.
             unsafe { self.rays.get_unchecked_mut(len + i) }.write(entered[*lane as usize & 7]);
@@ -233,7 +231,7 @@ impl PacketStack {
         (child, entered[nearest as usize & 7])
     }
 
-    /// [`Stack::pop`], with the rays that were said to enter, and when one may at the earliest.
+    /// [`Stack::pop`], with the rays that enter and their earliest t of entry.
     #[inline(always)]
     pub fn pop(&mut self, t_max: f32) -> Option<(NodeRef, u64, f32)> {
         let child = self.stack.pop(0, t_max)?;

@@ -1,39 +1,39 @@
-//! A ray made ready for one tree.
+//! A ray set up for the slab tests of one tree.
 
 use std::hint::select_unpredictable;
 
 use crate::aabb::Aabb;
 use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 
-/// How far slabs are padded, so that rounding loses no hit and the order of traversal changes no answer.
+/// Padding of slabs, so that rounding loses no hit and the order of traversal changes no hit.
 ///
-/// With u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray: a slab is entered at `bound * n - (o * n +
-/// pad)`, fused, with n = r less [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` with f = r and as much more.
-/// Rounding is monotonic, so what lies in a box has its slabs within the box's. A hit's t is clamped to the slabs of its
-/// own triangle (across the main axis as a box's, along it not padded at all: a wall across the ray is hit at its own
-/// distance). So no box is culled by a nearer t wrongly.
+/// With u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray: a slab is entered at `bound *
+/// n - (o * n + pad)`, fused, with n = r less [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` with f = r and
+/// as much more. Rounding is monotonic, so the slabs of a box contain those of everything in it. A hit's t is clamped
+/// to the slabs of its own triangle (across the main axis as a box's, along it not padded at all: a wall across the ray
+/// is hit at its own distance). So no box is culled wrongly by a nearer t.
 ///
-/// That asks only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
+/// This requires only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
 /// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
-/// difference: so the point that is met lies in the slab of z, and off those of x and y by at most 3 u T, where T is the
-/// greatest t of anything in the tree along the main axis. All else is relative to the t at hand, 7 u at most, but for
-/// 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed it all.
+/// difference: so the hit point lies in the slab of z, and off those of x and y by at most 3 u T, where T is the
+/// greatest t of anything in the tree along the main axis. All other errors are relative to the t at hand, 7 u at most,
+/// except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed them all.
 ///
-/// These pads are small, and no part of the largest coordinate: a ray that starts a hair off a wall stays out of the
+/// The pads are small and no fraction of the largest coordinate: a ray that starts a hair off a wall stays out of the
 /// wall's boxes.
 pub const SLAB_PAD: f32 = 4.0 * MACHINE_EPSILON;
 pub const ORIGIN_PAD: f32 = 3.0 * MACHINE_EPSILON;
 pub const RELATIVE_PAD: f32 = 12.0 * MACHINE_EPSILON;
 
-/// The pad, in T, of a slab along which the ray hardly moves: its r is not one over its direction, see [`MAX_RECIPROCAL`].
+/// The pad, in T, of a slab nearly parallel to the ray: its r is clamped, see [`MAX_RECIPROCAL`].
 const PARALLEL_PAD: f32 = 2.0;
 
-/// Largest coordinate of a ray's origin, next to meshes that reach at most [`MAX_COORD`]: products of two stay finite.
+/// The largest coordinate of a ray's origin. Products of it and of [`MAX_COORD`] stay finite.
 pub const MAX_ORIGIN: f32 = (1u64 << 50) as f32;
-/// The largest reciprocal of a direction: what is flatter runs as if it were this steep, off by 2^-40 of the scene.
+/// The largest reciprocal of a direction. Smaller components are clamped, which is off by 2^-40 of the scene.
 pub const MAX_RECIPROCAL: f32 = (1u128 << 70) as f32;
 
-/// Where a ray passes the planes that bound slabs on one side.
+/// Reciprocals and offsets of a ray for the planes on one side of slabs.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub struct SlabPlanes {
@@ -41,10 +41,10 @@ pub struct SlabPlanes {
     pub offset: [f32; LANES],
 }
 
-/// By axis, and one more that stands for nothing: compilers make vectors of four, not of three.
+/// Three axes and padding: compilers vectorise four lanes, not three.
 const LANES: usize = 4;
 
-/// The length of a row of [`crate::node::Node::bounds`].
+/// The length of a row of [`crate::node::WideNode::bounds`].
 pub const BOUNDS_ROW: u32 = 8;
 
 impl SlabPlanes {
@@ -53,37 +53,37 @@ impl SlabPlanes {
         offset: [0.0; LANES],
     };
 
-    /// The t at which the ray passes a plane across an axis.
+    /// The t at which the ray crosses a plane across an axis.
     #[inline(always)]
     pub fn t_at(&self, axis: usize, plane: f32) -> f32 {
         plane.mul_add(self.reciprocal[axis], -self.offset[axis])
     }
 }
 
-/// A ray in the coordinates of a tree, with what its tests need.
+/// A ray in the coordinates of a tree, with the constants of its slab and triangle tests.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub struct TravRay {
     pub origin: [f32; LANES],
     /// One over the direction, finite.
     pub reciprocal: [f32; LANES],
-    /// A slab is entered at `bound * reciprocal - offset`, padded...
+    /// A slab is entered at `bound * reciprocal - offset`, padded ...
     pub near: SlabPlanes,
     /// ... and left at this: see [`SLAB_PAD`].
     pub far: SlabPlanes,
-    /// Shear that takes the ray to its main axis: x, y, and the scale of z.
+    /// The shear that maps the ray to its main axis: x, y, and the scale of z.
     pub shear: [f32; LANES],
-    /// The axis along which the ray runs most comes last, after the two that follow it.
+    /// The main axis, of the largest component of the direction, comes last, after the two that follow it.
     pub axes: [u32; LANES],
-    /// Per axis, where in [`crate::node::Node::bounds`] the row begins where boxes are entered: [`BOUNDS_ROW`] times its number. At
-    /// that `^ BOUNDS_ROW` they are left.
+    /// Per axis, the first float of the row of [`crate::node::WideNode::bounds`] where boxes are entered:
+    /// [`BOUNDS_ROW`] times its index. They are left at that `^ BOUNDS_ROW`.
     pub near_rows: [u32; LANES],
-    /// t along this ray is `t_scale` times that of the ray it was made of: a power of two.
+    /// The ratio of t along this ray to t along the given ray: a power of two.
     pub t_scale: f64,
 }
 
 impl TravRay {
-    /// No ray yet.
+    /// A ray that is not set up.
     pub const EMPTY: TravRay = TravRay {
         origin: [0.0; LANES],
         reciprocal: [0.0; LANES],
@@ -95,7 +95,7 @@ impl TravRay {
         t_scale: 1.0,
     };
 
-    /// What [`TravRay::setup`] makes it, or `None`.
+    /// A ray set up by [`TravRay::setup`], or `None` if it misses by definition.
     #[inline(always)]
     pub fn new(
         origin: [f32; 3],
@@ -107,9 +107,9 @@ impl TravRay {
         ray.setup(origin, direction, bounds, padding).then_some(ray)
     }
 
-    /// Makes it a ray against a tree, whose boxes are padded by `padding` in addition, a length; false, and nothing else, for
-    /// a ray that meets nothing by definition: not finite, without direction, or from beyond 2^50. (In its place: a ray that
-    /// is copied right after it was made waits for its stores.)
+    /// Sets up a ray for a tree whose boxes get an additional absolute `padding`. False, without further effect, if the
+    /// ray misses by definition: not finite, without direction, or from beyond 2^50. In place, since a copy right after
+    /// the stores would stall on store forwarding.
     #[inline(always)]
     pub fn setup(
         &mut self,
@@ -126,7 +126,7 @@ impl TravRay {
         };
         let (origin, mut direction) = (lanes(origin), lanes(direction));
         let mut steepest = largest(direction);
-        // Not finite where a component is not, which comparisons hide.
+        // NaN if a component is not finite, which comparisons would hide.
         let sum: [f32; LANES] = std::array::from_fn(|i| (origin[i] + direction[i]) * 0.0);
         let sane = (sum[0] + sum[1] + sum[2] == 0.0) & (largest(origin) <= MAX_ORIGIN);
         let mut t_scale = 1.0;
@@ -162,14 +162,14 @@ impl TravRay {
         true
     }
 
-    /// Whether it runs along every axis, so that [`TravRay::translate`] is of use.
+    /// True if the ray is parallel to no axis, as [`TravRay::translate`] requires.
     #[inline(always)]
     pub fn has_no_parallel_axis(&self) -> bool {
         let [x, y, z, _] = self.reciprocal.map(f32::abs);
         x < MAX_RECIPROCAL && y < MAX_RECIPROCAL && z < MAX_RECIPROCAL
     }
 
-    /// [`TravRay::setup`] with the same direction, which is slanted, and another origin for another tree.
+    /// [`TravRay::setup`] for another tree, with another origin and the same direction, which is parallel to no axis.
     #[inline(always)]
     pub fn translate(&mut self, [x, y, z]: [f32; 3], bounds: &Aabb) -> bool {
         let origin = [x, y, z, z];
@@ -184,7 +184,7 @@ impl TravRay {
         true
     }
 
-    /// t of the ray this one was made of.
+    /// t along the given ray.
     #[inline(always)]
     pub fn to_outer_t(&self, t: f32) -> f32 {
         if self.t_scale == 1.0 {
@@ -201,7 +201,7 @@ impl TravRay {
     }
 }
 
-/// Where a ray enters and leaves slabs, padded.
+/// The padded planes where a ray enters and leaves slabs.
 #[inline(always)]
 fn slab_planes(
     origin: [f32; LANES],
@@ -223,7 +223,7 @@ fn slab_planes(
     )
 }
 
-/// t along a ray whose t is so many times as much.
+/// t along a ray whose t is `scale` times as large.
 #[inline(always)]
 pub fn scale_t(t: f32, scale: f64) -> f32 {
     if scale == 1.0 {
@@ -233,15 +233,15 @@ pub fn scale_t(t: f32, scale: f64) -> f32 {
     }
 }
 
-/// The direction with its largest component in 1..2, and by what it was divided.
+/// The direction scaled to a largest component in 1..2, and the divisor.
 #[cold]
 fn normalize_direction(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
-    // The exponent of a float64 that came from a float32 is never subnormal.
+    // The exponent of a float64 converted from float32 is never subnormal.
     let power = f64::from_bits(f64::from(steepest).to_bits() & (0x7ff << 52));
     (direction.map(|d| (f64::from(d) / power) as f32), power)
 }
 
-/// The reciprocals and pads of a ray that hardly moves along some axis.
+/// The reciprocals and pads of a ray nearly parallel to an axis.
 #[cold]
 fn fix_parallel_axes(
     direction: [f32; LANES],

@@ -1,4 +1,4 @@
-//! TODO: what is here.
+//! Closest hits in float64. Boxes are those of float32, padded; uses all other folders of the traversal.
 
 pub(crate) mod packet;
 pub(crate) mod rays;

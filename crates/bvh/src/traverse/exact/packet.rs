@@ -1,4 +1,4 @@
-//! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
+//! Float64 hits of coherent rays: packets in float32 find the candidates, padded as for a single exact ray.
 
 use crate::blas::Bvh;
 use crate::limits::MACHINE_EPSILON;
@@ -20,10 +20,10 @@ use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// Rays start where they are given, and so at one point, up to this many times the reach of the scene.
+/// Rays within this many times the size of the scene start at their given origin, so that a common origin is kept.
 const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 
-/// Candidates for each ray from which on each triangle of a leaf is tested by itself for every ray at once.
+/// Candidates per ray from which each triangle of a leaf is tested against all rays at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
 
 #[inline(always)]
@@ -41,7 +41,7 @@ pub fn closest_exact_batch<I: Isa>(
     }
 }
 
-/// The answers of at most 64 rays.
+/// The closest hits of at most 64 rays.
 #[inline(always)]
 pub fn closest_exact_chunk<I: Isa>(
     scene: &Scene,
@@ -81,7 +81,7 @@ pub fn closest_exact_chunk<I: Isa>(
         return;
     }
     let (some, indices) = near.all();
-    // In their own lanes, if they are all there are.
+    // No indices if every ray is in its own lane.
     let indices = indices.filter(|_| some.len() < rays.len());
     let mut query = ExactQuery {
         scene,
@@ -99,20 +99,21 @@ pub fn closest_exact_chunk<I: Isa>(
     }
 }
 
-/// The rays of a chunk that start near, by number.
+/// The closest hits of the rays of a chunk that start near the scene, by ray index.
 struct ExactQuery<'a> {
     scene: &'a Scene,
     triangles: &'a dyn ExactTriangles,
     rays: &'a mut RaySoa64,
-    /// The nearest so far; their t is not told yet.
+    /// The closest hits so far; their t is written last.
     hits: &'a mut [ExactHit],
-    /// The largest of them, in scaled scene coordinates.
+    /// The largest error of an origin, in scaled scene coordinates.
     origin_error: f64,
     distance: f32,
 }
 
 impl PacketQuery for ExactQuery<'_> {
-    /// Boxes are padded by a part of the distance of the rays and the reach of what they meet: of that reach at least.
+    /// Boxes are padded by a fraction of the distance of the rays plus the size of the tree, hence of that size at
+    /// least.
     #[inline(always)]
     fn make_packet<I: Isa>(
         &self,
@@ -195,12 +196,12 @@ impl PacketQuery for ExactQuery<'_> {
     }
 }
 
-/// The rays of a packet in a mesh.
+/// Finds the closest hits of a packet in the leaves of a mesh.
 struct ExactLeafVisitor<'a, 'b> {
     query: &'a mut ExactQuery<'b>,
     mesh: &'a Bvh,
     instance: u32,
-    /// What float32 coordinates there may be off by.
+    /// The error bound of float32 coordinates in the mesh.
     off: f32,
     indices: RayIndices<'a>,
 }
@@ -217,7 +218,8 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
         } = *self;
         mesh.prefetch_prim_id::<I>(leaf.first_prim);
         let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * off);
-        // Large triangles are asked for all rays at a time, for many meet each; small ones where a ray may meet them.
+        // Large triangles are tested against all rays, since many hit each; small ones only against rays that may hit
+        // them.
         let large = candidates.count_ones() * TRANSPOSE_THRESHOLD <= active.count_ones();
         let (mut near, mut some) = ([0; PACKET_SIZE], 0);
         if !large {
@@ -232,7 +234,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             }
         }
         let mut triangles = [(0, [[0.0; 3]; 3]); MAX_LEAF_TRIANGLES];
-        // They come from all over the memory: a short loop keeps many fetches under way.
+        // Corners are scattered in memory: a short loop overlaps many loads.
         let mut left = candidates;
         while left != 0 {
             let k = left.trailing_zeros();
@@ -276,7 +278,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
 }
 
 impl ExactQuery<'_> {
-    /// Ends a ray of a packet at what it has met; its bit if that is sooner than before.
+    /// Clips a ray of a packet at its hit; its bit if it became shorter.
     #[inline(always)]
     fn clip(&self, lane: u32, packet: &mut Packet, indices: RayIndices) -> u64 {
         let t_max = &mut packet.t_max[lane as usize & (PACKET_SIZE - 1)];

@@ -1,4 +1,4 @@
-//! The rays of a chunk in float64, component by component, and the nearest hits so far.
+//! Float64 rays in SoA, with their closest hits so far.
 
 use crate::node::cross;
 use crate::ray::{ExactHit, ExactRay, Ray};
@@ -6,37 +6,37 @@ use crate::scene::Scene;
 use crate::traverse::exact::single::{ClippedRay, F64_ERROR, t_max_f32};
 use crate::traverse::packet::soa::PACKET_SIZE;
 
-/// A value of each ray.
+/// One value per ray.
 type RayRow = [f64; PACKET_SIZE];
 
-/// Up to 64 rays that start near the scene, by number; what is told of the others means nothing.
+/// Up to 64 rays near the scene, by ray index; entries of other rays are meaningless.
 pub struct RaySoa64 {
-    /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
+    /// Origin in the world and direction as given, the latter scaled to a largest component in 1..2.
     origin: [RayRow; 3],
     direction: [RayRow; 3],
     /// The given t is the t along `direction` divided by this power of two.
     direction_scale: RayRow,
-    /// The t of the nearest hit so far, along `direction`.
+    /// The t of the closest hit so far, along `direction`.
     t_hit: RayRow,
-    /// How much x and y change along the main axis, see [`RaySoa64::axes`].
+    /// Shear of x and y per unit of the main axis.
     shear: [RayRow; 2],
-    /// The main axis, along which the direction is steepest.
+    /// The main axis, of the largest component of the direction.
     major_axis: [u8; PACKET_SIZE],
-    /// The same in scaled scene coordinates, as float32 has it.
+    /// Origin and direction in scaled scene coordinates, rounded to float32.
     origin_f32: [[f32; PACKET_SIZE]; 3],
     direction_f32: [[f32; PACKET_SIZE]; 3],
-    /// The largest coordinate there.
+    /// The largest absolute coordinate of the scaled origin.
     max_abs_origin: RayRow,
     origin_class: [u8; PACKET_SIZE],
-    /// The main axis of all of them, if it is one.
+    /// The main axis that all rays share, if they do.
     shared_major_axis: Option<usize>,
 }
 
-/// What is to be done with a ray: it can meet nothing, it starts near, or far from the scene.
+/// Classes of a ray: it misses, starts near the scene, or starts far away.
 const NOWHERE: u8 = 0;
 const NEAR: u8 = 1;
 
-/// The axes after the main one.
+/// The axis after each axis.
 const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
 impl RaySoa64 {
@@ -54,7 +54,7 @@ impl RaySoa64 {
         shared_major_axis: None,
     };
 
-    /// Takes rays. They start near where that is within `reach` of the scene's origin, in scaled scene coordinates.
+    /// Loads rays. A ray is near if its origin is within `reach` of the scene's origin, in scaled scene coordinates.
     #[inline(always)]
     pub fn load(&mut self, scene: &Scene, rays: &[ExactRay], reach: f64) {
         for (i, ray) in rays.iter().enumerate() {
@@ -68,7 +68,7 @@ impl RaySoa64 {
         let [sx, sy] = &mut self.shear;
         let ([wx, wy, wz], unit) = (scene.origin(), scene.scale);
         let ([px, py, pz], [ax, ay, az]) = (&mut self.origin_f32, &mut self.direction_f32);
-        // All of it without a branch: compilers make vectors of that.
+        // Branch-free, so that it is vectorised.
         for i in 0..PACKET_SIZE {
             let size = [dx[i].abs(), dy[i].abs(), dz[i].abs()];
             let steepest = max_f64(max_f64(size[0], size[1]), size[2]);
@@ -78,7 +78,7 @@ impl RaySoa64 {
                 & (ox[i].abs() <= f64::MAX)
                 & (oy[i].abs() <= f64::MAX)
                 & (oz[i].abs() <= f64::MAX);
-            // Also left here: subnormal directions, whose scaling would not be exact, and a t_max that is NaN.
+            // Excludes subnormal directions, whose scaling would not be exact, and a NaN t_max.
             let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.t_hit[i] >= 0.0);
             let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
             let d = [dx[i] / power, dy[i] / power, dz[i] / power];
@@ -130,14 +130,14 @@ impl RaySoa64 {
         self.shared_major_axis = same.then_some(usize::from(first));
     }
 
-    /// Whether ray `i` can meet anything, and then whether it starts near.
+    /// True if ray `i` starts near, false if far; `None` if it misses.
     #[inline(always)]
     pub fn starts_near(&self, i: usize) -> Option<bool> {
         let state = self.origin_class[i & (PACKET_SIZE - 1)];
         (state != NOWHERE).then_some(state == NEAR)
     }
 
-    /// The ray in scaled scene coordinates, with the largest of them and what they may be off by.
+    /// The ray in scaled scene coordinates, its largest coordinate, and the error bound of its origin.
     #[inline(always)]
     pub fn local_ray_f32(&self, scene: &Scene, i: usize) -> (Ray, f32, f64) {
         let i = i & (PACKET_SIZE - 1);
@@ -159,13 +159,13 @@ impl RaySoa64 {
         (ray, farthest as f32, origin_error(scene, farthest))
     }
 
-    /// How far boxes need to be looked at.
+    /// The t up to which boxes must be visited.
     #[inline(always)]
     pub fn t_max_f32(&self, i: usize) -> f32 {
         t_max_f32(self.t_hit[i & (PACKET_SIZE - 1)], 0.0)
     }
 
-    /// Start in scaled scene coordinates and direction of a ray.
+    /// Origin in scaled scene coordinates, and direction.
     #[inline(always)]
     pub fn local_ray_f64(&self, scene: &Scene, i: usize) -> ([f64; 3], [f64; 3]) {
         let (i, world) = (i & (PACKET_SIZE - 1), scene.origin());
@@ -175,7 +175,7 @@ impl RaySoa64 {
         )
     }
 
-    /// A ray by itself, with what it has met.
+    /// A single ray with its closest hit so far.
     pub fn to_single(&self, scene: &Scene, i: usize, hit: &ExactHit) -> ClippedRay {
         let i = i & (PACKET_SIZE - 1);
         let (start, direction) = self.local_ray_f64(scene, i);
@@ -193,13 +193,13 @@ impl RaySoa64 {
         }
     }
 
-    /// Keeps what it has met then.
+    /// Takes over the hit of a single ray.
     pub fn commit(&mut self, i: usize, ray: &ClippedRay, hit: &mut ExactHit) {
         self.t_hit[i & (PACKET_SIZE - 1)] = ray.best.t;
         *hit = ray.best;
     }
 
-    /// The t of its hit, if any, as the ray was given.
+    /// Writes the t of the hit, if any, in lengths of the given direction.
     #[inline(always)]
     pub fn to_hit(&self, i: usize, hit: &mut ExactHit) {
         let i = i & (PACKET_SIZE - 1);
@@ -208,7 +208,7 @@ impl RaySoa64 {
         }
     }
 
-    /// Lets one ray meet a triangle.
+    /// Intersects one ray with a triangle.
     #[inline(always)]
     pub fn intersect_one(
         &mut self,
@@ -225,7 +225,7 @@ impl RaySoa64 {
         }
     }
 
-    /// Lets many rays meet a triangle. The answers are those of [`RaySoa64::intersect_one`].
+    /// Intersects many rays with a triangle; hits are those of [`RaySoa64::intersect_one`]. True if any hit is closer.
     #[inline(always)]
     pub fn intersect_many(
         &mut self,
@@ -235,7 +235,7 @@ impl RaySoa64 {
         hits: &mut [ExactHit],
     ) -> bool {
         let normal = cross(corners);
-        // Rounding may give corners in a line a determinant.
+        // Rounding may give collinear corners a determinant.
         if normal == [0.0; 3] {
             return false;
         }
@@ -257,7 +257,7 @@ impl RaySoa64 {
         closer
     }
 
-    /// Bit i: ray i, whose main axis is `Z`, runs within the edges.
+    /// Bit i: ray i, whose main axis is `Z`, passes the edge test.
     #[inline(always)]
     fn edge_test<const Z: usize>(&self, corners: &[[f64; 3]; 3]) -> u64 {
         let (x, y) = (NEXT_AXES[Z], NEXT_AXES[NEXT_AXES[Z]]);
@@ -278,8 +278,8 @@ impl RaySoa64 {
         bits(&inside)
     }
 
-    /// The edge functions of a triangle, sheared so that ray `i` runs along its main axis `z` from 0: those of
-    /// [`crate::traverse::packet::triangle`] in float64.
+    /// The edge functions of [`crate::traverse::packet::triangle`] in float64, sheared so that ray `i` is the main axis
+    /// `z`.
     #[inline(always)]
     fn edge_functions(&self, i: usize, z: usize, corners: &[[f64; 3]; 3]) -> [f64; 3] {
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
@@ -297,7 +297,7 @@ impl RaySoa64 {
         ]
     }
 
-    /// Takes a triangle within whose edges ray `i` runs, if it is met before the best one.
+    /// Accepts a triangle that ray `i` passes through, if it is closer than the closest hit so far.
     #[inline(always)]
     fn accept_hit(
         &mut self,
@@ -336,13 +336,13 @@ impl RaySoa64 {
     }
 }
 
-/// Whether edge functions do not differ in sign.
+/// True if edge functions do not differ in sign.
 #[inline(always)]
 fn same_sign(u: f64, v: f64, w: f64) -> bool {
     ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
 }
 
-/// What the start of a ray may be off by, in scaled scene coordinates.
+/// The error bound of a ray's origin, in scaled scene coordinates.
 #[inline(always)]
 fn origin_error(scene: &Scene, farthest: f64) -> f64 {
     let world = scene.origin().map(|x| (x * scene.scale).abs());
@@ -360,7 +360,7 @@ fn max_f64(a: f64, b: f64) -> f64 {
 fn bits(bytes: &[u8; PACKET_SIZE]) -> u64 {
     let mut all = 0;
     for (k, eight) in bytes.as_chunks::<8>().0.iter().enumerate() {
-        // Bit 8 j times bit 56 - 7 j is bit 56 + j, and no two products meet.
+        // Bit 8 j times bit 56 - 7 j is bit 56 + j, and no two products coincide.
         let some = u64::from_le_bytes(*eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
         all |= some << (8 * k);
     }

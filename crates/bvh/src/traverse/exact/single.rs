@@ -1,9 +1,8 @@
-//! The nearest hit as float64 geometry has it: float32 boxes find the candidates, float64 corners decide.
+//! Closest hits in float64, for a single ray: float32 boxes find the candidates, float64 corners decide.
 //!
-//! Every float32 quantity on the way (the ray, the vertices, the transform) is off by a bounded length; boxes and
-//! triangles are padded by that length, so nothing that float64 would hit is passed by. What is found is decided from
-//! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
-//! scene's box: the bound counts from there.
+//! Every float32 quantity on the way (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by it,
+//! so that no float64 hit is missed. Hits are computed from [`ExactTriangles::corners`] alone. A ray that starts far away is
+//! first clipped, in float64, to the bounds of the scene: the error bound counts from there.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::{LeafNode, NodeRef, cross, leaf, node};
@@ -20,20 +19,20 @@ use crate::traverse::triangle::single::{RayView, shear_vertices};
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
 
-/// A ray that was moved to the scene's box.
+/// A ray clipped to the bounds of the scene.
 #[derive(Clone, Copy)]
 pub struct ClippedRay {
-    /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
+    /// Origin in the world and direction as given, the latter scaled to a largest component in 1..2.
     pub origin: [f64; 3],
     pub direction: [f64; 3],
     /// The given t is the t along `direction` divided by this power of two.
     pub direction_scale: f64,
-    /// Start in scaled scene coordinates, `forward` along `direction`, which is in them as well.
+    /// Clipped origin in scaled scene coordinates, at `t_offset` along `direction`.
     pub local_origin: [f64; 3],
     pub t_offset: f64,
-    /// What `start` may be off by.
+    /// The error bound of `local_origin`.
     pub origin_error: f64,
-    /// The nearest hit so far, `t` along `direction`.
+    /// The closest hit so far, its `t` along `direction`.
     pub best: ExactHit,
 }
 
@@ -45,7 +44,7 @@ impl ClippedRay {
             .iter()
             .chain(&ray.direction)
             .all(|x| x.is_finite());
-        // Also left here: subnormal directions, whose scaling would not be exact, and a t_max that is NaN.
+        // Also excludes subnormal directions, whose scaling would not be exact, and a NaN t_max.
         if !finite
             || steepest < f64::MIN_POSITIVE
             || ray.t_max.is_nan()
@@ -81,7 +80,7 @@ impl ClippedRay {
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
-        // `enter` is rounded: what it moves too far is covered by the fat.
+        // `enter` is rounded; the padding covers it.
         if enter > leave {
             return None;
         }
@@ -101,13 +100,13 @@ impl ClippedRay {
         })
     }
 
-    /// How far boxes need to be looked at, in t from `start`.
+    /// The t up to which boxes must be visited, from `local_origin`.
     #[inline(always)]
     pub fn t_max_f32(&self) -> f32 {
         t_max_f32(self.best.t, self.t_offset)
     }
 
-    /// What was found, by the t of the ray as it was given.
+    /// The hit, with t in lengths of the given direction.
     pub fn to_hit(&self) -> ExactHit {
         if self.best.triangle == crate::INVALID_ID {
             return ExactHit::MISS;
@@ -118,7 +117,7 @@ impl ClippedRay {
         }
     }
 
-    /// Takes a triangle if it is hit before the best one.
+    /// Intersects a triangle in float64; keeps the hit if it is the closest.
     #[inline(always)]
     pub fn intersect_exact(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
         let Some(TriangleIntersection64 { t, u, v, normal }) =
@@ -142,14 +141,14 @@ impl ClippedRay {
     }
 }
 
-/// How far boxes need to be looked at for what comes before `t`, in t from `forward`.
+/// The t up to which boxes must be visited for hits before `t`, from `t_offset`.
 #[inline(always)]
 pub fn t_max_f32(t: f64, forward: f64) -> f32 {
     let limit = t - forward + F64_ERROR * forward;
     (limit as f32).next_up().max(0.0)
 }
 
-/// One ray through everything.
+/// One ray through the TLAS.
 #[inline(always)]
 pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &dyn ExactTriangles) {
     let start = ray.local_origin.map(|x| x as f32);
@@ -181,7 +180,7 @@ pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &d
     }
 }
 
-/// One ray in the coordinates of a mesh's tree.
+/// One ray in tree coordinates of the mesh.
 #[inline(always)]
 pub fn to_mesh_space(
     scene: &Scene,
@@ -199,7 +198,7 @@ pub fn to_mesh_space(
     )
 }
 
-/// One ray through a part of a mesh.
+/// One ray through a subtree of an instance.
 #[inline(always)]
 pub fn intersect_subtree<I: Isa>(
     scene: &Scene,
@@ -250,13 +249,13 @@ pub fn intersect_subtree<I: Isa>(
     }
 }
 
-/// The largest coordinate.
+/// The largest absolute coordinate.
 fn max_abs(point: [f32; 3]) -> f32 {
     point[0].abs().max(point[1].abs()).max(point[2].abs())
 }
 
-/// What a ray that starts within `distance` of the scene's origin and the vertices of a mesh are off by in its
-/// coordinates: ray, matrix and vertices were rounded to float32, at the size they have in the scene or in the mesh.
+/// The error bound of float32 coordinates in the mesh, for rays within `distance` of the scene's origin: ray, matrix
+/// and vertices were rounded at the size they have in the scene or in the mesh.
 pub fn coordinate_error(
     scene: &Scene,
     instance_record: &InstanceRecord,
@@ -268,11 +267,11 @@ pub fn coordinate_error(
         + 8.0 * MACHINE_EPSILON * instance_record.bvh.max_abs_coord()
 }
 
-/// Bit i: the ray might meet triangle i if ray and corners are off by at most `off`.
+/// Bit i: the ray may hit triangle i if ray and corners are off by at most `off`.
 ///
-/// The shear adds to that at most the error along its axis, so a sheared corner is off by e = 2 `off`; an edge function
-/// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
-/// that again.
+/// The shear adds at most the error along its axis, so a sheared corner is off by e = 2 `off`. An edge function x1 y2 -
+/// y1 x2 is then off by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and by less than that again for rounding, which `off`
+/// exceeds by far.
 #[inline(always)]
 pub fn conservative_candidates<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> u32 {
     let [px, py] = shear_vertices::<I>(leaf, ray);
@@ -293,7 +292,7 @@ pub fn conservative_candidates<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: 
     <I::F32x16 as Vector>::to_bitmask(inside) & ((1u32 << leaf.count) - 1)
 }
 
-/// The greatest and the least value an edge function may have.
+/// The greatest and the least possible value of an edge function.
 #[inline(always)]
 fn edge_bounds<I: Isa>(
     x: &[I::F32x16; 3],
@@ -308,7 +307,7 @@ fn edge_bounds<I: Isa>(
     (value.add(slack), value.sub(slack))
 }
 
-/// Where a ray meets a triangle; fields as of [`ExactHit`].
+/// The intersection of a ray and a triangle; fields as of [`ExactHit`].
 struct TriangleIntersection64 {
     t: f64,
     u: f64,
@@ -316,7 +315,7 @@ struct TriangleIntersection64 {
     normal: [f64; 3],
 }
 
-/// The test of [`crate::traverse::packet::triangle`] in float64.
+/// The watertight test of [`crate::traverse::packet::triangle`] in float64.
 fn intersect_triangle_f64(
     origin: [f64; 3],
     direction: [f64; 3],
@@ -347,7 +346,7 @@ fn intersect_triangle_f64(
     let (wa, wb, wc) = (u / det, v / det, w / det);
     let t = wa * a[2] + wb * b[2] + wc * c[2];
     let normal = cross(corners);
-    // Rounding may have given corners in a line a determinant.
+    // Rounding may have given collinear corners a determinant.
     (t >= 0.0 && normal != [0.0; 3]).then_some(TriangleIntersection64 {
         t,
         u: wb,

@@ -1,4 +1,4 @@
-//! Which triangles of a leaf any ray of a packet may meet.
+//! Culling of triangles that no ray of a packet can hit.
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
@@ -6,14 +6,14 @@ use crate::traverse::packet::Packet;
 use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 
 impl Packet {
-    /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
-    /// monotonic, so what holds of the min_max holds of the values that the test computes for each ray.
+    /// Bit k: some ray may hit triangle k. The others lie on one side of the sheared axis for all rays. Rounding is
+    /// monotonic, so interval bounds hold for the values that the test computes.
     #[inline(always)]
     pub fn candidate_triangles<I: Isa>(&self, leaf: &LeafNode) -> u32 {
         self.candidate_triangles_within::<I>(leaf, 0.0) & leaf.non_degenerate
     }
 
-    /// The same where the sheared corners of any triangle may be off by `slack`.
+    /// [`Packet::candidate_triangles`] if sheared corners may be off by `slack`.
     #[inline(always)]
     pub fn candidate_triangles_within<I: Isa>(&self, leaf: &LeafNode, slack: f32) -> u32 {
         let [kx, ky, kz] = self.axes;

@@ -1,23 +1,24 @@
-//! The bounds of rays that start or end near one point: one test of a box serves them all.
+//! The frustum of a packet: rays that start or end near one point, bounded by intervals (A. Reshetov, A. Soupikov and
+//! J. Hurley, "Multi-Level Ray Tracing Algorithm", 2005). One box test serves all rays.
 
 use crate::node::WideNode;
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 
-/// What bounds all rays of a packet at once; `t` counts from the apex.
+/// The interval bounds of all rays of a packet; t counts from the apex.
 #[derive(Clone, Copy)]
 pub struct Frustum {
     pub apex: [f32; 3],
-    /// The least and the greatest reciprocal.
+    /// The least and the greatest reciprocal direction.
     pub reciprocal: [[f32; 2]; 3],
-    /// What a box is entered earlier and left later at most, because rays start off the apex and are rounded.
+    /// Padding of entry and exit in t, since rays start off the apex and are rounded.
     pub t_near_pad: [f32; 3],
     pub t_far_pad: [f32; 3],
     pub near_rows: [usize; 3],
 }
 
 impl Frustum {
-    /// The children that some ray may enter at a t up to `t_max`, and the earliest t at which one may.
+    /// The children that some ray may enter at a t up to `t_max`, and the earliest t of entry.
     #[inline(always)]
     pub fn intersect_children<I: Isa>(&self, node: &WideNode, t_max: f32) -> (u32, I::F32x8) {
         let mut enter = I::F32x8::splat(0.0);
@@ -53,17 +54,17 @@ impl Frustum {
     }
 }
 
-/// How the rays of a packet are bounded.
+/// The apex of a packet's frustum.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Apex {
-    /// They start at one point, or nearly.
+    /// Rays start at one point, or nearly.
     Origin,
-    /// They end at one point, from which t is counted backwards. Only for any-hit queries.
+    /// Rays end at one point, from which t counts backwards. Only for any-hit queries.
     Target,
 }
 
 impl Apex {
-    /// Whether rays start or end closer together, by the looks of three of them.
+    /// The end at which rays are closer together, judged by three of them.
     #[inline(always)]
     pub fn choose(rays: &[Ray]) -> Apex {
         let (mut starts, mut ends) = (0.0, 0.0);

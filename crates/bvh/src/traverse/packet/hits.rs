@@ -11,11 +11,11 @@ use crate::traverse::packet::triangle::{LaneIntersections, intersect_lanes};
 use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::single::closest_hit::NO_PRIM;
 
-/// What the rays of a packet met in a mesh; t stands in the packet.
+/// The closest hits of the rays of a packet in a mesh. Their t is in the packet.
 pub struct PacketHits {
-    /// Words in the bits of floats.
+    /// Positions in the primitive ids, as bits of floats.
     pub prim_index: [f32; PACKET_SIZE],
-    /// Times `det`, until [`PacketHits::normalize_barycentrics`].
+    /// Barycentric weights times `det`, until [`PacketHits::normalize_barycentrics`].
     pub u: [f32; PACKET_SIZE],
     pub v: [f32; PACKET_SIZE],
     det: [f32; PACKET_SIZE],
@@ -30,7 +30,7 @@ impl PacketHits {
     };
 }
 
-/// The rays for which anything was found. `COMMON_ORIGIN` as in [`PotentialHits::find`].
+/// Intersects a leaf; returns the rays whose hit became closer. `COMMON_ORIGIN` as in [`PotentialHits::test_edges`].
 #[inline(always)]
 pub fn closest_in_leaf<I: Isa, const COMMON_ORIGIN: bool>(
     mesh: &Bvh,
@@ -62,7 +62,7 @@ pub fn closest_in_leaf<I: Isa, const COMMON_ORIGIN: bool>(
 const _: () = assert!(MAX_TRIANGLES < f32::INFINITY.to_bits() as usize);
 
 impl PacketHits {
-    /// Makes u and v what they are, once all has been met.
+    /// Divides the barycentric weights by the determinant, once for the final hits.
     #[inline(always)]
     pub fn normalize_barycentrics<I: Isa>(&mut self) {
         for group in 0..PACKET_SIZE / 16 {
@@ -74,8 +74,7 @@ impl PacketHits {
         }
     }
 
-    /// Writes the hits of a full packet, each in its lane: four at a time, and without a branch, for where rays miss is
-    /// anybody's guess.
+    /// Writes the hits of a full packet: four at a time, and without a branch, since misses are unpredictable.
     #[inline(always)]
     pub fn scatter_hits<I: Isa>(
         &self,
@@ -93,7 +92,7 @@ impl PacketHits {
         .map(I::F32x16::splat);
         for group in 0..PACKET_SIZE / 16 {
             let prim = load::<I>(&self.prim_index, group);
-            // As a float, `NO_PRIM` is NaN, and no other is: there are too few triangles.
+            // As a float, `NO_PRIM` is NaN, and no other index is: there are too few triangles.
             let met = prim.eq(prim);
             let known = load::<I>(&packet.t_max, group);
             store::<I>(&mut t, group, I::F32x16::select(met, known, far));
@@ -106,7 +105,7 @@ impl PacketHits {
             for (i, (hit, row)) in hits.iter_mut().zip(rows).enumerate() {
                 // SAFETY: a hit begins with t, u, v and the instance, four words.
                 unsafe { (&raw mut *hit).cast::<[f32; 4]>().write(row.array()) };
-                // All bits of what is nothing are set.
+                // All bits of a missing id are set.
                 let prim = self.prim_index[4 * four + i].to_bits();
                 let missed = u32::from(prim == NO_PRIM).wrapping_neg();
                 hit.triangle = mesh.prim_id(prim & !missed) | missed;
@@ -114,7 +113,7 @@ impl PacketHits {
         }
     }
 
-    /// Takes what rays of a group met, where it comes first by (t, id); returns the lanes where it does.
+    /// Merges the intersections of a group, those that come first by (t, id); returns their lanes.
     #[inline(always)]
     fn merge<I: Isa>(
         &mut self,
@@ -143,7 +142,7 @@ impl PacketHits {
         first
     }
 
-    /// Of lanes whose t is the one that is known those that come first by their id, or because nothing was met there.
+    /// The lanes among ties in t whose triangle comes first by id, or that had no hit.
     #[cold]
     #[inline(never)]
     fn resolve_ties<I: Isa>(&self, mesh: &Bvh, prim: I::RayVec, group: usize, ties: u32) -> u32 {

@@ -1,4 +1,5 @@
-//! The nearest hits of packets whose rays have no more in common than where they head: each is tested against each box.
+//! Closest hits of packets of incoherent rays, which share only an octant: every ray is tested against every box.
+//! Groups that become small continue as single rays.
 
 use crate::blas::Bvh;
 use crate::node::{NodeRef, WideNode, leaf, node};
@@ -9,16 +10,16 @@ use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::stack::MaskStack;
 
-/// Rays of a packet that are fewer than this at a node go on alone.
+/// Groups of fewer rays at a node continue as single rays.
 const MIN_PACKET_RAYS: u32 = 5;
 
-/// Where rays of a packet go on alone.
+/// The rays that leave a packet for single-ray traversal.
 pub struct SingleHandoff {
     pub single_mask: u64,
-    /// Those that would have to in several places: they do at the root, and are in the packet no more.
+    /// Rays that would leave at several nodes: they restart at the root of the subtree.
     restart_mask: u64,
     pub start_node: [NodeRef; PACKET_SIZE],
-    /// Nodes and leaves until then.
+    /// Nodes and leaves visited by the packet.
     pub visits: usize,
 }
 
@@ -46,7 +47,7 @@ impl SingleHandoff {
     }
 }
 
-/// The nearest hits below a node of a mesh, but those of rays that go on alone: each does so once, from where is returned.
+/// Closest hits in a subtree, except for rays that are handed off: each continues once, from `start_node`.
 #[inline(always)]
 pub fn intersect_incoherent<I: Isa>(
     mesh: &Bvh,
@@ -93,7 +94,7 @@ pub fn intersect_incoherent<I: Isa>(
     handoff
 }
 
-/// The children of a mask, of which those that the rays come to first are last, and how many they are.
+/// The children of a mask, farthest first along the main axis, and their number.
 #[inline(always)]
 fn sort_children_far_to_near<I: Isa>(
     mesh: &Bvh,
@@ -104,7 +105,7 @@ fn sort_children_far_to_near<I: Isa>(
     const LANES: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
     let main = packet.axes[2];
     let row = packet.near_rows[main];
-    // Behind all of them, and all boxes.
+    // A point before all origins and all boxes.
     let [least, greatest] = packet.origin_range[main];
     let reach = mesh.bounds().max_abs_coord();
     let from = match row % 2 {

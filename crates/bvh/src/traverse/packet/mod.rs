@@ -1,8 +1,11 @@
-//! Sixty-four rays that run alike: boxes are tested once for all.
+//! Packets: up to 64 coherent rays in SoA, traversed together.
 //!
-//! The rays of a packet share their signs and their main axis. Around an apex (the common origin, the light all of them
-//! run to, or just the first origin) the t at which any of them may enter a box lies in an interval that follows from
-//! the min_max of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
+//! The rays share their signs and their main axis (the direction octant). Around an apex (the common origin, the common
+//! light, or the first origin) the t at which any ray may enter a box lies in an interval given by the extremes of
+//! their reciprocal directions. That frustum test serves 64 rays; its precision depends on their divergence.
+//!
+//! `soa`, `frustum` and `setup` make a packet; `traversal` and `incoherent` traverse a BLAS; `cull`, `triangle_edges`,
+//! `triangle` and `hits` test leaves.
 
 pub(crate) mod cull;
 pub(crate) mod frustum;
@@ -19,7 +22,7 @@ use crate::simd::{Isa, Vector};
 use crate::traverse::packet::frustum::Frustum;
 use crate::traverse::packet::soa::{PACKET_SIZE, SlabPlanesSoa, load, to_bitmask};
 
-/// Rays in the coordinates of one tree, component by component.
+/// Up to 64 rays in the coordinates of one tree, in SoA.
 #[repr(C, align(64))]
 pub struct Packet {
     pub origin: [[f32; PACKET_SIZE]; 3],
@@ -27,21 +30,21 @@ pub struct Packet {
     pub near: SlabPlanesSoa,
     pub far: SlabPlanesSoa,
     pub shear: [[f32; PACKET_SIZE]; 3],
-    /// The t up to which a ray is of interest.
+    /// The largest valid t of each ray.
     pub t_max: [f32; PACKET_SIZE],
     pub axes: [usize; 3],
-    /// Rows of a node's bounds where boxes are entered.
+    /// The rows of a node's bounds where rays enter.
     pub near_rows: [usize; 3],
-    /// Bit i: there is a ray i.
+    /// Bit i: ray i exists.
     pub active: u64,
     pub frustum: Frustum,
-    /// The least and greatest origin by axis, and shear in x and y.
+    /// The ranges of origins by axis, and of the shear in x and y.
     pub origin_range: [[f32; 2]; 3],
     pub shear_range: [[f32; 2]; 2],
 }
 
 impl Packet {
-    /// An empty one.
+    /// A packet without rays.
     pub const EMPTY: Packet = Packet {
         origin: [[0.0; PACKET_SIZE]; 3],
         reciprocal: [[0.0; PACKET_SIZE]; 3],
@@ -63,7 +66,7 @@ impl Packet {
         shear_range: [[0.0; 2]; 2],
     };
 
-    /// Bit i: ray i, one of `active`, enters the box (rows as of [`Node::bounds`]) at a t that is of interest.
+    /// Bit i: ray i, one of `active`, enters the box within its t_max; rows as of [`crate::node::WideNode::bounds`].
     #[inline(always)]
     pub fn intersect_box<I: Isa>(&self, bounds: impl Fn(usize) -> f32, active: u64) -> u64 {
         let [x, y, z] = self.near_rows;
@@ -94,7 +97,7 @@ impl Packet {
         entered & active
     }
 
-    /// Where all rays start, if that is one point.
+    /// The origin that all rays share, if they do.
     #[inline(always)]
     pub fn common_origin(&self) -> Option<[f32; 3]> {
         let one = self
@@ -104,7 +107,7 @@ impl Packet {
         one.then(|| self.origin_range.map(|[start, _]| start))
     }
 
-    /// The largest coordinate of their origins.
+    /// The largest absolute coordinate of the origins.
     #[inline(always)]
     pub fn max_abs_origin(&self) -> f32 {
         self.origin_range
@@ -113,7 +116,7 @@ impl Packet {
             .fold(0.0, |m, x| if x.abs() > m { x.abs() } else { m })
     }
 
-    /// How far apart the rays start.
+    /// The largest extent of the origins along an axis.
     #[inline(always)]
     pub fn origin_extent(&self) -> f32 {
         self.origin_range.iter().fold(0.0, |m, [least, greatest]| {
@@ -125,7 +128,7 @@ impl Packet {
         })
     }
 
-    /// Bit i: ray i is of interest at `t`, and farther.
+    /// Bit i: ray i extends to `t`.
     #[inline(always)]
     pub fn rays_reaching<I: Isa>(&self, t: f32) -> u64 {
         let t = I::F32x16::splat(t);
@@ -137,7 +140,7 @@ impl Packet {
         reaching
     }
 
-    /// The largest t that is of interest to any ray.
+    /// The largest t_max of all rays.
     #[inline(always)]
     pub fn max_t<I: Isa>(&self) -> f32 {
         let t = &self.t_max;

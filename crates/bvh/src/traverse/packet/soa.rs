@@ -1,8 +1,8 @@
-//! Rows of a packet: one value of each ray, sixteen at a time.
+//! SoA rows of a packet: one value of each ray, loaded sixteen at a time.
 
 use crate::simd::{Isa, Vector};
 
-/// The most rays in a packet.
+/// The largest number of rays in a packet.
 pub const PACKET_SIZE: usize = 64;
 
 #[inline(always)]
@@ -31,7 +31,7 @@ pub fn load_rays<I: Isa>(row: &[f32; PACKET_SIZE], group: usize) -> I::RayVec {
     }
 }
 
-/// Stores the lanes of a mask in such a group.
+/// Stores the lanes of a mask in a group of [`Isa::RAY_LANES`] rays.
 #[inline(always)]
 pub fn store_masked<I: Isa>(
     row: &mut [f32; PACKET_SIZE],
@@ -58,7 +58,7 @@ pub fn load_xyz<I: Isa>(rows: &[[f32; PACKET_SIZE]; 3], group: usize) -> [I::F32
     ]
 }
 
-/// Where the rays of a packet pass planes: [`crate::traverse::trav_ray::SlabPlanes`], ray by ray.
+/// [`crate::traverse::trav_ray::SlabPlanes`] of the rays of a packet.
 #[repr(C, align(64))]
 pub struct SlabPlanesSoa {
     pub reciprocal: [[f32; PACKET_SIZE]; 3],
@@ -71,13 +71,13 @@ impl SlabPlanesSoa {
         offset: [[0.0; PACKET_SIZE]; 3],
     };
 
-    /// The t at which ray `i` t_at a plane across an axis.
+    /// The t at which ray `i` crosses a plane across an axis.
     #[inline(always)]
     pub fn t_at(&self, axis: usize, i: usize, plane: f32) -> f32 {
         plane.mul_add(self.reciprocal[axis][i], -self.offset[axis][i])
     }
 
-    /// The t at which each ray of a group, as of [`load_rays`], t_at a plane of its own across an axis.
+    /// The t at which each ray of a group crosses its own plane across an axis; groups as of [`load_rays`].
     #[inline(always)]
     pub fn t_at_lanes<I: Isa>(&self, axis: usize, group: usize, planes: I::RayVec) -> I::RayVec {
         let reciprocal = load_rays::<I>(&self.reciprocal[axis], group);
@@ -93,14 +93,14 @@ impl SlabPlanesSoa {
     }
 }
 
-/// Sixteen of [`SlabPlanesSoa`].
+/// Sixteen lanes of [`SlabPlanesSoa`].
 pub struct SlabPlanesX16<V> {
     reciprocal: [V; 3],
     offset: [V; 3],
 }
 
 impl<V: Vector> SlabPlanesX16<V> {
-    /// The t at which each ray t_at a plane across an axis.
+    /// The t at which each ray crosses a plane across an axis.
     #[inline(always)]
     pub fn t_at(&self, axis: usize, plane: V) -> V {
         plane.mul_sub(self.reciprocal[axis], self.offset[axis])
@@ -112,7 +112,7 @@ pub fn to_bitmask<I: Isa>(mask: <I::F32x16 as Vector>::Mask) -> u32 {
     <I::F32x16 as Vector>::to_bitmask(mask)
 }
 
-/// The least and the greatest value of some groups.
+/// The minimum and the maximum of some groups.
 #[inline(always)]
 pub fn min_max<I: Isa>(row: &[f32; PACKET_SIZE], groups: usize) -> [f32; 2] {
     let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));

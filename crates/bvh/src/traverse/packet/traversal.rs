@@ -1,4 +1,5 @@
-//! A packet through a mesh, from one leaf that its rays enter to the next.
+//! Ordered traversal of a BLAS by a packet of coherent rays. Inner nodes are tested against the frustum only, leaves
+//! against each ray.
 
 use crate::blas::Bvh;
 use crate::node::{LeafNode, NodeBlock, NodeRef, leaf, node};
@@ -6,17 +7,17 @@ use crate::simd::Isa;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::PacketStack;
 
-/// Once the bounds of all rays have entered more leaves than this that no ray does, what is seen is finer than the rays are
-/// apart: from there on nodes are asked for each ray too.
+/// Leaves that the frustum enters but no ray does, from which on nodes are tested against each ray too: the geometry is
+/// finer than the spacing of the rays.
 const MAX_FALSE_LEAVES: u32 = 32;
 
-/// What rays are asked for at a leaf.
+/// The work at a leaf.
 pub trait LeafVisitor {
-    /// Takes the rays `active` through a leaf that they enter; those for which something nearer was found.
+    /// Intersects the rays `active` with a leaf that they enter; returns those whose hit became closer.
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64;
 }
 
-/// Through all that is below `start`, the nearer first. Rays end where `packet` says that they are of interest no longer.
+/// Traverses a subtree, near children first, within the t_max of the packet.
 #[inline(always)]
 pub fn traverse_packet<I: Isa, L: LeafVisitor>(
     mesh: &Bvh,
@@ -40,7 +41,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
                 left &= left - 1;
                 let child = node.children[lane];
                 if child.is_leaf() || false_leaves > MAX_FALSE_LEAVES {
-                    // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
+                    // Most leaves within the frustum are hit by no ray: they are not prefetched.
                     entered[lane] =
                         packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
                     if entered[lane] == 0 {
@@ -63,7 +64,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
         } else if active != 0 {
             let closer = visitor.visit_leaf::<I>(leaf(blocks, at), active, packet);
             hit_mask |= closer;
-            // Until each ray has hit_mask something, one of them is of interest as far as ever.
+            // Before every ray has a hit, the largest t_max is unchanged.
             if closer != 0 && hit_mask == packet.active {
                 t_max = packet.max_t::<I>();
             }
@@ -80,7 +81,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
     }
 }
 
-/// Asks for a block that is read soon.
+/// Prefetches a block.
 #[inline(always)]
 pub fn prefetch_block<I: Isa>(blocks: &[NodeBlock], at: NodeRef) {
     let start = blocks.as_ptr().wrapping_add(at.index()).cast::<u8>();

@@ -1,14 +1,16 @@
-//! Triangles against rays: the watertight test of Woop, Benthin and Wald 2013, sixteen at a time.
+//! The watertight ray-triangle test for packets (S. Woop, C. Benthin and I. Wald, "Watertight Ray/Triangle Intersection",
+//! JCGT 2013), one triangle per ray.
 //!
-//! The ray is sheared to the axis along which it runs most; the triangle is hit where its three edge functions do not
-//! differ in sign. Each is a difference of two rounded products, never fused: two triangles that share an edge compute
-//! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
-//! Front and back are both hit. The edges count as inside.
+//! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each is a
+//! difference of two rounded products, never fused. Two triangles that share an edge compute the same value with opposite
+//! sign, so no ray passes between them; where a value is 0, float64 decides exactly. Front and back faces are hit, and
+//! edges are inside.
 //!
-//! That is done in two steps: edges first, of one ray and sixteen triangles ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and
-//! sixteen rays ([`crate::traverse::packet::triangle_edges`]); then the few triangles that remain, one by one for a ray alone
-//! ([`crate::traverse::triangle::single::intersect_triangle`]), or one for each of some rays ([`intersect_lanes`]). Each computes every value by the same
-//! operations in the same order, so a ray and a triangle have the same answer in any of them.
+//! The test has two stages: edge functions, of one ray and sixteen triangles
+//! ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and sixteen rays
+//! ([`crate::traverse::packet::triangle_edges`]); then the few remaining triangles, one by one for a single ray
+//! ([`crate::traverse::triangle::single::intersect_triangle`]) or one per lane ([`intersect_lanes`]). All compute every
+//! value by the same operations in the same order, so a ray and a triangle have the same hit in any of them.
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
@@ -20,20 +22,20 @@ use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::triangle::edge::edge_functions_f64;
 use crate::traverse::triangle::single::plane_depth_f64;
 
-/// Where rays meet a triangle each, in the lanes of `hit`.
+/// Intersections of rays with one triangle each; valid in the lanes of `hit`.
 pub struct LaneIntersections<V> {
     pub hit: u32,
-    /// Which triangles, in the bits.
+    /// The triangles, as bits of floats.
     pub triangle: V,
     pub t: V,
-    /// Times `det`: a ray meets several triangles on its way to the nearest, and divides once.
+    /// Barycentric weights times `det`: a ray hits several triangles on its way to the closest, and divides once.
     pub u: V,
     pub v: V,
     pub det: V,
 }
 
-/// Where the [`Isa::RAY_LANES`] rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`PotentialHits`] names. With `ANY_HIT`
-/// only `hit` counts: t and the rest may be left out.
+/// Intersects the [`Isa::RAY_LANES`] rays of a group with one triangle each, those of [`PotentialHits`], at a t of
+/// `0..=t_max`. With `ANY_HIT` only `hit` is valid.
 #[inline(always)]
 pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     leaf: &LeafNode,
@@ -53,7 +55,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let scale = load_rays::<I>(&packet.shear[2], group);
     let (enter, leave) = slab_interval::<I>(packet, group, [px, py, z], scale);
     let t_max = load_rays::<I>(&packet.t_max, group);
-    // What t will be clamped to says it already, one way or the other.
+    // t is clamped to this interval below; an interval out of range decides early.
     let soon = <I::RayVec as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
     hit &= <I::RayVec as Vector>::to_bitmask(soon);
     let nothing = LaneIntersections {
@@ -84,7 +86,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     }
     let [u, v, w] = edges;
     if ANY_HIT {
-        // What t would be clamped to says it already.
+        // t would be clamped to this interval; if it is within range, t is not needed.
         let sure = <I::RayVec as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
         if hit & !<I::RayVec as Vector>::to_bitmask(sure) == 0 {
             return LaneIntersections { hit, ..nothing };
@@ -220,7 +222,7 @@ fn shear_corners<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
     [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
 }
 
-/// Of three corners that which rays come to first, and last; `near_row` is their row of bounds where they enter.
+/// The near and far of three corners along an axis; `near_row` is the row of bounds where rays enter.
 #[inline(always)]
 fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
@@ -231,7 +233,7 @@ fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     )
 }
 
-/// Puts float64's depths where thin triangles are met that begin behind the ray.
+/// Replaces the depths of slivers that begin behind the ray by float64's.
 #[cold]
 #[inline(never)]
 fn sliver_depths(
@@ -251,7 +253,7 @@ fn sliver_depths(
     }
 }
 
-/// Decides the lanes of `unsure`; returns the lanes of `hit` that stay.
+/// Decides the lanes of `unsure` by float64; returns the lanes of `hit` that stay.
 #[cold]
 #[inline(never)]
 fn edge_functions_f64_lanes(

@@ -1,4 +1,4 @@
-//! Which triangles of a leaf the rays of a packet run through: all edges first, before anything is divided.
+//! Edge tests of a packet against the triangles of a leaf, before any division.
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
@@ -8,17 +8,16 @@ use crate::traverse::packet::soa::{load, load_xyz, store, to_bitmask};
 use crate::traverse::triangle::edge::inside_mask;
 use crate::traverse::triangle::edge::{corner_lanes, indices, vertices_minus};
 
-/// Rays of a packet that are as few at a leaf are tested against all its triangles: finding those that may be met costs
-/// as much.
+/// At most this many rays are tested against all triangles of a leaf: culling would cost as much.
 const ALL_TRIANGLES_THRESHOLD: u32 = 6;
 
-/// Triangles within whose edges rays run, one for each ray at a time; most have no other.
+/// Triangles that pass the edge tests, one per ray at a time; most rays have one.
 #[repr(C, align(64))]
 pub struct PotentialHits {
-    /// One of those of each ray of `some`.
+    /// The current triangle of each ray of `hit_mask`.
     pub triangle: [u32; PACKET_SIZE],
     pub hit_mask: u64,
-    /// The others, of each ray of `more`: the sum of two to their powers.
+    /// The other triangles of each ray of `multi_mask`: a bit mask, as a float.
     remaining: [f32; PACKET_SIZE],
     multi_mask: u64,
 }
@@ -31,7 +30,7 @@ impl PotentialHits {
         multi_mask: 0,
     };
 
-    /// Finds those of the rays `active`. `COMMON_ORIGIN` where all rays may well start at one point.
+    /// Tests the rays `active`. `COMMON_ORIGIN` if all rays may share their origin.
     #[inline(always)]
     pub fn test_edges<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -45,7 +44,7 @@ impl PotentialHits {
             triangles = packet.candidate_triangles::<I>(leaf);
         }
         let by_triangles = triangles.count_ones() * count_groups(active) < active.count_ones();
-        // Where all rays start at one point, corners are counted from there once.
+        // With a common origin, vertices are translated once.
         let start = if COMMON_ORIGIN {
             packet.common_origin()
         } else {
@@ -64,7 +63,7 @@ impl PotentialHits {
         }
     }
 
-    /// One ray and sixteen triangles at a time. `COMMON_ORIGIN` where all rays start at one point.
+    /// One ray against sixteen triangles at a time. `COMMON_ORIGIN` if all rays share their origin.
     #[inline(always)]
     fn test_edges_by_ray<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -78,7 +77,7 @@ impl PotentialHits {
         let mut ry = vertices_minus::<I>(leaf, ky, y[0]);
         let mut rz = vertices_minus::<I>(leaf, kz, z[0]);
         let index = indices::<I>(leaf);
-        // In registers: stores of them in the loop may hold up the loads of its next turn, two- or threefold.
+        // Masks stay in registers: stores in the loop would delay the loads of the next iteration.
         let (mut some, mut more) = (0, 0);
         while active != 0 {
             let i = active.trailing_zeros() as usize & (PACKET_SIZE - 1);
@@ -102,7 +101,7 @@ impl PotentialHits {
         (self.hit_mask, self.multi_mask) = (some, more);
     }
 
-    /// One triangle and sixteen rays at a time. `COMMON_ORIGIN` where the leaf is counted from where all rays start.
+    /// One triangle against sixteen rays at a time. `COMMON_ORIGIN` if the leaf is relative to the shared origin.
     #[inline(always)]
     fn test_edges_by_triangle<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -162,7 +161,7 @@ impl PotentialHits {
         }
     }
 
-    /// Goes on to the next triangle of each ray that has one.
+    /// Advances every ray to its next triangle.
     #[inline(always)]
     pub fn next_triangle(&mut self) {
         self.hit_mask = self.multi_mask;
@@ -178,7 +177,7 @@ impl PotentialHits {
         }
     }
 
-    /// Bit g: of group g of [`Isa::RAY_LANES`] rays some run through a triangle.
+    /// Bit g: some ray of group g of [`Isa::RAY_LANES`] rays has a triangle.
     #[inline(always)]
     pub fn active_groups<I: Isa>(&self) -> u32 {
         (0..PACKET_SIZE / I::RAY_LANES).fold(0, |groups, g| {
@@ -186,14 +185,14 @@ impl PotentialHits {
         })
     }
 
-    /// Of such a group those rays that run through a triangle.
+    /// The rays of such a group that have a triangle.
     #[inline(always)]
     pub fn hit_lanes<I: Isa>(&self, group: usize) -> u32 {
         (self.hit_mask >> (I::RAY_LANES * group)) as u32 & ((1 << I::RAY_LANES) - 1)
     }
 }
 
-/// A corner, shear_corner for sixteen rays.
+/// A corner, sheared for sixteen rays.
 #[inline(always)]
 fn shear_corner<I: Isa, const COMMON_ORIGIN: bool>(
     corner: [f32; 3],
@@ -213,7 +212,7 @@ fn shear_corner<I: Isa, const COMMON_ORIGIN: bool>(
     (x.sub(sx.mul(z)), y.sub(sy.mul(z)))
 }
 
-/// How many groups of 16 rays have an active one.
+/// The number of groups of 16 rays with an active ray.
 #[inline(always)]
 fn count_groups(active: u64) -> u32 {
     (0..PACKET_SIZE / 16)

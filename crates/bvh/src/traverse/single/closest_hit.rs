@@ -4,21 +4,21 @@ use crate::blas::Bvh;
 use crate::node::LeafNode;
 use crate::traverse::triangle::single::{RayView, TriangleIntersection, intersect_triangle};
 
-/// The nearest hit so far, in t of the local ray.
+/// The closest hit so far, with t along the local ray.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestHit {
     pub t: f32,
     pub u: f32,
     pub v: f32,
-    /// Position in the mesh's list of ids, or [`NO_PRIM`].
+    /// Position in the primitive ids of the mesh, or [`NO_PRIM`].
     pub prim_index: u32,
 }
 
-/// No triangle yet.
+/// The primitive index of a miss.
 pub const NO_PRIM: u32 = u32::MAX;
 
 impl ClosestHit {
-    /// Nothing at `t_max` or before.
+    /// A miss up to `t_max`.
     #[inline(always)]
     pub fn miss(t_max: f32) -> ClosestHit {
         ClosestHit {
@@ -29,8 +29,7 @@ impl ClosestHit {
         }
     }
 
-    /// Takes those of the triangles `candidates` of a leaf that the ray meets, where they come first by (t, id); whether one
-    /// was.
+    /// Intersects the triangles `candidates` of a leaf; keeps the first by (t, id). True if the hit changed.
     #[inline(always)]
     pub fn update(
         &mut self,
@@ -66,7 +65,7 @@ impl ClosestHit {
     }
 }
 
-/// Whether the ray meets any of the triangles `candidates` of a leaf.
+/// True if the ray hits any of the triangles `candidates` of a leaf.
 #[inline(always)]
 pub fn any_hit(leaf: &LeafNode, mut candidates: u32, ray: impl RayView, t_max: f32) -> bool {
     while candidates != 0 {

@@ -1,7 +1,9 @@
-//! Rays that run apart: several are traced in turn on one thread, each a step at a time, while the memory that the
-//! others' next steps need is on its way. Those at nodes and those at leaves are told apart, so that the same code
-//! runs for many in a row: which kind of step a ray needs next is what no processor can guess. Bits tell them, not lists
-//! in memory: whose turn is next would have to be read there after what was just written, and steps would not overlap.
+//! Interleaved traversal of incoherent rays, in the manner of AMAC (O. Kocberber, B. Falsafi and B. Grot, "Asynchronous
+//! Memory Access Chaining", VLDB 2015).
+//!
+//! One thread advances 24 rays round-robin, so that one ray's prefetch overlaps the others' work. Rays at nodes and
+//! rays at leaves are processed in separate loops, since the kind of a ray's next step is unpredictable. Ready rays are
+//! bit masks by next step; a queue in memory would add a store-to-load dependency per step.
 
 use crate::node::NodeRef;
 use crate::ray::Hit;
@@ -9,39 +11,39 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 use crate::traverse::single::ray_state::{RayState, RayTask};
 
-/// How many rays take ready.
+/// Rays in flight per thread.
 const RAYS_IN_FLIGHT: usize = 24;
 
-/// Rays at nodes that wait for those at leaves.
+/// Rays at nodes that may wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
 
-/// Where a source gets its rays from and brings its answers to.
+/// Source of rays and sink of hits.
 pub trait RaySource {
     fn next(&mut self) -> Option<RayTask>;
     fn report(&mut self, number: usize, hit: Hit);
 }
 
-/// The steps that rays need next: bit i is that of state i.
+/// Rays by next step; bit i is state i.
 #[derive(Default)]
 struct ReadyMasks {
     nodes: u32,
-    /// Those at leaves, among others.
+    /// Rays at leaves, in the TLAS or in a BLAS.
     leaves: u32,
-    /// Those at the end of a tree.
+    /// Rays at the end of a tree.
     finished: u32,
-    /// Those in_tlas the instances, where leaves are instances.
+    /// Rays in the TLAS, whose leaves are instances.
     in_tlas: u32,
 }
 
 impl ReadyMasks {
-    /// Adds a state that is where a step took it, or a new one.
+    /// Adds a state after a step within its tree, or a new one.
     #[inline(always)]
     fn add(&mut self, i: u32, state: &RayState) {
         self.leaves |= u32::from(state.node.is_leaf()) << i;
         self.finished |= u32::from(state.node == NodeRef::EMPTY) << i;
     }
 
-    /// Adds a state that may have gone into an instance or out of one.
+    /// Adds a state that may have entered or left an instance.
     #[inline(always)]
     fn add_with_level(&mut self, i: u32, state: &RayState) {
         self.nodes |= u32::from(!state.node.is_leaf()) << i;
@@ -50,7 +52,7 @@ impl ReadyMasks {
     }
 }
 
-/// Takes the lowest bit.
+/// Removes the lowest bit; its index.
 #[inline(always)]
 fn pop_lowest_bit(bits: &mut u32) -> u32 {
     let i = bits.trailing_zeros();
@@ -58,7 +60,7 @@ fn pop_lowest_bit(bits: &mut u32) -> u32 {
     i
 }
 
-/// Traces a source. With `ANY_HIT`, any hit will do: of the answer, only whether there is an instance counts.
+/// Traces all rays of a source. With `ANY_HIT`, only the presence of an instance in a hit is valid.
 #[inline(always)]
 pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(
     scene: &Scene,
@@ -103,7 +105,7 @@ pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(
             }
             ready.add(i, state);
         }
-        // Those are still where they were.
+        // Their nodes have not changed.
         ready.leaves &= !with_candidates;
         while with_candidates != 0 {
             let i = pop_lowest_bit(&mut with_candidates);
@@ -128,7 +130,7 @@ pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(
     }
 }
 
-/// Starts the next ray that can meet anything, and answers those before it.
+/// Starts the next ray that can hit anything; reports misses of those before it.
 #[inline(always)]
 fn refill<'a, B: RaySource>(state: &mut RayState<'a>, scene: &'a Scene, source: &mut B) -> bool {
     while let Some(task) = source.next() {

@@ -1,4 +1,4 @@
-//! A ray on its way, a step at a time.
+//! The state machine of a single ray in flight, advanced one step at a time.
 
 use crate::blas::Bvh;
 use crate::node::{NodeBlock, NodeRef, leaf, node};
@@ -11,42 +11,42 @@ use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
 use crate::traverse::triangle::single::edge_test;
 
-/// A ray to be traced.
+/// A ray to trace.
 #[derive(Clone, Copy)]
 pub struct RayTask {
     pub ray: Ray,
-    /// What to answer it by.
+    /// The index under which its hit is reported.
     pub ray_id: usize,
-    /// Where in the mesh of which instance to start, and to end with it; [`NodeRef::EMPTY`] for the root of everything.
+    /// The subtree of an instance to traverse alone; [`NodeRef::EMPTY`] for the whole scene.
     pub start_node: NodeRef,
     pub instance: u32,
 }
 
-/// Where it is, and what it met.
+/// A ray in flight: its position in the trees and its hit.
 #[repr(C, align(64))]
 pub struct RayState<'a> {
-    /// In the coordinates of the tree that `blocks` belong to.
+    /// The ray in the coordinates of the current tree.
     ray: TravRay,
     blocks: &'a [NodeBlock],
-    /// The node, leaf or instance that is next.
+    /// The next node, leaf or instance.
     pub node: NodeRef,
-    /// Entries below belong to the tree over instances.
+    /// Stack entries below belong to the TLAS.
     stack_base: u32,
     best: ClosestHit,
-    /// Of the leaf at hand: triangles edge_test whose edges the ray runs. They wait for the ray's next turn, when it is
-    /// known for sure whether there are any, and no work is begun in vain.
+    /// Triangles of the current leaf that pass the edge test. They are intersected in a separate step, once it is known
+    /// that there are any.
     pub candidates: u32,
-    /// The mesh that is being traced; `None` above the instances.
+    /// The current BLAS; `None` in the TLAS.
     pub mesh: Option<&'a Bvh>,
     instance: u32,
     /// The instance in whose coordinates `ray` is, or [`INVALID_ID`].
     current_instance: u32,
-    /// Nothing but that instance is to be traced.
+    /// Only this instance is traversed.
     single_instance: bool,
-    /// `ray` runs in the given direction, and along every axis: another origin makes it that of another mesh in the place
-    /// where it was made, or moved from there.
+    /// `ray` has the given direction and is parallel to no axis: a translation of its origin suits other instances that
+    /// are only translated.
     direction_reusable: bool,
-    /// t along the ray in the tree over instances is so many times that of the one given.
+    /// The scale of t along the TLAS ray, relative to the given ray.
     tlas_t_scale: f64,
     pub ray_id: usize,
     pub hit: Hit,
@@ -54,7 +54,7 @@ pub struct RayState<'a> {
     stack: Stack,
 }
 
-// An odd number of lines: the same fields of all slots lie in different sets of the nearest cache.
+// An odd number of cache lines: the same fields of all states lie in different L1 sets.
 const _: () = assert!(size_of::<RayState>() / 64 % 2 == 1);
 
 impl<'a> RayState<'a> {
@@ -84,7 +84,7 @@ impl<'a> RayState<'a> {
         }
     }
 
-    /// Starts a ray; false if it meets nothing by definition.
+    /// Starts a ray; false if it misses by definition.
     #[inline(always)]
     pub fn begin(&mut self, scene: &'a Scene, task: RayTask) -> bool {
         let RayTask {
@@ -123,7 +123,7 @@ impl<'a> RayState<'a> {
         self.enter_tlas(scene, world_ray.t_max)
     }
 
-    /// Goes above the instances.
+    /// Returns to the TLAS.
     #[inline(always)]
     fn enter_tlas(&mut self, scene: &'a Scene, t_max: f32) -> bool {
         if !scene.setup_ray(&mut self.ray, &self.world_ray) {
@@ -138,8 +138,8 @@ impl<'a> RayState<'a> {
         true
     }
 
-    /// What is left above the instances: most often another one or nothing, and for neither is the ray needed in the
-    /// coordinates of their tree. True once there is nothing.
+    /// Pops the next TLAS entry. Most often it is another instance or none, and neither needs the ray in TLAS
+    /// coordinates. True if the ray is done.
     #[inline(always)]
     fn pop_tlas(&mut self, scene: &'a Scene) -> bool {
         self.node = self.stack.pop_unchecked();
@@ -149,7 +149,7 @@ impl<'a> RayState<'a> {
         self.node == NodeRef::EMPTY
     }
 
-    /// Goes into an instance.
+    /// Enters an instance.
     #[inline(always)]
     fn enter_blas<const SINGLE_LEVEL: bool>(
         &mut self,
@@ -159,7 +159,7 @@ impl<'a> RayState<'a> {
     ) -> bool {
         let placed = &scene.instances[instance as usize];
         let mesh = &*placed.bvh;
-        // Another part of the mesh it was in last may be next.
+        // The next subtree may belong to the same instance.
         if SINGLE_LEVEL || self.current_instance != instance {
             let runs = if SINGLE_LEVEL {
                 scene.setup_ray(&mut self.ray, &self.world_ray)
@@ -185,7 +185,7 @@ impl<'a> RayState<'a> {
         true
     }
 
-    /// Takes over what the instance had.
+    /// Merges the hit in the current instance into the hit of the ray.
     #[inline(always)]
     fn commit_hit(&mut self) {
         if let (Some(mesh), true) = (self.mesh, self.best.prim_index != NO_PRIM) {
@@ -205,7 +205,7 @@ impl<'a> RayState<'a> {
         }
     }
 
-    /// The t up to which the scene is of interest.
+    /// The t of the closest hit so far, or t_max.
     #[inline(always)]
     fn t_max(&self) -> f32 {
         if self.hit.t < self.world_ray.t_max {
@@ -215,7 +215,7 @@ impl<'a> RayState<'a> {
         }
     }
 
-    /// One node.
+    /// Tests one node.
     #[inline(always)]
     pub fn step_node<I: Isa, const ANY_HIT: bool>(&mut self) {
         let node = node(self.blocks, self.node);
@@ -230,7 +230,8 @@ impl<'a> RayState<'a> {
         self.prefetch::<I>();
     }
 
-    /// One leaf: which of its triangles may be met, or on to what is next. (Whether any may is anybody's guess too.)
+    /// Tests the edges of one leaf; without candidates, pops the next node. Branch-free, since candidates are
+    /// unpredictable.
     #[inline(always)]
     pub fn step_leaf<I: Isa>(&mut self) {
         self.candidates = edge_test::<I>(leaf(self.blocks, self.node), &self.ray);
@@ -238,7 +239,7 @@ impl<'a> RayState<'a> {
         self.prefetch::<I>();
     }
 
-    /// The triangles of the leaf that may be met.
+    /// Intersects the candidates of the leaf.
     #[inline(always)]
     pub fn step_triangles<I: Isa>(&mut self) {
         let leaf = leaf(self.blocks, self.node);
@@ -252,7 +253,7 @@ impl<'a> RayState<'a> {
         self.prefetch::<I>();
     }
 
-    /// One leaf, where any hit will do. (They come too early for [`RayState::step_leaf`] to pay.)
+    /// Intersects one leaf for any hit, in one step: most rays end here too early for [`RayState::step_leaf`] to pay.
     #[inline(always)]
     pub fn step_leaf_any_hit<I: Isa>(&mut self) {
         let leaf = leaf(self.blocks, self.node);
@@ -266,7 +267,7 @@ impl<'a> RayState<'a> {
         self.prefetch::<I>();
     }
 
-    /// Into an instance or out of it; true once the ray is done.
+    /// Enters or leaves an instance; true once the ray is done.
     #[inline(always)]
     pub fn step_instance<const ANY_HIT: bool>(&mut self, scene: &'a Scene) -> bool {
         if ANY_HIT && self.hit.instance != INVALID_ID {
@@ -282,7 +283,8 @@ impl<'a> RayState<'a> {
         true
     }
 
-    /// Enters the part at hand, or goes on where the ray cannot; true once there is nothing left.
+    /// Enters the instance of the current subtree, or pops if the ray misses it by definition. True once the ray is
+    /// done.
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();
@@ -296,7 +298,7 @@ impl<'a> RayState<'a> {
         self.pop_tlas(scene)
     }
 
-    /// The mesh is done: goes on above it. True once there is nothing left.
+    /// Leaves an instance. True once the ray is done.
     #[inline(never)]
     fn leave_instance(&mut self, scene: &'a Scene) -> bool {
         self.commit_hit();
@@ -305,7 +307,7 @@ impl<'a> RayState<'a> {
         }
         self.mesh = None;
         self.stack_base = 1;
-        // Only then do entries say where they are entered: those of any hits do not.
+        // Only closest-hit traversal stores distances on the stack.
         if self.best.prim_index != NO_PRIM {
             self.stack.cull(1, scale_t(self.t_max(), self.tlas_t_scale));
         }

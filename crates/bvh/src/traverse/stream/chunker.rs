@@ -1,4 +1,4 @@
-//! Rays as they are given, 64 at a time, and those of them that go on alone.
+//! Chunks of 64 rays of a batch, and the queues of rays that leave their packet.
 
 use crate::node::NodeRef;
 use crate::ray::{Coherence, Ray};
@@ -13,27 +13,27 @@ use crate::traverse::stream::octant_sort::{MAX_BLOCK, OctantSorter};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::root_cull::{RootCull, TRIAL_RAYS};
 
-/// How much tasks is put aside before it is done, or a little more.
+/// Queued single rays from which they are traced.
 pub const SINGLE_FLUSH_THRESHOLD: usize = 2048;
 
-/// Rays that go on alone.
+/// Rays queued for single-ray traversal.
 #[derive(Default)]
 pub struct SingleRayQueue {
     subtree_rays: Vec<RayTask>,
-    /// The ray_ids of those that go through everything.
+    /// Rays that traverse the whole scene, by index in the batch.
     pub full_rays: Vec<u32>,
-    /// Nodes and leaves that the packets visited.
+    /// Nodes and leaves visited by packets.
     pub visits: usize,
 }
 
 impl SingleRayQueue {
-    /// How often a ray goes on alone.
+    /// The number of queued tasks.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.subtree_rays.len() + self.full_rays.len()
     }
 
-    /// All that they are to go through.
+    /// Removes all queued tasks.
     #[inline(always)]
     pub fn drain(&mut self, rays: &[Ray]) -> impl Iterator<Item = RayTask> {
         let whole = self.full_rays.drain(..).map(|number| RayTask {
@@ -46,20 +46,20 @@ impl SingleRayQueue {
     }
 }
 
-/// The chunk at hand, and the rays that go on alone.
+/// A chunk of at most 64 rays, and the queues for rays that leave it.
 pub struct RayChunk<'a> {
     pub scene: &'a Scene,
     pub coherence: Coherence,
     pub rays: &'a [Ray],
-    /// Their ray_ids in the batch.
+    /// Their indices in the batch.
     pub ray_ids: &'a [u32],
     pub singles: &'a mut SingleRayQueue,
-    /// The ray_ids of those that run apart from the others of the chunk.
+    /// Rays that are incoherent with the chunk, by index in the batch.
     pub incoherent: &'a mut Vec<u32>,
 }
 
 impl<'a> RayChunk<'a> {
-    /// Puts rays aside, to go through a part or, without one, through everything.
+    /// Queues rays for a subtree or, without one, for the whole scene.
     #[inline(always)]
     pub fn queue_singles(&mut self, lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
         match subtree {
@@ -70,7 +70,7 @@ impl<'a> RayChunk<'a> {
         }
     }
 
-    /// Puts rays aside, to go on at a node of an instance.
+    /// Queues rays for a subtree of an instance.
     #[inline(always)]
     pub fn queue_singles_at(
         &mut self,
@@ -91,7 +91,8 @@ impl<'a> RayChunk<'a> {
         }
     }
 
-    /// Puts rays aside that have not met anything of the scene yet.
+    /// Queues rays that have not hit anything yet: for the octant sort if the coherence is unknown, else as single
+    /// rays.
     #[inline(always)]
     fn defer_incoherent(&mut self, mut lanes: u64, indices: RayIndices) {
         let apart = match self.coherence {
@@ -127,7 +128,8 @@ impl<'a> RayChunk<'a> {
         room.all().0
     }
 
-    /// Whether rays make a packet that may pay. Parallel rays from all over share their signs, but no boxes.
+    /// Makes rays a packet; false if it would not pay. Parallel rays with distant origins share their octant, but no
+    /// boxes.
     #[inline(always)]
     pub fn make_packet<I: Isa>(
         &self,
@@ -142,7 +144,7 @@ impl<'a> RayChunk<'a> {
                 let within = |ray: &Ray| self.scene.is_within_reach(ray.origin);
                 let (bounds, reach) = (&self.scene.bounds, self.scene.max_abs_coord);
                 let pad = self.scene.relative_padding(rays.iter().all(within));
-                // Packets count from the reach of the boxes; that of the meshes may be more.
+                // Packets pad by the size of the bounds; that of the meshes may be larger.
                 (bounds, pad * (reach / bounds.max_abs_coord()).max(1.0))
             }
         };
@@ -154,18 +156,17 @@ impl<'a> RayChunk<'a> {
     }
 }
 
-/// Goes through the rays of a batch: 64 at a time as they are given, and in between those that run apart, by where they
-/// head.
+/// Splits a batch into chunks: 64 rays in a row, and packets of the octant sort in between.
 pub struct RayChunker<'a> {
     rays: &'a [Ray],
     coherence: Coherence,
     consumed: usize,
-    /// Of those taken last.
+    /// The rays of the current chunk, by index in the batch.
     ray_ids: [u32; PACKET_SIZE],
     len: usize,
     root_cull: RootCull<'a>,
     sorter: OctantSorter<'a>,
-    /// Whether those at hand are of `sorter`.
+    /// True if the current chunk comes from the sorter.
     from_sorter: bool,
 }
 
@@ -185,8 +186,8 @@ impl<'a> RayChunker<'a> {
         }
     }
 
-    /// Goes to the next chunk; false where there is none. Some rays may be put aside at once; those of `apart` are taken
-    /// from there.
+    /// Advances to the next chunk; false at the end. May queue single rays, and takes those of `apart` for the octant
+    /// sort.
     #[inline(always)]
     pub fn advance<I: Isa>(&mut self, aside: &mut SingleRayQueue, apart: &mut Vec<u32>) -> bool {
         loop {
@@ -229,20 +230,20 @@ impl<'a> RayChunker<'a> {
         }
     }
 
-    /// How many rays of the batch have been taken, put aside at once or not.
+    /// The number of rays of the batch consumed so far.
     #[inline(always)]
     pub fn consumed(&self) -> usize {
         self.consumed
     }
 
-    /// Asks for the rays that come next: until they are needed, they are there.
+    /// Prefetches the rays of the next chunk.
     #[inline(always)]
     fn prefetch<I: Isa>(&self) {
         let rays = &self.rays[self.consumed..];
         prefetch_all::<I, _>(&rays[..rays.len().min(PACKET_SIZE)]);
     }
 
-    /// Is told how often one of those at hand went on alone, and what their packets visited.
+    /// Reports single rays and visits of the current chunk.
     #[inline(always)]
     pub fn report_cost(&mut self, alone: usize, visits: usize) {
         if self.from_sorter {
@@ -250,7 +251,7 @@ impl<'a> RayChunker<'a> {
         }
     }
 
-    /// The chunk at hand.
+    /// The current chunk.
     #[inline(always)]
     pub fn chunk<'b>(
         &'b self,
@@ -276,7 +277,7 @@ impl<'a> RayChunker<'a> {
     }
 }
 
-/// Asks for all lines of some values.
+/// Prefetches all cache lines of some values.
 #[inline(always)]
 pub fn prefetch_all<I: Isa, T>(values: &[T]) {
     for line in 0..size_of_val(values).div_ceil(64) {

@@ -1,7 +1,7 @@
-//! Rays that run apart, where many of them do: those that head the same class make packets, though they start anywhere.
+//! Octant sort: a counting sort of incoherent rays by direction class, whose packets start anywhere.
 //!
-//! Boxes are then tested for every ray, and rays go on alone where few are left: that pays near the root of any tree, and in
-//! all of a small one.
+//! Every ray is tested against every box, and small groups continue as single rays. That pays near the root of a tree,
+//! and in all of a small one.
 
 use crate::ray::Ray;
 use crate::scene::backoff::Backoff;
@@ -9,40 +9,39 @@ use crate::simd::Isa;
 use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::stream::packet_groups::{DIRECTION_CLASSES, UNGROUPED, direction_classes};
 
-/// The most rays that are sorted at a time.
+/// The maximum number of rays sorted at a time.
 pub const MAX_BLOCK: usize = 2048;
 
-/// How many of a batch are sorted at first, to see whether that pays.
+/// The number of rays sorted in the first block, as a trial.
 const FIRST_BLOCK: usize = 1024;
 
-/// Rays that head the same class are traced alone where they are fewer.
+/// Fewer rays of a class are traced as single rays.
 const MIN_PACKET_RAYS: usize = 16;
 
-/// After so many rays it is seen whether packets pay: not if they visit more nodes and leaves than so many for each ray
-/// that need not go on alone.
+/// Packet rays before the first verdict. Packets pay if they visit at most `MAX_VISITS_PER_RAY` nodes and leaves for
+/// each ray that they complete.
 const TRIAL_RAYS: usize = 4 * PACKET_SIZE;
 const MAX_VISITS_PER_RAY: usize = 1;
 
-/// A block of rays in the order of where they head, of which some have been taken.
+/// A block of rays in the order of their direction classes.
 pub struct OctantSorter<'a> {
     order: Vec<u32>,
-    /// Where each heading ends in it.
+    /// The end of each class.
     class_ends: [usize; DIRECTION_CLASSES],
     cursor: usize,
-    /// Those taken last.
+    /// The rays of the current packet.
     packet: Vec<Ray>,
-    /// How many of the block were taken to be packets, how often one of these went on alone, and the nodes and leaves that
-    /// the packets visited.
+    /// Rays of the block in packets, how often one of them became a single ray, and the nodes and leaves visited.
     packet_rays: usize,
     single_count: usize,
     visits: usize,
-    /// Whether packets paid the last time.
+    /// True if packets paid in the last trial.
     is_profitable: bool,
     backoff: &'a Backoff,
 }
 
 impl<'a> OctantSorter<'a> {
-    /// No block yet.
+    /// A sorter without rays.
     #[inline(always)]
     pub fn new(backoff: &'a Backoff) -> Self {
         Self {
@@ -58,7 +57,7 @@ impl<'a> OctantSorter<'a> {
         }
     }
 
-    /// How many rays the next block should have at most.
+    /// The maximum size of the next block.
     #[inline(always)]
     pub fn block_size(&self) -> usize {
         if self.is_profitable {
@@ -68,8 +67,7 @@ impl<'a> OctantSorter<'a> {
         }
     }
 
-    /// Takes another block: the rays with these ray_ids, at most [`MAX_BLOCK`]. Nothing is left of the last one. Those that go
-    /// on alone are put aside.
+    /// Sorts another block of at most [`MAX_BLOCK`] rays; or queues them as single rays during the back-off.
     #[inline(always)]
     pub fn sort_block<I: Isa>(&mut self, rays: &[Ray], ray_ids: &[u32], alone: &mut Vec<u32>) {
         if self.backoff.should_skip() {
@@ -98,7 +96,7 @@ impl<'a> OctantSorter<'a> {
         self.class_ends = ends;
     }
 
-    /// Takes up to 64 rays that head the same class; false where there are no more. Those that go on alone are put aside.
+    /// Advances to up to 64 rays of one class; false at the end. Small classes are queued as single rays.
     #[inline(always)]
     pub fn next_packet(&mut self, rays: &[Ray], alone: &mut Vec<u32>) -> bool {
         if self.packet_rays >= TRIAL_RAYS {
@@ -137,14 +135,14 @@ impl<'a> OctantSorter<'a> {
         false
     }
 
-    /// Is told how often one of those taken last went on alone, and what their packets visited.
+    /// Reports single rays and visits of the current packet.
     #[inline(always)]
     pub fn report_cost(&mut self, alone: usize, visits: usize) {
         self.single_count += alone;
         self.visits += visits;
     }
 
-    /// Those taken last, and their ray_ids.
+    /// The rays of the current packet, and their indices in the batch.
     #[inline(always)]
     pub fn current_packet(&self) -> (&[Ray], &[u32]) {
         let ray_ids = self.cursor - self.packet.len()..self.cursor;

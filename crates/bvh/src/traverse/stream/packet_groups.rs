@@ -1,26 +1,27 @@
-//! Rays that do not all run alike, sorted into those that do: one packet each.
+//! Groups of the rays of a chunk by direction octant and main axis, one packet each (compare J. Tsakok, "Faster
+//! Incoherent Rays: Multi-BVH Ray Stream Tracing", HPG 2009).
 
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::trav_ray::MAX_RECIPROCAL;
 
-/// Rays that run alike are traced alone where they are fewer than this...
+/// Smaller groups are traced as single rays.
 const MIN_GROUP_RAYS: u32 = 12;
 
-/// ... or than this, if they are all there is.
+/// Smaller chunks are traced as single rays.
 const MIN_CHUNK_RAYS: usize = 5;
 
-/// How many ways there are to head.
+/// Direction classes: 8 octants for each of 3 main axes, and a rest.
 pub const DIRECTION_CLASSES: usize = 32;
 
-/// The class of a ray that makes no packet.
+/// The class of a ray that makes no packet: not finite, or parallel to an axis.
 pub const UNGROUPED: u8 = DIRECTION_CLASSES as u8 - 1;
 
-/// The number in the chunk of the ray at each lane; `None` where all rays are in their own lanes.
+/// The index in the chunk of the ray in each lane; `None` if every ray is in its own lane.
 pub type RayIndices<'a> = Option<&'a [u8; PACKET_SIZE]>;
 
-/// The number of the ray at a lane.
+/// The index in the chunk of the ray in a lane.
 #[inline(always)]
 pub fn ray_index(lane: u32, indices: RayIndices) -> usize {
     let lane = lane as usize & (PACKET_SIZE - 1);
@@ -29,7 +30,7 @@ pub fn ray_index(lane: u32, indices: RayIndices) -> usize {
     })
 }
 
-/// From bits by lane to bits by number.
+/// A mask by lane as a mask by index in the chunk.
 #[inline(always)]
 pub fn ray_mask(mut lanes: u64, indices: RayIndices) -> u64 {
     if indices.is_none() {
@@ -49,10 +50,10 @@ const EMPTY_RAY: Ray = Ray {
     t_max: 0.0,
 };
 
-/// Some of a chunk's rays.
+/// Some rays of a chunk.
 pub struct RayBatch {
     pub rays: [Ray; PACKET_SIZE],
-    /// The number that each had.
+    /// Their indices in the chunk.
     pub indices: [u8; PACKET_SIZE],
     pub len: usize,
 }
@@ -69,7 +70,7 @@ impl RayBatch {
         self.len = 0;
     }
 
-    /// Adds a ray; there is room.
+    /// Adds a ray, of at most 64.
     #[inline(always)]
     pub fn push(&mut self, ray: Ray, number: usize) {
         self.rays[self.len & (PACKET_SIZE - 1)] = ray;
@@ -77,7 +78,7 @@ impl RayBatch {
         self.len += 1;
     }
 
-    /// Takes those of `lanes`; `indices` says what their numbers are.
+    /// Gathers the rays of `lanes`, whose indices in the chunk are `indices`.
     #[inline(always)]
     pub fn gather(&mut self, rays: &[Ray], indices: RayIndices, mut lanes: u64) {
         self.clear();
@@ -96,7 +97,7 @@ impl RayBatch {
         (&self.rays[..self.len], Some(&self.indices))
     }
 
-    /// Those of a part, gathered unless it is the whole.
+    /// The rays of a group; gathered unless it is the whole chunk.
     #[inline(always)]
     pub fn subset<'a>(
         &'a mut self,
@@ -113,11 +114,11 @@ impl RayBatch {
     }
 }
 
-/// The parts of a chunk: first all of it; then, if that is no packet, those that run alike.
+/// The groups of a chunk: first the whole; if that is not coherent, one per direction class.
 pub struct OctantGroups {
     direction_class: [u8; PACKET_SIZE],
     remaining: u64,
-    /// Not sorted yet.
+    /// Not grouped yet.
     pub is_whole: bool,
 }
 
@@ -131,7 +132,7 @@ impl OctantGroups {
         }
     }
 
-    /// Sorts the rays.
+    /// Groups the rays by direction class.
     #[inline(never)]
     pub fn sort(&mut self, rays: &[Ray]) {
         for (to, ray) in self.direction_class.iter_mut().zip(rays) {
@@ -141,7 +142,7 @@ impl OctantGroups {
         self.is_whole = false;
     }
 
-    /// Some rays, as bits, and whether a packet of them may pay.
+    /// The lanes of the next group, and whether a packet of them may pay.
     #[inline(always)]
     pub fn next(&mut self) -> Option<(u64, bool)> {
         if self.remaining == 0 {
@@ -170,12 +171,13 @@ impl OctantGroups {
     }
 }
 
-/// As [`crate::traverse::packet::Packet::set`] sees it. Without a branch: nobody can guess where a ray heads.
+/// The direction class as [`crate::traverse::packet::Packet::setup`] requires it. Branch-free, since directions are
+/// unpredictable.
 #[inline(always)]
 fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     const MIN_DIRECTION_RATIO: u32 = (1.0 / MAX_RECIPROCAL).to_bits();
     const INFINITE: u32 = f32::INFINITY.to_bits();
-    // Bits of floats that are not negative are ordered as they are.
+    // Bits of non-negative floats are ordered as the floats are.
     let [dx, dy, dz] = [x.to_bits(), y.to_bits(), z.to_bits()];
     let [x, y, z] = [dx << 1 >> 1, dy << 1 >> 1, dz << 1 >> 1];
     let least = x.min(y).min(z);
@@ -196,7 +198,7 @@ fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     }) as u8
 }
 
-/// [`class`] of some of the rays.
+/// The direction classes of some rays of a batch.
 #[inline(always)]
 pub fn direction_classes<I: Isa>(rays: &[Ray], numbers: &[u32], out: &mut [u8]) {
     const LANES: usize = 16;

@@ -1,5 +1,5 @@
-//! Rays that enter no box at the root of the tree meet nothing. In the open many do not: sixteen are asked at a time, before
-//! they are sorted or made ready for anything else.
+//! Culling of rays that enter no child of the root, sixteen at a time, before they are sorted or set up. In open scenes
+//! many rays miss.
 
 use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 use crate::node::{WideNode, node};
@@ -8,21 +8,21 @@ use crate::scene::Scene;
 use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD, SLAB_PAD};
 
-/// How many rays are asked before it is seen whether that pays.
+/// Rays per trial.
 pub const TRIAL_RAYS: usize = 512;
 
-/// It does if one of so many is turned away.
+/// Culling pays if one ray in this many is removed.
 const MIN_CULL_RATE: usize = 12;
 
-/// The boxes at the root of a tree.
+/// The AABBs of the root's children.
 pub struct RootCull<'a> {
     scene: &'a Scene,
-    /// None where there are no boxes, or rays are to be scaled first.
+    /// `None` if the root is a leaf, or rays must be scaled first.
     root: Option<&'a WideNode>,
 }
 
 impl<'a> RootCull<'a> {
-    /// The cull of the tree over instances, or of the only mesh if that is in its place.
+    /// The culling of the TLAS root, or of the only BLAS of a single-level scene.
     #[inline(always)]
     pub fn new(scene: &'a Scene) -> RootCull<'a> {
         let (blocks, root) = match (scene.is_single_mesh, &*scene.instances) {
@@ -33,7 +33,7 @@ impl<'a> RootCull<'a> {
         RootCull { scene, root }
     }
 
-    /// Of the ray_ids of rays from a position on leaves those that may meet anything, and others where asking does not pay.
+    /// Removes rays that miss, from position `from` on, unless the back-off skips it.
     #[inline(always)]
     pub fn cull<I: Isa>(&self, rays: &[Ray], ray_ids: &mut Vec<u32>, from: usize) {
         if let Some(root) = self.root
@@ -48,7 +48,7 @@ impl<'a> RootCull<'a> {
         }
     }
 
-    /// Leaves the ray_ids of rays that may meet anything, in their order, and returns how many others there were.
+    /// Keeps the rays that may hit anything, in their order; returns the number of others.
     #[inline(always)]
     fn compact<I: Isa>(
         &self,
@@ -75,7 +75,8 @@ impl<'a> RootCull<'a> {
         away
     }
 
-    /// Bit i: ray i may enter a child, or is odd in any way. Slabs are padded as those of packets are, or more.
+    /// Bit i: ray i may enter a child, is not finite, or is parallel to an axis. Slabs are padded at least as those of
+    /// packets.
     #[inline(always)]
     fn intersects_root<I: Isa>(&self, root: &WideNode, rays: [&Ray; 16]) -> u32 {
         let scene = self.scene;
@@ -92,7 +93,7 @@ impl<'a> RootCull<'a> {
         let distance = x.abs().max(y.abs()).max(z.abs());
         let steepest = dx.abs().max(dy.abs()).max(dz.abs());
         let flattest = dx.abs().min(dy.abs()).min(dz.abs());
-        // As in `Packet::set`.
+        // As in `Packet::setup`.
         let sum = (x.add(y).add(z)).add(dx.add(dy).add(dz)).mul(zero);
         let mut sane = distance.le(I::F32x16::splat(MAX_ORIGIN));
         let more = [
@@ -114,7 +115,7 @@ impl<'a> RootCull<'a> {
                 .mul(distance.add(I::F32x16::splat(scene.max_abs_coord)))
                 .mul(I::F32x16::splat(1.0 + 8.0 * MACHINE_EPSILON))
         };
-        // No less than along the main axis.
+        // At least the extent along the main axis.
         let mut farthest = zero;
         for axis in 0..3 {
             let above = I::F32x16::splat(scene.bounds.upper[axis]).sub(origin[axis]);

@@ -1,5 +1,5 @@
-//! From up to 64 rays to packets of those that run groups: through the tree over instances, and in each instance anew,
-//! because there they run elsewhere. What is asked for is a [`PacketQuery`].
+//! Packets through the TLAS: from up to 64 rays to packets of coherent rays, regrouped in every instance, whose
+//! transform changes their directions.
 
 use crate::node::{NodeRef, node};
 use crate::ray::Ray;
@@ -11,9 +11,9 @@ use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::stack::Stack;
 use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices, ray_index};
 
-/// What rays are asked for. They are known by their number in the chunk; `indices` says which numbers those at hand have.
+/// A query over packets. Rays are identified by their index in the chunk, lanes by `indices`.
 pub trait PacketQuery {
-    /// Makes rays a packet, in scaled scene coordinates or in those of a placed mesh; false where it may not pay.
+    /// Makes rays a packet in scaled scene coordinates or in those of an instance; false if it would not pay.
     fn make_packet<I: Isa>(
         &self,
         rays: &[Ray],
@@ -21,13 +21,13 @@ pub trait PacketQuery {
         packet: &mut Packet,
     ) -> bool;
 
-    /// A ray in the coordinates of a placed mesh, no longer than it is of interest by now.
+    /// A ray in instance coordinates, clipped at its closest hit.
     fn to_instance_space(&self, ray: &Ray, number: usize, placed: &InstanceRecord) -> Ray;
 
-    /// The t up to which a ray that was of interest up to `t_max` still is; below 0 for none.
+    /// The largest valid t of a ray, given that at the start of the TLAS traversal; negative if it is done.
     fn t_max(&self, number: usize, t_max: f32) -> f32;
 
-    /// Takes a packet through a part of a mesh.
+    /// Traverses a subtree of an instance by a packet.
     fn intersect_subtree<I: Isa>(
         &mut self,
         subtree: &SubtreeRef,
@@ -35,7 +35,7 @@ pub trait PacketQuery {
         indices: RayIndices,
     );
 
-    /// Takes each ray of a mask by itself through a part or, without one, through everything.
+    /// Hands each ray of a mask to single-ray traversal of a subtree or, without one, of the scene.
     fn trace_single<I: Isa>(
         &mut self,
         lanes: u64,
@@ -44,15 +44,15 @@ pub trait PacketQuery {
     );
 }
 
-/// Room for the packets of a chunk.
+/// Scratch memory for the packets of a chunk.
 pub struct PacketScratch {
-    /// In scaled scene coordinates: those that run groups.
+    /// A group of rays in scaled scene coordinates.
     scene_rays: RayBatch,
     scene_packet: Packet,
     instance: InstanceScratch,
 }
 
-/// The same in the coordinates of a mesh: all that enter an instance, and those of them that run groups.
+/// Scratch memory in instance coordinates: all rays that enter an instance, and a group of them.
 struct InstanceScratch {
     local: RayBatch,
     inner: RayBatch,
@@ -70,7 +70,7 @@ impl PacketScratch {
         },
     };
 
-    /// Asks for rays in scaled scene coordinates; the scene is not empty.
+    /// Traces rays in scaled scene coordinates; the scene is not empty.
     #[inline(always)]
     pub fn trace<I: Isa, Q: PacketQuery>(
         &mut self,
@@ -84,7 +84,7 @@ impl PacketScratch {
             let (some, some_indices) =
                 self.scene_rays
                     .subset(rays, indices, group, groups.is_whole);
-            // Nothing is above the only mesh.
+            // A single mesh has no TLAS.
             if scene.is_single_mesh
                 || pays && query.make_packet::<I>(some, None, &mut self.scene_packet)
             {
@@ -106,7 +106,7 @@ impl PacketScratch {
     }
 }
 
-/// Through the tree over instances.
+/// Traverses the TLAS by a packet.
 #[inline(always)]
 fn intersect_tlas<I: Isa, Q: PacketQuery>(
     query: &mut Q,
@@ -177,7 +177,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
     }
 }
 
-/// Through a part of a mesh, for rays in its coordinates: as one packet, or one for each heading.
+/// Traverses a subtree of an instance: one packet, or one per direction class.
 #[inline(always)]
 fn intersect_subtree<I: Isa, Q: PacketQuery>(
     query: &mut Q,

@@ -13,7 +13,7 @@ pub fn corners<I: Isa>(v: I::F32x16, index: &[I::LaneIndices; 3]) -> [I::F32x16;
     ]
 }
 
-/// The indices that [`corners`] takes.
+/// The indices for [`corners`].
 #[inline(always)]
 pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::LaneIndices; 3] {
     [
@@ -23,7 +23,7 @@ pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::LaneIndices; 3] {
     ]
 }
 
-/// The vertices of a leaf along an axis, less an origin.
+/// The vertices of a leaf along an axis, relative to an origin.
 #[inline(always)]
 pub fn vertices_minus<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F32x16 {
     // SAFETY: each row of `vertex` holds 16 floats.
@@ -32,7 +32,7 @@ pub fn vertices_minus<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F
 }
 
 impl LeafNode {
-    /// The leaf with its vertices counted from a point.
+    /// The leaf with vertices relative to a point.
     #[inline(always)]
     pub fn translated<I: Isa>(&self, point: [f32; 3]) -> LeafNode {
         let mut leaf = *self;
@@ -51,7 +51,7 @@ pub fn corner_lanes(leaf: &LeafNode, k: usize) -> [usize; 3] {
         .map(|packed| usize::from(packed_index(packed, k)))
 }
 
-/// [`inside_mask`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
+/// [`inside_mask`] in two halves, since sixteen triangles exceed the registers; many leaves have no more than eight.
 #[inline(always)]
 fn inside_mask_by_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) -> u32 {
     let lower = inside_mask_half::<I, 0>(px, py, leaf);
@@ -85,7 +85,7 @@ fn inside_mask_half<I: Isa, const HALF: usize>(
     )
 }
 
-/// The triangles that have 0 within, of vertices in x and y; `index` as [`indices`] has it.
+/// Bit mask of the triangles that contain 0, from sheared vertices; `index` as of [`indices`].
 #[inline(always)]
 pub fn inside_mask<I: Isa>(
     px: I::F32x16,
@@ -100,7 +100,8 @@ pub fn inside_mask<I: Isa>(
     edge_functions_agree((ax, ay), (bx, by), (cx, cy))
 }
 
-/// The triangles that have 0 within, of their corners' x and y.
+/// Bit mask of the triangles that contain 0, from the x and y of their corners: edge functions that do not differ in
+/// sign.
 #[inline(always)]
 fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
     let u = cx.mul(by).sub(cy.mul(bx));
@@ -110,7 +111,7 @@ fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy):
     V::to_bitmask(V::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero)))
 }
 
-/// The edge functions by float64, in which the products are exact; `None` outside.
+/// The edge functions in float64, in which the products are exact, normalised; `None` outside.
 #[cold]
 #[inline(never)]
 pub fn edge_functions_f64(corners: [f32; 6]) -> Option<[f32; 3]> {

@@ -1,5 +1,5 @@
-//! One ray against the triangles of a leaf, by the test of [`crate::traverse::packet::triangle`]: all edges at once, then the few
-//! triangles that remain one by one.
+//! Intersection of one ray and the triangles of a leaf by the test of [`crate::traverse::packet::triangle`]: all edges
+//! at once, then the few remaining triangles one by one.
 
 use std::hint::select_unpredictable;
 
@@ -10,16 +10,16 @@ use crate::traverse::triangle::edge::{
     corner_lanes, edge_functions_f64, indices, inside_mask, vertices_minus,
 };
 
-/// A ray as it is tested against triangles, one of a packet or not.
+/// The view of a ray that triangle tests need, of a single ray or of one in a packet.
 pub trait RayView: Copy {
     /// See [`TravRay::axes`].
     fn axes(&self) -> [usize; 3];
     fn origin(&self, axis: usize) -> f32;
     fn shear(&self, k: usize) -> f32;
     fn reciprocal(&self, axis: usize) -> f32;
-    /// The t at which a slab is entered whose bound that is, padded.
+    /// The padded t at which the slab of a bound is entered.
     fn t_near(&self, axis: usize, bound: f32) -> f32;
-    /// The t at which it is left, padded.
+    /// The padded t at which it is left.
     fn t_far(&self, axis: usize, bound: f32) -> f32;
 }
 
@@ -51,7 +51,7 @@ impl RayView for &TravRay {
     }
 }
 
-/// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
+/// The vertices of a leaf in x and y, sheared so that the ray is the z axis.
 #[inline(always)]
 pub fn shear_vertices<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> [I::F32x16; 2] {
     let [kx, ky, kz] = ray.axes();
@@ -63,14 +63,14 @@ pub fn shear_vertices<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> [I::F32x16;
     [px, py]
 }
 
-/// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`intersect_triangle`] decides.
+/// Bit i: the ray passes the edge test of triangle i, or so closely that [`intersect_triangle`] decides.
 #[inline(always)]
 pub fn edge_test<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> u32 {
     let [px, py] = shear_vertices::<I>(leaf, ray);
     inside_mask::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.non_degenerate
 }
 
-/// Where a ray meets a triangle.
+/// The intersection of a ray and a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleIntersection {
     pub t: f32,
@@ -78,7 +78,7 @@ pub struct TriangleIntersection {
     pub v: f32,
 }
 
-/// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`edge_test`] names.
+/// Intersects triangle `k` of the leaf, which passed the [`edge_test`], at a t of `0..=t_max`.
 #[inline(always)]
 pub fn intersect_triangle(
     leaf: &LeafNode,
@@ -89,7 +89,7 @@ pub fn intersect_triangle(
     intersect::<_, false>(leaf, k, ray, t_max)
 }
 
-/// Apart, so that the others pay nothing for it.
+/// A separate function keeps the common path small.
 #[cold]
 #[inline(never)]
 fn intersect_sliver(
@@ -114,7 +114,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
     let along = |axis: usize, at: [f32; 3]| at.map(|x| x - ray.origin(axis));
     let (px, py) = (at(kx), at(ky));
     let (x, y, z) = (along(kx, px), along(ky, py), along(kz, at(kz)));
-    // Where the ray enters and leaves the triangle's own box: see SLAB_PAD.
+    // The interval of the triangle's own bounds, see SLAB_PAD.
     let ends = |axis: usize, [a, b, c]: [f32; 3]| {
         let (lower, upper) = (min_f32(min_f32(a, b), c), max_f32(max_f32(a, b), c));
         let backwards = ray.reciprocal(axis) < 0.0;
@@ -132,12 +132,12 @@ fn intersect<L: RayView, const SLIVER: bool>(
     let (first, last) = ends(kz, z);
     let (ez, lz) = (first * ray.reciprocal(kz), last * ray.reciprocal(kz));
     let (enter, leave) = (max_f32(max_f32(ex, ey), ez), min_f32(min_f32(lx, ly), lz));
-    // What t will be clamped to says it already, one way or the other.
+    // t is clamped to this interval below; an interval out of range decides early.
     if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
         return None;
     }
     if !SLIVER && leaf.is_sliver(k) && enter < 0.0 {
-        // Field by field: in one piece, what is found here would go through memory too, and wait for it.
+        // Field by field: the struct would go through memory and stall on store forwarding.
         let TriangleIntersection { t, u, v } = intersect_sliver(leaf, k, ray, t_max)?;
         return Some(TriangleIntersection { t, u, v });
     }
@@ -151,7 +151,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
         [u, v, w] = edge_functions_f64([ax, ay, bx, by, cx, cy])?;
     }
     let det = u + v + w;
-    // One division, not one for each weight: what comes too late needs none of those.
+    // One division, not one per weight: later hits are rejected without the others.
     let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
     if SLIVER {
         depth = plane_depth_f64(leaf, k, ray, depth);
@@ -164,10 +164,11 @@ fn intersect<L: RayView, const SLIVER: bool>(
     })
 }
 
-/// How far along the main axis the ray meets triangle `k` of the leaf, by float64's plane of its corners.
+/// The depth along the main axis at which the ray hits triangle `k` of the leaf, by the float64 plane of its corners;
+/// `depth` if there is no plane.
 ///
-/// As a sum of its corners with weights it may be off by as much as they are far, if the triangle is thin: where its box
-/// does not say so, whether it is ahead or behind is then anyone's guess. (`depth` is returned where there is no plane.)
+/// The weighted sum of corners is off by as much as they are far, for a sliver. If its bounds contain the origin, the
+/// sign of that depth is unreliable.
 pub fn plane_depth_f64(leaf: &LeafNode, k: usize, ray: impl RayView, depth: f32) -> f32 {
     let axes = ray.axes();
     let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
