@@ -1,5 +1,4 @@
 //! [`AssetLoader`] for [`AssetRoot`]: the files that a description names, by the readers of all formats.
-
 use std::sync::Arc;
 
 use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texture, Wrap};

@@ -1,5 +1,4 @@
 //! Budgets: how much a file may make raycam read and keep.
-
 use std::path::Path;
 
 use crate::error::FormatError;

@@ -1,5 +1,4 @@
 //! What can be wrong with a file, and where in it.
-
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,6 @@
 //! Colours of a file are 0..=255 in sRGB where all are whole numbers, else 0..=1 and linear; whole numbers that never
 //! pass 1 count as the latter. Texture coordinates have their origin at the bottom left in the file and at the top left
 //! here.
-
 use std::path::Path;
 
 use glam::DVec3;
@@ -33,37 +32,105 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         lines: Lines::new(lexer::checked_text(path, &source.bytes)?),
         line: 0,
     };
-    let (kind, counts) = rows.header()?;
-    let [vertices, faces] = counts;
+    let (header, [count, face_count]) = rows.header()?;
     // Three digits, spaces and line ends each, at least.
     let left = rows.lines.remaining() + 1;
-    if vertices.checked_mul(6).is_none_or(|n| n > left)
-        || faces.checked_mul(4).is_none_or(|n| n > left)
+    if count.checked_mul(6).is_none_or(|n| n > left)
+        || face_count.checked_mul(4).is_none_or(|n| n > left)
     {
-        let message =
-            format!("{vertices} vertices and {faces} faces declared, but only {left} bytes follow");
+        let message = format!(
+            "{count} vertices and {face_count} faces declared, but only {left} bytes follow"
+        );
         return Err(rows.error(message));
     }
-    assets.budget.take_elements(path, vertices as u64)?;
+    assets.budget.take_elements(path, count as u64)?;
 
-    let mut mesh = Mesh::default();
-    let (mut normals, mut uvs) = (Vec::new(), Vec::new());
-    let (mut vertex_colors, mut face_colors) = (OffColors::default(), OffColors::default());
+    let mut vertices = read_vertices(&mut rows, header, count)?;
+    let faces = read_faces(&mut rows, count, face_count)?;
+    let mut notices: Vec<String> = faces.degenerate.notice(path).into_iter().collect();
+    if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
+        notices.push(format!(
+            "{}: the lines after the last face are not used",
+            path.display()
+        ));
+    } else if !rows.lines.ended_with_newline() {
+        let path = path.display();
+        notices.push(format!(
+            "{path}: the last line has no line end; the file may be cut off"
+        ));
+    }
+    if faces.polygons.len() == 0 {
+        return Err(FormatError::whole(
+            path,
+            format!("no faces, only {count} vertices: nothing to see"),
+        ));
+    }
+    if vertices.normals.contains(&[0.0; 3]) {
+        let path = path.display();
+        notices.push(format!(
+            "{path}: normals without a direction; all normals are ignored"
+        ));
+        vertices.normals.clear();
+    }
+    let face_colors = faces.colors.linear("faces", path, &mut notices)?;
+    let (mut triangles, mut colors) = (Vec::new(), Vec::new());
+    let positions = vertices.positions;
+    let position = |c: Corner| positions[c.position as usize];
+    faces.polygons.triangles(
+        0..faces.polygons.len(),
+        path,
+        &mut assets.budget,
+        position,
+        |polygon, triangle| {
+            triangles.push(triangle.map(|corner| corner.position));
+            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+        },
+    )?;
+    let mesh = Mesh {
+        triangles,
+        face_colors: face_colors.map(|_| colors),
+        vertex_colors: vertices.colors.linear("vertices", path, &mut notices)?,
+        normals: (!vertices.normals.is_empty()).then_some(vertices.normals),
+        uvs: header.uvs.then_some(vertices.uvs),
+        vertices: positions,
+        ..Mesh::default()
+    };
+    Ok(MeshFile::from_mesh(mesh, notices))
+}
+
+/// Vertices of a file.
+#[derive(Default)]
+struct OffVertices {
+    positions: Vec<DVec3>,
+    /// Unit length, or zero where the normal of the file has no direction.
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    colors: OffColors,
+}
+
+fn read_vertices(
+    rows: &mut LineReader<'_>,
+    header: OffHeader,
+    vertices: usize,
+) -> Result<OffVertices, FormatError> {
+    let mut all = OffVertices::default();
     for number in 0..vertices {
         let mut words = rows.next("vertices", number, vertices)?;
-        mesh.vertices
+        all.positions
             .push(DVec3::from(rows.numbers(&mut words, "vertex", number)?));
-        if kind.normals {
+        if header.normals {
             let normal = DVec3::from(rows.numbers(&mut words, "normal", number)?);
-            normals.push(normal.normalize_or_zero().as_vec3().to_array());
+            all.normals
+                .push(normal.normalize_or_zero().as_vec3().to_array());
         }
         let rest: Vec<&[u8]> = words.collect();
-        let (color, uv) = rest.split_at(rest.len() - if kind.uvs { rest.len().min(2) } else { 0 });
+        let (color, uv) =
+            rest.split_at(rest.len() - if header.uvs { rest.len().min(2) } else { 0 });
         // Colours without the prefix are common.
-        if kind.colors || !color.is_empty() {
-            vertex_colors.add(&rows, number, color)?;
+        if header.colors || !color.is_empty() {
+            all.colors.add(rows, number, color)?;
         }
-        if kind.uvs {
+        if header.uvs {
             let [u, v] = uv[..] else {
                 return Err(rows.error(format!("vertex {number} has no texture coordinates")));
             };
@@ -71,11 +138,26 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
                 rows.number(u, "vertex", number)?,
                 rows.number(v, "vertex", number)?,
             ];
-            uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
+            all.uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
         }
     }
+    Ok(all)
+}
 
-    let (mut polygons, mut degenerate) = (Polygons::default(), DegenerateFaces::default());
+/// Faces of a file.
+#[derive(Default)]
+struct OffFaces {
+    polygons: Polygons,
+    degenerate: DegenerateFaces,
+    colors: OffColors,
+}
+
+fn read_faces(
+    rows: &mut LineReader<'_>,
+    vertices: usize,
+    faces: usize,
+) -> Result<OffFaces, FormatError> {
+    let mut all = OffFaces::default();
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
         let size = words.next().and_then(lexer::integer).unwrap_or(-1);
@@ -90,7 +172,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
             };
             match lexer::integer(word).and_then(|i| usize::try_from(i).ok()) {
                 Some(index) if index < vertices => {
-                    polygons.push_corner(Corner::plain(index as u32))
+                    all.polygons.push_corner(Corner::plain(index as u32))
                 }
                 _ => {
                     let message = format!(
@@ -101,57 +183,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
                 }
             }
         }
-        if polygons.end_face() {
+        if all.polygons.end_face() {
             let color: Vec<&[u8]> = words.collect();
-            face_colors.add(&rows, number, &color)?;
+            all.colors.add(rows, number, &color)?;
         } else {
-            degenerate.add(|| format!("line {}", rows.line));
+            all.degenerate.add(|| format!("line {}", rows.line));
         }
     }
-
-    let mut notices: Vec<String> = degenerate.notice(path).into_iter().collect();
-    if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
-        notices.push(format!(
-            "{}: the lines after the last face are not used",
-            path.display()
-        ));
-    } else if !rows.lines.ended_with_newline() {
-        let path = path.display();
-        notices.push(format!(
-            "{path}: the last line has no line end; the file may be cut off"
-        ));
-    }
-    if polygons.len() == 0 {
-        return Err(FormatError::whole(
-            path,
-            format!("no faces, only {vertices} vertices: nothing to see"),
-        ));
-    }
-    if normals.contains(&[0.0; 3]) {
-        let path = path.display();
-        notices.push(format!(
-            "{path}: normals without a direction; all normals are ignored"
-        ));
-        normals.clear();
-    }
-    let face_colors = face_colors.linear("faces", path, &mut notices)?;
-    let mut colors = Vec::new();
-    let position = |c: Corner| mesh.vertices[c.position as usize];
-    polygons.triangles(
-        0..polygons.len(),
-        path,
-        &mut assets.budget,
-        position,
-        |polygon, triangle| {
-            mesh.triangles.push(triangle.map(|corner| corner.position));
-            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
-        },
-    )?;
-    mesh.face_colors = face_colors.map(|_| colors);
-    mesh.vertex_colors = vertex_colors.linear("vertices", path, &mut notices)?;
-    mesh.normals = (!normals.is_empty()).then_some(normals);
-    mesh.uvs = kind.uvs.then_some(uvs);
-    Ok(MeshFile::from_mesh(mesh, notices))
+    Ok(all)
 }
 
 /// The lines that say something, one by one.

@@ -1,5 +1,4 @@
 //! One table of everything that can be loaded.
-
 use std::fs::File;
 use std::io;
 use std::path::Path;

@@ -3,7 +3,6 @@
 //! Whether it is binary is told by its length, not by how it begins: many binary files begin with "solid" too. Corners at
 //! exactly the same place become one vertex. Facet normals follow from the corners and are not read; the two bytes after
 //! each binary facet, which some programs use for colours, are passed over.
-
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;

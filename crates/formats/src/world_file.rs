@@ -1,5 +1,4 @@
 //! World files: TOML to a [`World`].
-
 use std::ops::Range;
 use std::path::Path;
 

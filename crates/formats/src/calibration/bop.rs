@@ -1,6 +1,5 @@
 //! BOP: `scene_camera.json` (cam_K, cam_R_w2c, cam_t_w2c in millimetres for each image) and `camera.json` (fx fy cx cy
 //! width height of all). Source: bop_toolkit, docs/bop_datasets_format.md. The world is in metres.
-
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -10,7 +9,9 @@ use raycam_scene::PixelCenter;
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -24,7 +25,7 @@ pub(super) fn read(
     _: &mut AssetRoot,
     _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let node = yaml::parse(text(source)?, &source.path)?;
+    let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let scale = |at: &Cursor<'_>| at.get("depth_scale").map(|at| at.number()).transpose();

@@ -3,7 +3,6 @@
 //! `T_cam_imu` (camera from body), or `T_imu_cam` as OpenVINS writes it, is the pose where every camera has it; else
 //! `T_cn_cnm1` (from the camera before) makes a chain that begins at cam0. Source: Kalibr's wiki, "Yaml formats" and
 //! "Supported models".
-
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -13,8 +12,10 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows34, quoted};
 use crate::calibration::document::yaml;
-use crate::calibration::rig_mount::{one_rig, poses_on_one_rig};
-use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
+use crate::calibration::rig::{one_rig, poses_on_one_rig};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -41,7 +42,7 @@ pub(super) fn read(
     _: &mut AssetRoot,
     _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let node = yaml::parse(text(source)?, &source.path)?;
+    let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let cameras: Vec<_> = root.entries()?;

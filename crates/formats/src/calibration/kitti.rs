@@ -2,25 +2,25 @@
 //! poses of 12 numbers a line, world from camera (cvlibs.net/datasets/kitti, the development kits' readmes).
 //!
 //! `P` projects points of rectified camera 0, which is the world here; `Tr` and its kin, from other sensors, are noticed.
-
 use std::collections::HashMap;
 use std::path::Path;
 
+use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use glam::{DMat3, DVec3};
-
-use super::tum::{lines, looks_like, numbers};
-use super::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
 use crate::calibration::document::number_format::{joined, matrix_rows34};
+use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
 use crate::calibration::document::rigid;
-use crate::calibration::rig_mount::{one_rig, poses_on_one_rig};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
+use crate::calibration::rig::{one_rig, poses_on_one_rig};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 pub(super) fn detect(_: &Path, text: &str) -> bool {
-    lines(text).any(|(_, line)| {
+    data_lines(text).any(|(_, line)| {
         ["P0:", "P2:", "P_rect_00:", "K_00:"]
             .iter()
             .any(|key| line.starts_with(key))
@@ -40,7 +40,7 @@ pub(super) fn read(
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
     let mut places = HashMap::new();
-    for (line, row) in lines(text(source)?) {
+    for (line, row) in data_lines(source.text()?) {
         let Some((key, values)) = row.split_once(':') else {
             return Err(FormatError::line(path, line, "expected KEY: numbers"));
         };
@@ -185,7 +185,7 @@ pub(super) fn read_poses(
     _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
-    for (i, (line, row)) in lines(text(source)?).enumerate() {
+    for (i, (line, row)) in data_lines(source.text()?).enumerate() {
         let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
         let (r, c) = rigid(&numbers(&source.path, line, row)?);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));

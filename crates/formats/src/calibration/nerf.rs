@@ -1,7 +1,6 @@
 //! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which has one angle
 //! for all intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the centre of the first
 //! pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
-
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -11,7 +10,9 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -72,7 +73,7 @@ pub(super) fn read(
     _: &mut AssetRoot,
     known: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let node = yaml::parse(text(source)?, &source.path)?;
+    let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration {
         notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat()),

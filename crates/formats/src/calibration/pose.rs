@@ -1,5 +1,4 @@
 //! Poses as files have them: a matrix or a quaternion, from world to camera or back.
-
 use glam::{DMat3, DQuat, DVec3};
 
 /// The rotation of a pose.
@@ -129,7 +128,7 @@ impl Pose {
     }
 
     /// Makes a matrix within 1e-3 of a rotation, and further than 1e-6, the nearest one; gives how far it was.
-    pub(super) fn orthonormalize(&mut self) -> Option<f64> {
+    pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else {
             return None;
         };

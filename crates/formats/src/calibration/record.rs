@@ -1,12 +1,10 @@
 //! One camera of a file, with its numbers as the file has them.
-
-use std::path::Path;
-
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
 
-use super::{Pose, ReadHints, RigMount};
+use crate::calibration::pose::Pose;
+use crate::calibration::rig_mount::RigMount;
 use crate::error::FormatError;
 
 /// A camera as a file has it, before it becomes a [`Camera`].
@@ -98,14 +96,14 @@ impl CameraRecord {
     }
 
     /// camera_from_world and the centre.
-    pub(super) fn r_c(&self) -> (DMat3, DVec3) {
+    pub(crate) fn r_c(&self) -> (DMat3, DVec3) {
         self.pose
             .as_ref()
             .map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
     }
 
     /// Its pose, from the matrix where it has only that.
-    pub(super) fn require_pose(&self) -> Result<Pose, FormatError> {
+    pub(crate) fn require_pose(&self) -> Result<Pose, FormatError> {
         match (&self.pose, self.matrix) {
             (Some(pose), _) => Ok(pose.clone()),
             (None, Some(matrix)) => {
@@ -116,7 +114,7 @@ impl CameraRecord {
         }
     }
 
-    pub(super) fn require_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
+    pub(crate) fn require_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
         self.size.ok_or_else(|| {
             FormatError::Encode(format!(
                 "camera {:?}: its file does not say how large its picture is, which {what} needs: give it (--size \
@@ -128,7 +126,7 @@ impl CameraRecord {
     }
 
     /// K, from the matrix where it has only that.
-    pub(super) fn require_k(&self, what: &str) -> Result<DMat3, FormatError> {
+    pub(crate) fn require_k(&self, what: &str) -> Result<DMat3, FormatError> {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
             (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
@@ -153,7 +151,7 @@ impl CameraRecord {
     }
 
     /// K with the pixel centres that a format has.
-    pub(super) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3, FormatError> {
+    pub(crate) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3, FormatError> {
         let mut k = self.require_k(format)?;
         let shift = center.offset() - self.pixel_center.offset();
         if shift != 0.0 {
@@ -164,7 +162,7 @@ impl CameraRecord {
     }
 
     /// fx, fy, cx, cy of a format that has no skew.
-    pub(super) fn focals_with(
+    pub(crate) fn focals_with(
         &self,
         center: PixelCenter,
         format: &str,
@@ -177,7 +175,7 @@ impl CameraRecord {
     }
 
     /// The error of what a format does not hold.
-    pub(super) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
+    pub(crate) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
         FormatError::Encode(format!(
             "camera {:?}: {format} cannot hold {what}",
             self.name
@@ -185,7 +183,7 @@ impl CameraRecord {
     }
 
     /// Refuses a lens.
-    pub(super) fn require_pinhole(&self, format: &str) -> Result<(), FormatError> {
+    pub(crate) fn require_pinhole(&self, format: &str) -> Result<(), FormatError> {
         match self.lens.coefficients() {
             None => Ok(()),
             Some((model, coefficients)) => Err(self.unsupported_error(
@@ -195,33 +193,8 @@ impl CameraRecord {
         }
     }
 
-    /// Fills in what the file leaves open, and checks the rest.
-    pub(super) fn fill_missing(
-        &mut self,
-        known: &ReadHints,
-        path: &Path,
-    ) -> Result<(), FormatError> {
-        if let (None, None, Some(intrinsics)) = (self.k, self.matrix, &known.intrinsics) {
-            self.k = intrinsics.k;
-            self.lens = intrinsics.lens.clone();
-            self.size = intrinsics.size;
-            self.pixel_center = intrinsics.pixel_center;
-        }
-        if self.size.is_none() {
-            self.size = known.size;
-        }
-        if self.size.is_some() && (self.k.is_some() || self.matrix.is_some()) {
-            let mut check = self.clone();
-            check.orthonormalize();
-            check.camera().map_err(|error| {
-                FormatError::whole(path, format!("camera {:?}: {error}", self.name))
-            })?;
-        }
-        Ok(())
-    }
-
     /// Makes a matrix that is nearly a rotation one, and says so.
-    pub(super) fn orthonormalize(&mut self) -> Option<String> {
+    pub(crate) fn orthonormalize(&mut self) -> Option<String> {
         let off = self.pose.as_mut()?.orthonormalize()?;
         Some(format!(
             "camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used",

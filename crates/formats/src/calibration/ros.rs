@@ -1,7 +1,6 @@
 //! ROS CameraInfo: the YAML of `camera_info_manager` and the message itself (`sensor_msgs/msg/CameraInfo`), of ROS 1
 //! (D K R P) and 2 (d k r p). The camera is that of the raw picture: K and D, cropped and binned as `image_geometry`
 //! does; R and P are those of the rectified one.
-
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -11,7 +10,8 @@ use raycam_scene::{LensModel, PixelCenter};
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints, stem, text};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -56,16 +56,17 @@ pub(super) fn read(
     _: &mut AssetRoot,
     _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let node = yaml::parse(text(source)?, &source.path)?;
+    let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let either = |keys: &[&str]| {
         root.any(keys)
             .ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])))
     };
     let mut notices = root.unknown_keys(&KEYS);
-    let name = root
-        .get("camera_name")
-        .map_or_else(|| Ok(stem(&source.path)), |at| at.word().map(str::to_owned))?;
+    let name = root.get("camera_name").map_or_else(
+        || Ok(source.stem().unwrap_or_else(|| "camera".into())),
+        |at| at.word().map(str::to_owned),
+    )?;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let mut size = [
         either(&["image_width", "width"])?.count()?,
@@ -81,38 +82,7 @@ pub(super) fn read(
     };
     record.lens = distortion.as_ref().unwrap_or(&root).lens(model, &d)?;
     let full = size;
-    let count = |at: &Cursor<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
-    if let Some(roi) = root.get("roi") {
-        let [x, y, width, height] = [
-            count(&roi, "x_offset")?,
-            count(&roi, "y_offset")?,
-            count(&roi, "width")?,
-            count(&roi, "height")?,
-        ];
-        if width > 0 || height > 0 {
-            let fits = |start: u32, length: u32, all: u32| {
-                u64::from(start) + u64::from(length) <= u64::from(all)
-            };
-            if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
-                return Err(roi.fail("it leaves the picture"));
-            }
-            k.z_axis -= DVec3::new(f64::from(x), f64::from(y), 0.0);
-            size = [width, height];
-        }
-    }
-    let binning = [
-        count(&root, "binning_x")?.max(1),
-        count(&root, "binning_y")?.max(1),
-    ];
-    if binning != [1, 1] {
-        let scale = DVec3::new(
-            1.0 / f64::from(binning[0]),
-            1.0 / f64::from(binning[1]),
-            1.0,
-        );
-        k = DMat3::from_diagonal(scale) * k;
-        size = [size[0] / binning[0], size[1] / binning[1]];
-    }
+    crop_and_bin(&root, &mut k, &mut size)?;
     if size != full {
         notices.push(format!(
             "roi and binning: the camera takes {} x {} of {} x {} pixels, K as image_geometry has it",
@@ -141,6 +111,43 @@ pub(super) fn read(
         records: vec![record],
         notices,
     })
+}
+
+/// Applies `roi` and `binning_x`, `binning_y` to K and the size.
+fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result<(), FormatError> {
+    let count = |at: &Cursor<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
+    if let Some(roi) = root.get("roi") {
+        let [x, y, width, height] = [
+            count(&roi, "x_offset")?,
+            count(&roi, "y_offset")?,
+            count(&roi, "width")?,
+            count(&roi, "height")?,
+        ];
+        if width > 0 || height > 0 {
+            let fits = |start: u32, length: u32, all: u32| {
+                u64::from(start) + u64::from(length) <= u64::from(all)
+            };
+            if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
+                return Err(roi.fail("it leaves the picture"));
+            }
+            k.z_axis -= DVec3::new(f64::from(x), f64::from(y), 0.0);
+            *size = [width, height];
+        }
+    }
+    let binning = [
+        count(root, "binning_x")?.max(1),
+        count(root, "binning_y")?.max(1),
+    ];
+    if binning != [1, 1] {
+        let scale = DVec3::new(
+            1.0 / f64::from(binning[0]),
+            1.0 / f64::from(binning[1]),
+            1.0,
+        );
+        *k = DMat3::from_diagonal(scale) * *k;
+        *size = [size[0] / binning[0], size[1] / binning[1]];
+    }
+    Ok(())
 }
 
 pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {

@@ -1,57 +1,17 @@
 //! TUM trajectories: `timestamp tx ty tz qx qy qz qw` a line, world from camera (cvg.cit.tum.de, "File Formats").
-
 use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::PixelCenter;
 
-use super::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
 use crate::calibration::document::number_format::{joined, yaml_float};
+use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
-
-/// The lines of a text that say something, with their numbers.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let numbered = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()));
-    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
-}
-
-/// So many finite numbers of a line.
-pub(super) fn numbers<const N: usize>(
-    path: &Path,
-    line: usize,
-    text: &str,
-) -> Result<[f64; N], FormatError> {
-    let mut values = Vec::with_capacity(N);
-    for word in text.split_whitespace() {
-        match word.parse::<f64>() {
-            Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
-            Ok(_) if values.len() > N => break,
-            _ => {
-                let message = format!("{word:?}: expected a finite number");
-                return Err(FormatError::line(path, line, message));
-            }
-        }
-    }
-    let count = values.len();
-    values
-        .try_into()
-        .map_err(|_| FormatError::line(path, line, format!("{count} numbers, expected {N}")))
-}
-
-/// Whether the first lines are of so many numbers.
-pub(super) fn looks_like(text: &str, count: usize) -> bool {
-    let mut first = lines(text).take(3).peekable();
-    first.peek().is_some()
-        && first.all(|(_, line)| {
-            let mut words = line.split_whitespace();
-            words.clone().count() == count && words.all(|word| word.parse::<f64>().is_ok())
-        })
-}
 
 pub(super) fn detect(_: &Path, text: &str) -> bool {
     looks_like(text, 8)
@@ -63,7 +23,7 @@ pub(super) fn read(
     _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
-    for (line, row) in lines(text(source)?) {
+    for (line, row) in data_lines(source.text()?) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
         if qx.hypot(qy).hypot(qz).hypot(qw) < 1e-6 {
             return Err(FormatError::line(

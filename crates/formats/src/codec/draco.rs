@@ -1,5 +1,4 @@
 //! Meshes compressed by Draco, bitstream 2.2: glTF's `KHR_draco_mesh_compression`.
-
 use std::path::Path;
 
 use draco_core::draco_types::DataType;

@@ -1,5 +1,4 @@
 //! OpenEXR out: all channels of a frame in one part, lossless.
-
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer as Part};
 use ::exr::meta::attribute::{AttributeValue, LineOrder, Text};
@@ -113,39 +112,7 @@ pub fn encode(
             layers.len()
         )));
     }
-    let mut channels = Vec::new();
-    for layer in layers {
-        let expected = columns
-            .checked_mul(rows)
-            .and_then(|n| n.checked_mul(layer.components));
-        if expected != Some(layer.samples.len()) {
-            return Err(FormatError::Encode(format!(
-                "EXR: layer {:?} has {} values, expected {columns} x {rows} x {}",
-                layer.name,
-                layer.samples.len(),
-                layer.components
-            )));
-        }
-        for (component, name) in channel_names(layer)?.iter().enumerate() {
-            channels.push(AnyChannel {
-                name: text(name)?,
-                sample_data: layer.samples.plane(component, layer.components),
-                quantize_linearly: false,
-                sampling: Vec2(1, 1),
-            });
-        }
-    }
-    channels.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some(twice) = channels
-        .windows(2)
-        .find(|pair| pair[0].name == pair[1].name)
-    {
-        return Err(FormatError::Encode(format!(
-            "EXR: two channels are named {}",
-            twice[0].name
-        )));
-    }
-
+    let channels = channels_of(layers, [columns, rows])?;
     let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions((columns, rows)));
     let mut header = camera.map_or(Vec::new(), camera_attributes);
     header.push((
@@ -190,6 +157,46 @@ pub fn encode(
     let mut file = file.into_inner();
     sort_header(&mut file);
     Ok(file)
+}
+
+/// The channels of all layers, in the order of their names.
+fn channels_of(
+    layers: &[Layer<'_>],
+    [columns, rows]: [usize; 2],
+) -> Result<Vec<AnyChannel<FlatSamples>>, FormatError> {
+    let mut channels = Vec::new();
+    for layer in layers {
+        let expected = columns
+            .checked_mul(rows)
+            .and_then(|n| n.checked_mul(layer.components));
+        if expected != Some(layer.samples.len()) {
+            return Err(FormatError::Encode(format!(
+                "EXR: layer {:?} has {} values, expected {columns} x {rows} x {}",
+                layer.name,
+                layer.samples.len(),
+                layer.components
+            )));
+        }
+        for (component, name) in channel_names(layer)?.iter().enumerate() {
+            channels.push(AnyChannel {
+                name: text(name)?,
+                sample_data: layer.samples.plane(component, layer.components),
+                quantize_linearly: false,
+                sampling: Vec2(1, 1),
+            });
+        }
+    }
+    channels.sort_by(|a, b| a.name.cmp(&b.name));
+    if let Some(twice) = channels
+        .windows(2)
+        .find(|pair| pair[0].name == pair[1].name)
+    {
+        return Err(FormatError::Encode(format!(
+            "EXR: two channels are named {}",
+            twice[0].name
+        )));
+    }
+    Ok(channels)
 }
 
 /// Brings the attributes of the header into the order of their names: the crate writes them in the order of a hash map,

@@ -1,5 +1,4 @@
 //! Radiance HDR out: pictures of light in four bytes a pixel.
-
 use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
 

@@ -1,5 +1,4 @@
 //! PNG out (W3C PNG, third edition), always marked as sRGB.
-
 use crate::error::FormatError;
 
 /// The samples of an image, row-major from the top left, channels together.

@@ -1,5 +1,4 @@
 //! Polygons to triangles, by cutting ears (Meisters 1975).
-
 use std::collections::VecDeque;
 
 use glam::{DVec2, DVec3};

@@ -1,5 +1,4 @@
 //! The polygons of a file, and the triangles they become.
-
 use std::ops::Range;
 use std::path::Path;
 

@@ -1,5 +1,4 @@
 //! The corners of a polygon that can lie in an ear, found by where they are.
-
 use glam::DVec2;
 
 /// The corners of a leaf, at most.

@@ -1,8 +1,6 @@
 //! Cutting polygons: every triangulation covers the polygon once.
-
-use glam::DVec3;
-
 use glam::DQuat;
+use glam::DVec3;
 
 use crate::geometry::ear_clipping::*;
 

@@ -1,5 +1,4 @@
 //! Corners with attributes of their own to vertices: a position is repeated only where its attributes differ.
-
 use std::collections::HashMap;
 
 /// A corner of a face: indices of a position, of texture coordinates and of a normal.

@@ -1,5 +1,4 @@
 //! Corners at exactly the same point made one vertex.
-
 use std::convert::Infallible;
 use std::hash::{BuildHasher, RandomState};
 use std::sync::OnceLock;
@@ -15,7 +14,7 @@ pub(crate) trait WeldKey: Copy + Send + Sync {
     /// Equal where the points are.
     fn bits(self) -> Self::Bits;
 
-    fn hash(self, secret: HashSeed) -> u64;
+    fn hash(self, seed: HashSeed) -> u64;
 }
 
 // Adding 0 makes -0 and 0 the same.
@@ -69,7 +68,7 @@ pub(crate) struct VertexWelder<P> {
     pub(crate) points: Vec<P>,
     /// One more than an index into `points`, or 0; probe from where the hash says. At least twice as long as `points`.
     table: Vec<u32>,
-    secret: HashSeed,
+    seed: HashSeed,
 }
 
 impl<P: WeldKey> Default for VertexWelder<P> {
@@ -80,7 +79,7 @@ impl<P: WeldKey> Default for VertexWelder<P> {
 
 impl<P: WeldKey> VertexWelder<P> {
     /// With capacity for so many points, and it grows.
-    fn new(secret: HashSeed, capacity: usize) -> Self {
+    fn new(seed: HashSeed, capacity: usize) -> Self {
         let length = match capacity {
             0 => 0,
             capacity => (2 * capacity).next_power_of_two(),
@@ -88,13 +87,13 @@ impl<P: WeldKey> VertexWelder<P> {
         Self {
             points: Vec::with_capacity(capacity),
             table: vec![0; length],
-            secret,
+            seed,
         }
     }
 
     /// The index of a point.
     pub(crate) fn insert(&mut self, point: P) -> u32 {
-        self.insert_hashed(point, point.hash(self.secret))
+        self.insert_hashed(point, point.hash(self.seed))
     }
 
     #[inline]
@@ -136,7 +135,7 @@ impl<P: WeldKey> VertexWelder<P> {
         self.table.clear();
         self.table.resize(length, 0);
         for (i, &point) in self.points.iter().enumerate() {
-            let mut at = point.hash(self.secret) as usize & (length - 1);
+            let mut at = point.hash(self.seed) as usize & (length - 1);
             while self.table[at] != 0 {
                 at = (at + 1) & (length - 1);
             }
@@ -159,88 +158,40 @@ struct WeldBlock {
     shards: Vec<Vec<(u32, [f32; 3])>>,
 }
 
-/// The triangles of corners that `read` writes block by block, which gets the number of a block's first triangle: the points,
-/// each once and in the order in which they came first, and the triangles that refer to them, as one core after the other
-/// would have made them. Three times `count` is less than 2³².
+/// Reads triangles block by block and welds their corners: the points, each once and in the order of first use, and the
+/// triangles as indices. The result does not depend on the number of threads.
+///
+/// `read` gets the index of the first triangle of a block, and writes the corners of each triangle of the block. Three times
+/// `count` is less than 2³².
 ///
 /// # Errors
-/// That of the first block that has one.
+/// The error of the first block that has one.
 pub(crate) fn weld_triangles<E: Send>(
     count: usize,
     block: usize,
     read: impl Fn(usize, &mut dyn FnMut([[f32; 3]; 3])) -> Result<(), E> + Sync,
 ) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), E> {
-    let secret = HashSeed::draw();
+    let seed = HashSeed::draw();
     let mut triangles = vec![[0; 3]; count];
     let blocks: Vec<OnceLock<WeldBlock>> = (0..count.div_ceil(block))
         .map(|_| OnceLock::new())
         .collect();
     parallel::fill_blocks(&mut triangles, block, |first, triangles| {
-        let mut weld = VertexWelder::new(secret, triangles.len());
-        let mut shards = vec![Vec::new(); SHARDS];
-        let mut left = triangles.iter_mut();
-        read(first, &mut |corners| {
-            if let Some(triangle) = left.next() {
-                for (corner, point) in triangle.iter_mut().zip(corners) {
-                    let (hash, known) = (point.hash(secret), weld.points.len());
-                    *corner = weld.insert_hashed(point, hash);
-                    if *corner as usize == known {
-                        shards[shard_of(hash)].push((*corner, point));
-                    }
-                }
-            }
-        })?;
-        // Nobody else sets that of this block.
-        let _ = blocks[first / block].set(WeldBlock {
-            points: weld.points,
-            shards,
-        });
+        let welded = weld_block(seed, triangles, |each| read(first, each))?;
+        // Each block is set once, by the thread that reads it.
+        let _ = blocks[first / block].set(welded);
         Ok(())
     })?;
     let blocks: Vec<WeldBlock> = blocks
         .into_iter()
         .filter_map(OnceLock::into_inner)
         .collect();
-    // Places have numbers through all blocks; which ones were there before, and as what number.
+    // Points are numbered through all blocks.
     let mut starts = vec![0];
     for block in &blocks {
         starts.push(starts[starts.len() - 1] + block.points.len() as u32);
     }
-    let shards: Vec<usize> = match blocks.len() {
-        0 | 1 => Vec::new(),
-        _ => (0..SHARDS).collect(),
-    };
-    let again = parallel::par_map(&shards, |&shard| {
-        let count = blocks.iter().map(|block| block.shards[shard].len()).sum();
-        let mut weld = VertexWelder::new(secret, count);
-        let (mut firsts, mut again) = (Vec::with_capacity(count), Vec::new());
-        for (block, start) in blocks.iter().zip(&starts) {
-            for &(i, point) in &block.shards[shard] {
-                let (index, number) = (weld.insert(point), start + i);
-                if index as usize == firsts.len() {
-                    firsts.push(number);
-                } else {
-                    again.push((number, firsts[index as usize]));
-                }
-            }
-        }
-        again
-    });
-    const VACANT: u32 = u32::MAX;
-    let mut indices = vec![VACANT; starts[blocks.len()] as usize];
-    for (number, before) in again.into_iter().flatten() {
-        indices[number as usize] = before;
-    }
-    let mut firsts = Vec::with_capacity(indices.len());
-    for number in 0..indices.len() {
-        indices[number] = match indices[number] {
-            VACANT => {
-                firsts.push(number as u32);
-                firsts.len() as u32 - 1
-            }
-            before => indices[before as usize],
-        };
-    }
+    let (indices, firsts) = unique_points(&blocks, &starts, seed);
     let mut points = vec![[0.0; 3]; firsts.len()];
     let Ok(()) = parallel::fill_blocks(&mut points, block, |first, points| {
         let firsts = &firsts[first..first + points.len()];
@@ -260,9 +211,76 @@ pub(crate) fn weld_triangles<E: Send>(
         }
         Ok::<(), Infallible>(())
     });
-    // Takes no time: the same numbers at the same points.
+    // Optimised to a no-op: the same layout.
     let points = points.into_iter().map(DVec3::from_array).collect();
     Ok((points, triangles))
+}
+
+/// Welds the triangles of one block by themselves.
+fn weld_block<E>(
+    seed: HashSeed,
+    triangles: &mut [[u32; 3]],
+    read: impl FnOnce(&mut dyn FnMut([[f32; 3]; 3])) -> Result<(), E>,
+) -> Result<WeldBlock, E> {
+    let mut weld = VertexWelder::new(seed, triangles.len());
+    let mut shards = vec![Vec::new(); SHARDS];
+    let mut left = triangles.iter_mut();
+    read(&mut |corners| {
+        if let Some(triangle) = left.next() {
+            for (corner, point) in triangle.iter_mut().zip(corners) {
+                let (hash, known) = (point.hash(seed), weld.points.len());
+                *corner = weld.insert_hashed(point, hash);
+                if *corner as usize == known {
+                    shards[shard_of(hash)].push((*corner, point));
+                }
+            }
+        }
+    })?;
+    Ok(WeldBlock {
+        points: weld.points,
+        shards,
+    })
+}
+
+/// The index of every point of all blocks among the points that differ, and for each of those its first occurrence. Each
+/// shard of hashes is searched by one thread.
+fn unique_points(blocks: &[WeldBlock], starts: &[u32], seed: HashSeed) -> (Vec<u32>, Vec<u32>) {
+    let shards: Vec<usize> = match blocks.len() {
+        0 | 1 => Vec::new(),
+        _ => (0..SHARDS).collect(),
+    };
+    let repeated = parallel::par_map(&shards, |&shard| {
+        let count = blocks.iter().map(|block| block.shards[shard].len()).sum();
+        let mut weld = VertexWelder::new(seed, count);
+        let (mut firsts, mut repeated) = (Vec::with_capacity(count), Vec::new());
+        for (block, start) in blocks.iter().zip(starts) {
+            for &(i, point) in &block.shards[shard] {
+                let (index, number) = (weld.insert(point), start + i);
+                if index as usize == firsts.len() {
+                    firsts.push(number);
+                } else {
+                    repeated.push((number, firsts[index as usize]));
+                }
+            }
+        }
+        repeated
+    });
+    const VACANT: u32 = u32::MAX;
+    let mut indices = vec![VACANT; starts[blocks.len()] as usize];
+    for (number, before) in repeated.into_iter().flatten() {
+        indices[number as usize] = before;
+    }
+    let mut firsts = Vec::with_capacity(indices.len());
+    for number in 0..indices.len() {
+        indices[number] = match indices[number] {
+            VACANT => {
+                firsts.push(number as u32);
+                firsts.len() as u32 - 1
+            }
+            before => indices[before as usize],
+        };
+    }
+    (indices, firsts)
 }
 
 #[cfg(test)]

@@ -12,7 +12,6 @@ pub(crate) mod json;
 pub(crate) mod mesh;
 pub(crate) mod world;
 mod writer;
-
 use raycam_scene::{Up, World};
 
 use crate::error::FormatError;

@@ -1,7 +1,6 @@
 //! BMP in: the decoder of `image`, after a look at whether all of the picture is there.
 //!
 //! Source: Microsoft, "Bitmap Storage", BITMAPFILEHEADER, BITMAPCOREHEADER, BITMAPINFOHEADER and "Bitmap Compression".
-
 use std::io::Cursor;
 
 use ::image::codecs::bmp::BmpDecoder;

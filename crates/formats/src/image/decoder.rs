@@ -1,5 +1,4 @@
 //! State and helpers of every image decoder: budget, notices, and the conversions to texels.
-
 use std::path::Path;
 use std::sync::LazyLock;
 

@@ -1,5 +1,4 @@
 //! OpenEXR in: the first part that has colours.
-
 use std::io::Cursor;
 
 use ::exr::block::UncompressedBlock;
@@ -19,25 +18,7 @@ use crate::image::decoder::Decoder;
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let headers = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
     let headers = headers.map_err(|e| decoder_error(file, e))?.headers;
-    let has = |header: &Header, name: &str| {
-        let mut names = header.channels.list.iter().map(|c| &c.name);
-        names.any(|channel| channel.eq(name))
-    };
-    let colored = |header: &&Header| ["R", "G", "B"].iter().all(|name| has(header, name));
-    let grey = |header: &&Header| has(header, "Y") && !has(header, "RY");
-    let flat = || headers.iter().filter(|header| !header.deep);
-    let (part, colors) = if let Some(part) = flat().find(colored) {
-        (part, ["R", "G", "B"])
-    } else if let Some(part) = flat().find(grey) {
-        (part, ["Y"; 3])
-    } else if flat().next().is_none() {
-        return Err(file.unsupported("an EXR image of deep samples, expected flat ones"));
-    } else {
-        let names = flat().flat_map(|header| &header.channels.list);
-        let names: Vec<_> = names.map(|channel| channel.name.to_string()).collect();
-        let message = format!("channels {}, expected R, G and B, or Y", names.join(", "));
-        return Err(file.unsupported(message));
-    };
+    let (part, colored) = colored_part(file, &headers)?;
     let index = headers.iter().position(|header| std::ptr::eq(header, part));
     let index = index.unwrap_or_default();
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
@@ -58,7 +39,40 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         file.notice("only its data window is read, which is not its display window");
     }
 
-    let columns = part.layer_size.0;
+    let texels = read_pixels(file, part.layer_size.0, colored);
+    let texels = texels.map_err(|e| decoder_error(file, e))?;
+    let texels = file.float_texels(texels);
+    Ok(file.image(size, texels))
+}
+
+/// The first part with channels R, G and B (and true), or Y (and false).
+fn colored_part<'a>(
+    file: &Decoder<'_>,
+    headers: &'a [Header],
+) -> Result<(&'a Header, bool), FormatError> {
+    let has = |header: &Header, name: &str| {
+        let mut names = header.channels.list.iter().map(|c| &c.name);
+        names.any(|channel| channel.eq(name))
+    };
+    let colored = |header: &&Header| ["R", "G", "B"].iter().all(|name| has(header, name));
+    let grey = |header: &&Header| has(header, "Y") && !has(header, "RY");
+    let flat = || headers.iter().filter(|header| !header.deep);
+    if let Some(part) = flat().find(colored) {
+        Ok((part, true))
+    } else if let Some(part) = flat().find(grey) {
+        Ok((part, false))
+    } else if flat().next().is_none() {
+        Err(file.unsupported("an EXR image of deep samples, expected flat ones"))
+    } else {
+        let names = flat().flat_map(|header| &header.channels.list);
+        let names: Vec<_> = names.map(|channel| channel.name.to_string()).collect();
+        let message = format!("channels {}, expected R, G and B, or Y", names.join(", "));
+        Err(file.unsupported(message))
+    }
+}
+
+/// The texels of the first part that can be read, whose rows have `columns` pixels.
+fn read_pixels(file: &Decoder<'_>, columns: usize, colored: bool) -> Result<Vec<[f32; 4]>, Error> {
     let set =
         move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
             if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
@@ -72,7 +86,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             .specific_channels()
     };
     let bytes = Cursor::new(file.bytes);
-    let texels = if colors == ["Y"; 3] {
+    if !colored {
         let grey = reader().required("Y").optional("A", 1.0_f32);
         let set = move |texels: &mut _, at, (y, a): (f32, f32)| set(texels, at, (y, y, y, a));
         let image = grey
@@ -93,10 +107,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             .all_attributes();
         let image = image.non_parallel().from_buffered(bytes);
         image.map(|image| image.layer_data.channel_data.pixels)
-    };
-    let texels = texels.map_err(|e| decoder_error(file, e))?;
-    let texels = file.float_texels(texels);
-    Ok(file.image(size, texels))
+    }
 }
 
 /// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would

@@ -1,5 +1,4 @@
 //! Radiance HDR in: the decoder of `image`, and the orientations that it does not have.
-
 use std::io::Read;
 
 use ::image::codecs::hdr::HdrDecoder;

@@ -2,7 +2,6 @@
 //! missing with grey and says nothing.
 //!
 //! Source: ITU-T T.81, annexes B (segments), F (sequential) and G (progressive).
-
 use std::io::Cursor;
 
 use ::image::codecs::jpeg::JpegDecoder;

@@ -1,10 +1,10 @@
 //! KTX 2.0 in (Khronos KTX File LevelFormat Specification): Basis Universal textures, and plain ones.
+use std::io::{self, Read, Write};
 
 use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use half::f16;
 use raycam_scene::{Image, Texels};
 use ruzstd::decoding::StreamingDecoder;
-use std::io::{self, Read, Write};
 
 use crate::error::FormatError;
 use crate::image::decoder::{ColorUse, Decoder, grouped};
@@ -115,26 +115,45 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     Ok(file.image(header.size, texels))
 }
 
-/// Reads and checks the header, the level index and the data format descriptor.
-fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
-    let bytes = file.bytes;
-    if bytes.len() < HEADER_BYTES {
-        return Err(file.fault("ends within its header"));
+/// Little-endian numbers and byte ranges of a file.
+#[derive(Clone, Copy)]
+struct FileBytes<'a>(&'a [u8]);
+
+impl FileBytes<'_> {
+    fn u32(self, at: usize) -> u32 {
+        let bytes = self.0;
+        u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
     }
-    let u32_at =
-        |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
-    let u64_at = |at: usize| u64::from(u32_at(at)) | u64::from(u32_at(at + 4)) << 32;
-    // A part of the file as the range of its bytes.
-    let part = |what: &str, start: u64, length: u64| {
+
+    fn u64(self, at: usize) -> u64 {
+        u64::from(self.u32(at)) | u64::from(self.u32(at + 4)) << 32
+    }
+
+    /// Start and end of a part of the file, which `what` names in errors.
+    fn part(
+        self,
+        file: &Decoder<'_>,
+        what: &str,
+        start: u64,
+        length: u64,
+    ) -> Result<(usize, usize), FormatError> {
         let end = start.checked_add(length);
-        match end.filter(|&end| end <= bytes.len() as u64) {
+        match end.filter(|&end| end <= self.0.len() as u64) {
             Some(end) => Ok((start as usize, end as usize)),
             None => Err(file.fault(format!(
                 "ends early: {what} is {length} bytes from byte {start} on, the file has {}",
-                bytes.len()
+                self.0.len()
             ))),
         }
-    };
+    }
+}
+
+/// Reads and checks the header, the level index and the data format descriptor.
+fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
+    if file.bytes.len() < HEADER_BYTES {
+        return Err(file.fault("ends within its header"));
+    }
+    let bytes = FileBytes(file.bytes);
     let [
         vk_format,
         columns,
@@ -144,7 +163,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
         faces,
         levels,
         scheme,
-    ] = [12, 20, 24, 28, 32, 36, 40, 44].map(u32_at);
+    ] = [12, 20, 24, 28, 32, 36, 40, 44].map(|at| bytes.u32(at));
     if depth > 0 || layers > 0 || faces != 1 {
         let message = format!(
             "a KTX2 texture of depth {depth}, {layers} layers and {faces} faces, expected one picture"
@@ -155,51 +174,26 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
         return Err(file.fault(format!("{levels} levels")));
     }
     let levels = levels.max(1) as usize;
-    part(
-        "its level index",
-        HEADER_BYTES as u64,
-        (levels * LEVEL_ENTRY_BYTES) as u64,
-    )?;
+    let index_bytes = (levels * LEVEL_ENTRY_BYTES) as u64;
+    bytes.part(file, "its level index", HEADER_BYTES as u64, index_bytes)?;
     let mut largest = (0, 0);
     for level in (0..levels).rev() {
         let at = HEADER_BYTES + LEVEL_ENTRY_BYTES * level;
-        largest = part("a level", u64_at(at), u64_at(at + 8))?;
+        largest = bytes.part(file, "a level", bytes.u64(at), bytes.u64(at + 8))?;
     }
-    let unpacked = u64_at(HEADER_BYTES + 16);
-    part("its global data", u64_at(64), u64_at(72))?;
-    let keys = part(
-        "its key and value data",
-        u32_at(56).into(),
-        u32_at(60).into(),
-    )?;
-    check_keys(file, &bytes[keys.0..keys.1])?;
-    let descriptor = part(
-        "its format descriptor",
-        u32_at(48).into(),
-        u32_at(52).into(),
-    )?;
+    let unpacked = bytes.u64(HEADER_BYTES + 16);
+    bytes.part(file, "its global data", bytes.u64(64), bytes.u64(72))?;
+    let [start, length] = [56, 60].map(|at| bytes.u32(at).into());
+    let keys = bytes.part(file, "its key and value data", start, length)?;
+    check_keys(file, &file.bytes[keys.0..keys.1])?;
+    let [start, length] = [48, 52].map(|at| bytes.u32(at).into());
+    let descriptor = bytes.part(file, "its format descriptor", start, length)?;
     // The size of all descriptors, the header of the first, its colour model, primaries and transfer function.
-    let [model, _, transfer, flags] = match bytes[descriptor.0..descriptor.1].get(12..16) {
+    let [model, _, transfer, flags] = match file.bytes[descriptor.0..descriptor.1].get(12..16) {
         Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],
         _ => return Err(file.fault("no data format descriptor")),
     };
-    let format = match (vk_format, model) {
-        (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
-        (0, UASTC) if scheme != 1 => LevelFormat::Basis(SourceFormat::UastcLdr),
-        _ => plain_format(vk_format).ok_or_else(|| {
-            file.unsupported(format!(
-                "a KTX2 texture of Vulkan format {vk_format} and colour model {model}, expected ETC1S or UASTC, or \
-                 plain channels of 8, 16 or 32 bits"
-            ))
-        })?,
-    };
-    match (scheme, &format) {
-        (1, LevelFormat::Basis(_)) | (0 | 2, _) => {}
-        _ => {
-            let message = format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard");
-            return Err(file.unsupported(message));
-        }
-    }
+    let format = level_format(file, vk_format, model, scheme)?;
     Ok(Ktx2Header {
         format,
         size: [columns, rows],
@@ -214,6 +208,32 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
         srgb: transfer == SRGB,
         premultiplied: flags & 1 != 0,
     })
+}
+
+/// The format of the levels by Vulkan's format, the colour model of the descriptor and the supercompression.
+fn level_format(
+    file: &Decoder<'_>,
+    vk_format: u32,
+    model: u8,
+    scheme: u32,
+) -> Result<LevelFormat, FormatError> {
+    let format = match (vk_format, model) {
+        (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
+        (0, UASTC) if scheme != 1 => LevelFormat::Basis(SourceFormat::UastcLdr),
+        _ => plain_format(vk_format).ok_or_else(|| {
+            file.unsupported(format!(
+                "a KTX2 texture of Vulkan format {vk_format} and colour model {model}, expected ETC1S or UASTC, or \
+                 plain channels of 8, 16 or 32 bits"
+            ))
+        })?,
+    };
+    match (scheme, &format) {
+        (1, LevelFormat::Basis(_)) | (0 | 2, _) => Ok(format),
+        _ => {
+            let message = format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard");
+            Err(file.unsupported(message))
+        }
+    }
 }
 
 /// Refuses what would have to be turned or to change its channels: keys with other values than glTF allows.

@@ -1,5 +1,4 @@
 //! Opacity that has an image of its own: it goes into the alpha of the image of colours, which is where opacity is.
-
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;

@@ -14,7 +14,6 @@ pub(crate) mod texture;
 mod tga;
 mod webp;
 mod webp_lossless;
-
 use std::path::Path;
 
 use raycam_scene::Image;

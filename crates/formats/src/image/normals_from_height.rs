@@ -1,5 +1,4 @@
 //! Maps of heights: they become maps of normals, which is what a material has.
-
 use std::path::Path;
 
 use raycam_scene::{Image, Texels, Texture, Wrap};

@@ -1,5 +1,4 @@
 //! PNG in: the decoder of `image`.
-
 use std::io::Cursor;
 
 use ::image::codecs::png::PngDecoder;

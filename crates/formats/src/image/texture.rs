@@ -1,5 +1,4 @@
 //! Images as textures.
-
 use std::path::Path;
 use std::sync::Arc;
 

@@ -1,7 +1,6 @@
 //! TGA in: the decoder of `image`, after a look at whether all of the picture is there.
 //!
 //! Source: Truevision TGA File Format Specification 2.0, "TGA file header" and "Image data".
-
 use std::io::Cursor;
 
 use ::image::codecs::tga::TgaDecoder;

@@ -1,7 +1,6 @@
 //! WebP in: the decoder of `image`, after a look at whether all of the picture is there.
 //!
 //! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy picture).
-
 use std::io::Cursor;
 
 use ::image::codecs::webp::WebPDecoder;

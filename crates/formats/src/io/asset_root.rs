@@ -1,5 +1,4 @@
 //! The folder that a world may read from: I/O alone, no formats.
-
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Component, Path, PathBuf};

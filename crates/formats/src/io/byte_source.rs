@@ -2,7 +2,6 @@
 //!
 //! To touch memory for the first time takes several times as long as to read from the file cache into memory that is in
 //! use. What is decoded into arrays anyway need not be in memory as a whole before.
-
 use std::borrow::Cow;
 use std::fs::File;
 use std::io;

@@ -1,5 +1,4 @@
 //! The last line of defence around decoders that others wrote.
-
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;

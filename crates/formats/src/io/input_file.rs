@@ -1,5 +1,4 @@
 //! A file that a reader gets: its path for errors, and its bytes.
-
 use std::fs::File;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -50,5 +49,11 @@ impl InputFile {
     pub(crate) fn text(&self) -> Result<&str, FormatError> {
         std::str::from_utf8(&self.bytes)
             .map_err(|error| FormatError::byte(&self.path, error.valid_up_to(), "not UTF-8 text"))
+    }
+
+    /// The name of the file without its last extension.
+    pub(crate) fn stem(&self) -> Option<String> {
+        let stem = self.path.file_stem()?;
+        Some(stem.to_string_lossy().into_owned())
     }
 }

@@ -1,5 +1,4 @@
 //! Text in bytes: lines, words and numbers, without copying.
-
 use std::path::Path;
 
 use crate::error::FormatError;

@@ -1,5 +1,4 @@
 //! Work on many cores, with results that do not depend on how many.
-
 use std::panic;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};

@@ -1,7 +1,5 @@
 //! From the statements of an OBJ file to the meshes and materials they mean.
-
 use std::collections::HashMap;
-use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
@@ -11,9 +9,9 @@ use crate::error::FormatError;
 use crate::geometry::polygons::Polygons;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
 use crate::io::asset_root::AssetRoot;
-use crate::obj::Obj;
-use crate::obj::chunk::StateRun;
+use crate::obj::chunk::RunRange;
 use crate::obj::materials::Materials;
+use crate::obj::parse::Obj;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
 pub(crate) fn build(
@@ -56,12 +54,6 @@ pub(crate) fn build(
     Ok(model)
 }
 
-/// Polygons to which the same applies; at least one.
-pub(crate) struct RunRange {
-    pub(crate) run: StateRun,
-    polygons: Range<usize>,
-}
-
 /// The name of each part and what belongs to it, in the order of their first faces.
 fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     let mut parts: Vec<(String, Vec<RunRange>)> = Vec::new();
@@ -92,23 +84,11 @@ fn build_part(
     vertices: &mut VertexDeduper,
     materials: &Materials,
 ) -> Result<MeshPart, FormatError> {
-    let count: usize = runs.iter().map(|run| run.polygons.len()).sum();
-    let used = if count == obj.polygons.len() {
-        None
-    } else {
-        let polygons = runs.iter().flat_map(|run| run.polygons.clone());
-        let mut used: Vec<u32> = polygons
-            .flat_map(|p| obj.polygons.get(p))
-            .map(|c| c.position)
-            .collect();
-        used.sort_unstable();
-        used.dedup();
-        Some(used)
-    };
-    let begin = |vertices: &mut VertexDeduper| {
+    let used = used_positions(obj, runs);
+    let begin = |vertices: &mut VertexDeduper, positions: usize| {
         vertices.clear();
         match &used {
-            None => vertices.reserve(0..obj.positions.len() as u32),
+            None => vertices.reserve(0..positions as u32),
             Some(used) => vertices.reserve(used.iter().copied()),
         }
     };
@@ -116,7 +96,7 @@ fn build_part(
         .iter()
         .any(|run| run.run.smoothing.is_some_and(|group| group > 0))
     {
-        begin(vertices);
+        begin(vertices, obj.positions.len());
         smooth(
             &mut obj.polygons,
             &obj.positions,
@@ -131,24 +111,83 @@ fn build_part(
     };
     let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NO_INDEX);
     let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NO_INDEX);
-    // The file's vertices are the mesh's: nothing is there that could differ between their corners.
+    // Without attributes of corners, the vertices of the file are those of the mesh.
     let plain = used.is_none() && !has_uvs && !has_normals;
     if !plain {
-        begin(vertices);
+        begin(vertices, obj.positions.len());
     }
+    let vertex_of = |corner: Corner| match plain {
+        true => corner.position,
+        false => vertices.vertex_of(corner),
+    };
+    let cut = cut_polygons(obj, runs, has_normals, path, assets, materials, vertex_of)?;
+    let mut mesh = Mesh {
+        triangles: cut.triangles,
+        material_slots: (cut.materials.len() > 1).then_some(cut.slots),
+        ..Mesh::default()
+    };
+    if plain {
+        mesh.vertices = std::mem::take(&mut obj.positions);
+        mesh.vertex_colors = Some(std::mem::take(&mut obj.colors)).filter(|c| !c.is_empty());
+    } else {
+        gather_attributes(&mut mesh, obj, &vertices.corner_of, has_uvs, has_normals);
+    }
+    Ok(MeshPart {
+        name,
+        mesh,
+        materials: cut.materials,
+    })
+}
 
+/// The positions that these polygons use, in order; `None` where they are all polygons of the file.
+fn used_positions(obj: &Obj, runs: &[RunRange]) -> Option<Vec<u32>> {
+    let count: usize = runs.iter().map(|run| run.polygons.len()).sum();
+    if count == obj.polygons.len() {
+        return None;
+    }
+    let polygons = runs.iter().flat_map(|run| run.polygons.clone());
+    let mut used: Vec<u32> = polygons
+        .flat_map(|p| obj.polygons.get(p))
+        .map(|c| c.position)
+        .collect();
+    used.sort_unstable();
+    used.dedup();
+    Some(used)
+}
+
+/// Triangles of a part.
+struct CutPolygons {
+    triangles: Vec<[u32; 3]>,
+    /// Index into `materials` of each triangle; empty where all have one material.
+    slots: Vec<u16>,
+    /// Indices of materials of the model.
+    materials: Vec<usize>,
+}
+
+/// Cuts the polygons of a part. With `has_normals`, corners without a normal get the normal of their polygon.
+fn cut_polygons(
+    obj: &mut Obj,
+    runs: &[RunRange],
+    has_normals: bool,
+    path: &Path,
+    assets: &mut AssetRoot,
+    materials: &Materials,
+    mut vertex_of: impl FnMut(Corner) -> u32,
+) -> Result<CutPolygons, FormatError> {
     let Obj {
         positions,
-        colors,
-        uvs,
         normals,
         polygons,
         ..
     } = obj;
-    let mut mesh = Mesh::default();
-    let (mut slots, mut slot_of, mut used) = (Vec::new(), HashMap::new(), Vec::new());
+    let mut cut = CutPolygons {
+        triangles: Vec::with_capacity(runs.iter().map(|run| run.polygons.len()).sum()),
+        slots: Vec::new(),
+        materials: Vec::new(),
+    };
+    let mut slot_of = HashMap::new();
+    // The last polygon that got a normal, and the index of that normal.
     let mut flat = None;
-    mesh.triangles.reserve(count);
     let several = runs
         .iter()
         .any(|other| other.run.material != runs[0].run.material);
@@ -157,15 +196,13 @@ fn build_part(
         let material = range.run.material;
         let material = material.map_or(materials.default_material, |m| materials.named[m]);
         let slot = *slot_of.entry(material).or_insert_with(|| {
-            used.push(material);
-            used.len() - 1
+            cut.materials.push(material);
+            cut.materials.len() - 1
         });
-        let range = range.polygons.clone();
         let triangle = |polygon: usize, mut corners: [Corner; 3]| {
             if has_normals {
                 for corner in &mut corners {
                     if corner.normal == NO_INDEX || normals[corner.normal as usize] == [0.0; 3] {
-                        // Flat there: a corner of this polygon alone.
                         let (known, normal) = flat.unwrap_or((usize::MAX, NO_INDEX));
                         corner.normal = if known == polygon {
                             normal
@@ -179,51 +216,40 @@ fn build_part(
                     }
                 }
             }
-            mesh.triangles.push(if plain {
-                corners.map(|corner| corner.position)
-            } else {
-                corners.map(|corner| vertices.vertex_of(corner))
-            });
-            slots.extend(several.then_some(slot as u16));
+            cut.triangles.push(corners.map(&mut vertex_of));
+            cut.slots.extend(several.then_some(slot as u16));
         };
+        let range = range.polygons.clone();
         polygons.triangles(range, path, &mut assets.budget, position, triangle)?;
     }
+    Ok(cut)
+}
 
-    let materials = used;
-    if materials.len() > 1 {
-        mesh.material_slots = Some(slots);
-    }
-    if plain {
-        mesh.vertices = std::mem::take(positions);
-        mesh.vertex_colors = Some(std::mem::take(colors)).filter(|colors| !colors.is_empty());
-        return Ok(MeshPart {
-            name,
-            mesh,
-            materials,
-        });
-    }
-    let corner_of = &vertices.corner_of;
-    mesh.vertices = corner_of.iter().map(|&c| position(c)).collect();
+/// Gives a mesh the attributes of its vertices' corners.
+fn gather_attributes(
+    mesh: &mut Mesh,
+    obj: &Obj,
+    corners: &[Corner],
+    has_uvs: bool,
+    has_normals: bool,
+) {
+    let position = |c: &Corner| obj.positions[c.position as usize];
+    mesh.vertices = corners.iter().map(position).collect();
     if has_uvs {
-        let uv = |c: &Corner| uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
-        mesh.uvs = Some(corner_of.iter().map(uv).collect());
+        let uv = |c: &Corner| obj.uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
+        mesh.uvs = Some(corners.iter().map(uv).collect());
     }
     if has_normals {
         let normal = |c: &Corner| {
-            let normal = normals.get(c.normal as usize).copied();
+            let normal = obj.normals.get(c.normal as usize).copied();
             normal.unwrap_or([0.0, 0.0, 1.0])
         };
-        mesh.normals = Some(corner_of.iter().map(normal).collect());
+        mesh.normals = Some(corners.iter().map(normal).collect());
     }
-    if !colors.is_empty() {
-        let color = |c: &Corner| colors[c.position as usize];
-        mesh.vertex_colors = Some(corner_of.iter().map(color).collect());
+    if !obj.colors.is_empty() {
+        let color = |c: &Corner| obj.colors[c.position as usize];
+        mesh.vertex_colors = Some(corners.iter().map(color).collect());
     }
-    Ok(MeshPart {
-        name,
-        mesh,
-        materials,
-    })
 }
 
 /// Gives corners without a normal that of their smoothing group: the mean of the normals of its polygons that meet there,

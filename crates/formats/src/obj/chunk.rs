@@ -1,4 +1,5 @@
 //! The statements of a stretch of an OBJ file, read without knowing what stands before it.
+use std::ops::Range;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
@@ -82,6 +83,12 @@ pub(crate) struct StateRun {
 }
 
 /// Indices of what a error in one is called.
+/// Polygons with the same state; at least one.
+pub(crate) struct RunRange {
+    pub(crate) run: StateRun,
+    pub(crate) polygons: Range<usize>,
+}
+
 pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {

@@ -1,5 +1,4 @@
 //! The statements of an OBJ file that are passed over, so that a notice can name them.
-
 use crate::io::lexer;
 
 /// The most keywords that are remembered; a file with more is something else than OBJ.

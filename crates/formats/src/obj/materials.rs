@@ -1,5 +1,4 @@
 //! The materials and textures of an OBJ file.
-
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,10 +11,10 @@ use crate::image::merge_alpha;
 use crate::image::normals_from_height;
 use crate::io::asset_root::AssetRoot;
 use crate::io::optional_asset;
-use crate::obj::Obj;
-use crate::obj::build::RunRange;
+use crate::obj::chunk::RunRange;
 use crate::obj::mtl::{self, MtlMaterial};
 use crate::obj::mtl_map::{MapRole, MtlMap};
+use crate::obj::parse::Obj;
 
 /// The materials that faces use.
 pub(crate) struct Materials {

@@ -4,7 +4,6 @@
 //! A material with any of those, or of an illumination model that refracts, is principled; any other is the lecture's, of
 //! Kd, Ks and Ns. Colours are taken as linear, as Blender writes them. What says more than its default and has no place in
 //! either is named in a notice.
-
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
@@ -13,6 +12,9 @@ use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, Textur
 use crate::error::FormatError;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::mtl_map::{self, MapRole, MtlMap};
+
+/// Materials of one file, at most.
+const MAX_MATERIALS: usize = 1 << 16;
 
 /// A material before its textures are read.
 #[derive(Clone, Debug, PartialEq)]
@@ -174,12 +176,9 @@ pub(crate) fn parse(
             continue;
         }
         if key.eq_ignore_ascii_case(b"newmtl") {
-            if materials.len() == 1 << 16 {
-                return Err(FormatError::line(
-                    path,
-                    line,
-                    "more than 65536 materials in one file",
-                ));
+            if materials.len() == MAX_MATERIALS {
+                let message = format!("more than {MAX_MATERIALS} materials in one file");
+                return Err(FormatError::line(path, line, message));
             }
             materials.push(MtlMaterial {
                 line,
@@ -187,112 +186,16 @@ pub(crate) fn parse(
             });
             continue;
         }
-        let Some(material) = materials.last_mut() else {
-            notice_once(&mut unused, line, key);
-            continue;
+        let statement = Statement {
+            path,
+            line,
+            text,
+            key,
+            rest,
         };
-        let fail = |message: String| Err(FormatError::line(path, line, message));
-        match &key.to_ascii_lowercase()[..] {
-            lower @ (b"kd" | b"ks" | b"ke" | b"tf") => match color(rest, lower == b"ke") {
-                Ok(value) => match lower {
-                    b"kd" => material.diffuse = value,
-                    b"ks" => material.specular = value,
-                    b"ke" => material.emission = value,
-                    _ => material.filter = value,
-                },
-                Err(ParseError::Kind) => notice_once(&mut unused, line, text),
-                Err(ParseError::Value) => {
-                    let key = lexer::for_message(key);
-                    let value = lexer::for_message(lexer::trim(rest));
-                    return fail(format!(
-                        "{key} is {value}, expected 1 or 3 numbers in 0..=1{}",
-                        if lower == b"ke" { " or more" } else { "" }
-                    ));
-                }
-            },
-            b"ns" => match Words(rest).next().and_then(lexer::number) {
-                Some(value) if (0.0..=1e6).contains(&value) => material.shininess = value as f32,
-                // Blender wrote -1.96 for a hardness of 0.
-                Some(value) if (-2.0..0.0).contains(&value) => {
-                    material.shininess = 0.0;
-                    notices.push(format!(
-                        "{}:{line}: Ns is {value}, taken as 0",
-                        path.display()
-                    ));
-                }
-                _ => {
-                    let value = lexer::for_message(lexer::trim(rest));
-                    return fail(format!("Ns is {value}, expected a number in 0..=1000000"));
-                }
-            },
-            b"illum" => match Words(rest).next().and_then(lexer::integer) {
-                Some(value @ 0..=10) => material.illumination = value,
-                _ => {
-                    let value = lexer::for_message(lexer::trim(rest));
-                    return fail(format!("illum is {value}, expected 0 to 10"));
-                }
-            },
-            b"ni" => match Words(rest).next().and_then(lexer::number) {
-                Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
-                // What several exporters write for matter whose index they do not know.
-                Some(0.0) => {}
-                _ => {
-                    let value = lexer::for_message(lexer::trim(rest));
-                    return fail(format!(
-                        "Ni is {value}, expected a number in 0.001..=10, or 0 for unknown"
-                    ));
-                }
-            },
-            lower @ (b"d" | b"tr" | b"pr" | b"pm" | b"ps" | b"pc" | b"pcr" | b"aniso"
-            | b"anisor") => {
-                let word = Words(rest).next();
-                let value = word.and_then(lexer::number).map(|value| value as f32);
-                let Some(value) = value.filter(|v| (0.0..=1.0).contains(v)) else {
-                    // As `d -halo 0.5`, which depends on the direction.
-                    if word.is_some_and(|word| word.starts_with(b"-halo")) {
-                        notice_once(&mut unused, line, text);
-                        continue;
-                    }
-                    let (key, value) = (
-                        lexer::for_message(key),
-                        lexer::for_message(lexer::trim(rest)),
-                    );
-                    return fail(format!("{key} is {value}, expected a number in 0..=1"));
-                };
-                match lower {
-                    b"d" => material.opacity = value,
-                    // What nobody could see is not what an author meant: programs that take it for opacity write so.
-                    b"tr" if value == 1.0 => notices.push(format!(
-                        "{}:{line}: Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible",
-                        path.display()
-                    )),
-                    b"tr" => material.opacity = 1.0 - value,
-                    b"pr" => material.principled_mut().roughness = value.into(),
-                    b"pm" => material.principled_mut().metallic = value.into(),
-                    b"ps" => material.principled_mut().sheen_color = [value; 3].into(),
-                    b"pc" => material.principled_mut().clearcoat = value.into(),
-                    b"pcr" => material.principled_mut().clearcoat_roughness = value.into(),
-                    b"aniso" => material.principled_mut().anisotropy = value.into(),
-                    _ => {
-                        let turn = std::f32::consts::TAU * value;
-                        material.principled_mut().anisotropy_rotation = turn;
-                    }
-                }
-            }
-            lower if MapRole::from_key(lower).is_some() => {
-                let role = MapRole::from_key(lower).unwrap_or(MapRole::Color);
-                if matches!(
-                    role,
-                    MapRole::Roughness | MapRole::Metallic | MapRole::Sheen
-                ) {
-                    material.principled_mut();
-                }
-                material
-                    .maps
-                    .extend(mtl_map::read(path, line, role, key, rest, notices)?);
-            }
-            other if is_default_value(other, rest) => {}
-            _ => notice_once(&mut unused, line, key),
+        match materials.last_mut() {
+            Some(material) => statement.apply(material, &mut unused, notices)?,
+            None => notice_once(&mut unused, line, key),
         }
     }
     if !unused.is_empty() {
@@ -303,6 +206,181 @@ pub(crate) fn parse(
         notices.push(format!("{}: not used: {}", path.display(), keys.join(", ")));
     }
     Ok(materials)
+}
+
+/// A line of a material.
+struct Statement<'a> {
+    path: &'a Path,
+    line: usize,
+    text: &'a [u8],
+    key: &'a [u8],
+    rest: &'a [u8],
+}
+
+/// Setter of a colour, or of a number in 0..=1.
+type SetColor = fn(&mut MtlMaterial, Rgb);
+type SetNumber = fn(&mut MtlMaterial, f32);
+
+/// Colours by key, and whether they may be brighter than 1.
+const COLORS: &[(&[u8], bool, SetColor)] = &[
+    (b"kd", false, |m, value| m.diffuse = value),
+    (b"ks", false, |m, value| m.specular = value),
+    (b"ke", true, |m, value| m.emission = value),
+    (b"tf", false, |m, value| m.filter = value),
+];
+
+/// Numbers in 0..=1 by key.
+const NUMBERS: &[(&[u8], SetNumber)] = &[
+    (b"d", |m, value| m.opacity = value),
+    (b"tr", |m, value| m.opacity = 1.0 - value),
+    (b"pr", |m, value| {
+        m.principled_mut().roughness = value.into()
+    }),
+    (b"pm", |m, value| m.principled_mut().metallic = value.into()),
+    (b"ps", |m, value| {
+        m.principled_mut().sheen_color = [value; 3].into()
+    }),
+    (b"pc", |m, value| {
+        m.principled_mut().clearcoat = value.into()
+    }),
+    (b"pcr", |m, value| {
+        m.principled_mut().clearcoat_roughness = value.into()
+    }),
+    (b"aniso", |m, value| {
+        m.principled_mut().anisotropy = value.into()
+    }),
+    (b"anisor", |m, value| {
+        m.principled_mut().anisotropy_rotation = std::f32::consts::TAU * value;
+    }),
+];
+
+impl Statement<'_> {
+    /// Changes the material as the statement says.
+    fn apply(
+        &self,
+        material: &mut MtlMaterial,
+        unused: &mut Vec<(usize, String)>,
+        notices: &mut Vec<String>,
+    ) -> Result<(), FormatError> {
+        let lower = &self.key.to_ascii_lowercase()[..];
+        if let Some((_, bright, set)) = COLORS.iter().find(|(key, ..)| *key == lower) {
+            return self.color(material, *bright, *set, unused);
+        }
+        if let Some((_, set)) = NUMBERS.iter().find(|(key, _)| *key == lower) {
+            return self.unit_number(material, *set, unused, notices);
+        }
+        match lower {
+            b"ns" => self.shininess(material, notices)?,
+            b"illum" => match Words(self.rest).next().and_then(lexer::integer) {
+                Some(value @ 0..=10) => material.illumination = value,
+                _ => return Err(self.error("illum", "0 to 10")),
+            },
+            b"ni" => match Words(self.rest).next().and_then(lexer::number) {
+                Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
+                // Several exporters write 0 for matter of unknown index.
+                Some(0.0) => {}
+                _ => {
+                    let expected = "a number in 0.001..=10, or 0 for unknown";
+                    return Err(self.error("Ni", expected));
+                }
+            },
+            _ => match MapRole::from_key(lower) {
+                Some(role) => {
+                    if matches!(
+                        role,
+                        MapRole::Roughness | MapRole::Metallic | MapRole::Sheen
+                    ) {
+                        material.principled_mut();
+                    }
+                    let Self {
+                        path, line, key, ..
+                    } = *self;
+                    let map = mtl_map::read(path, line, role, key, self.rest, notices)?;
+                    material.maps.extend(map);
+                }
+                None if is_default_value(lower, self.rest) => {}
+                None => notice_once(unused, self.line, self.key),
+            },
+        }
+        Ok(())
+    }
+
+    /// The error of a value that is not as expected.
+    fn error(&self, key: &str, expected: &str) -> FormatError {
+        let value = lexer::for_message(lexer::trim(self.rest));
+        let message = format!("{key} is {value}, expected {expected}");
+        FormatError::line(self.path, self.line, message)
+    }
+
+    fn color(
+        &self,
+        material: &mut MtlMaterial,
+        bright: bool,
+        set: SetColor,
+        unused: &mut Vec<(usize, String)>,
+    ) -> Result<(), FormatError> {
+        match color(self.rest, bright) {
+            Ok(value) => set(material, value),
+            Err(ParseError::Kind) => notice_once(unused, self.line, self.text),
+            Err(ParseError::Value) => {
+                let more = if bright { " or more" } else { "" };
+                let expected = format!("1 or 3 numbers in 0..=1{more}");
+                return Err(self.error(&lexer::for_message(self.key), &expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn unit_number(
+        &self,
+        material: &mut MtlMaterial,
+        set: SetNumber,
+        unused: &mut Vec<(usize, String)>,
+        notices: &mut Vec<String>,
+    ) -> Result<(), FormatError> {
+        let word = Words(self.rest).next();
+        let value = word.and_then(lexer::number).map(|value| value as f32);
+        let Some(value) = value.filter(|v| (0.0..=1.0).contains(v)) else {
+            // `d -halo 0.5` depends on the direction.
+            if word.is_some_and(|word| word.starts_with(b"-halo")) {
+                notice_once(unused, self.line, self.text);
+                return Ok(());
+            }
+            return Err(self.error(&lexer::for_message(self.key), "a number in 0..=1"));
+        };
+        // Programs that take Tr for opacity write 1 for opaque.
+        if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
+            notices.push(format!(
+                "{}:{}: Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible",
+                self.path.display(),
+                self.line
+            ));
+        } else {
+            set(material, value);
+        }
+        Ok(())
+    }
+
+    fn shininess(
+        &self,
+        material: &mut MtlMaterial,
+        notices: &mut Vec<String>,
+    ) -> Result<(), FormatError> {
+        match Words(self.rest).next().and_then(lexer::number) {
+            Some(value) if (0.0..=1e6).contains(&value) => material.shininess = value as f32,
+            // Blender wrote -1.96 for a hardness of 0.
+            Some(value) if (-2.0..0.0).contains(&value) => {
+                material.shininess = 0.0;
+                notices.push(format!(
+                    "{}:{}: Ns is {value}, taken as 0",
+                    self.path.display(),
+                    self.line
+                ));
+            }
+            _ => return Err(self.error("Ns", "a number in 0..=1000000")),
+        }
+        Ok(())
+    }
 }
 
 /// Notes each key once, and no more than a few of them.

@@ -1,5 +1,4 @@
 //! The images that an MTL material names, and how they are laid on.
-
 use std::path::Path;
 
 use raycam_scene::{Texture, Wrap};
@@ -86,78 +85,21 @@ pub(crate) fn read(
 ) -> Result<Option<MtlMap>, FormatError> {
     let key = String::from_utf8_lossy(key);
     let mut rest = lexer::trim(rest);
-    let (mut clamp, mut strength) = (false, 1.0);
-    let (mut scale, mut offset) = ([1.0; 2], [0.0; 2]);
+    let mut options = MapOptions::default();
     while rest.first() == Some(&b'-') {
-        let (option, mut after) = lexer::split_word(rest);
+        let (option, after) = lexer::split_word(rest);
         let option = option.to_ascii_lowercase();
-        let mut values: Vec<&[u8]> = Vec::new();
-        let (least, most) = match &option[..] {
-            b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres"
-            | b"-imfchan" | b"-type" | b"-colorspace" => (1, 1),
-            b"-mm" => (2, 2),
-            b"-s" | b"-o" | b"-t" => (1, 3),
-            // A file name may begin with a dash.
-            _ => break,
+        // A file name may begin with a dash.
+        let Some((least, most)) = value_counts(&option) else {
+            break;
         };
-        while values.len() < most {
-            let (word, then) = lexer::split_word(after);
-            let optional = values.len() >= least;
-            if word.is_empty()
-                || optional && (lexer::number(word).is_none() || lexer::trim(then).is_empty())
-            {
-                break;
-            }
-            values.push(word);
-            after = then;
-        }
+        let (values, after) = option_values(after, least, most);
         if values.len() < least {
-            let message = format!(
-                "{key}: option {} without its value",
-                lexer::for_message(&option)
-            );
+            let name = lexer::for_message(&option);
+            let message = format!("{key}: option {name} without its value");
             return Err(FormatError::line(path, line, message));
         }
-        let numbers = || {
-            values
-                .iter()
-                .map(|v| lexer::number(v).filter(|v| v.abs() < 1e6))
-        };
-        // Up to two numbers over their defaults; `None` where one of the words is none.
-        let pair = |default: f64| {
-            let mut pair = [default; 2];
-            for (to, number) in pair.iter_mut().zip(numbers()) {
-                *to = number?;
-            }
-            Some(pair)
-        };
-        let applied = match &option[..] {
-            b"-clamp" => {
-                clamp = values[0].eq_ignore_ascii_case(b"on");
-                true
-            }
-            b"-bm" => match numbers().next().flatten() {
-                Some(value) => {
-                    strength = value as f32;
-                    role == MapRole::Normal || value == 1.0
-                }
-                None => false,
-            },
-            b"-s" => pair(1.0).inspect(|given| scale = *given).is_some(),
-            b"-o" => pair(0.0).inspect(|given| offset = *given).is_some(),
-            b"-t" => numbers().all(|v| v == Some(0.0)),
-            b"-mm" => numbers().eq([Some(0.0), Some(1.0)]),
-            b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
-            // What each kind of map is read as anyway.
-            b"-colorspace" => {
-                let color = matches!(role, MapRole::Color | MapRole::Emission);
-                values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })
-            }
-            b"-imfchan" => role == MapRole::Opacity,
-            // How to filter: nothing that changes a value looked up.
-            _ => true,
-        };
-        if !applied {
+        if !options.apply(&option, &values, role) {
             let given = String::from_utf8_lossy(&rest[..rest.len() - after.len()]).into_owned();
             notices.push(format!(
                 "{}:{line}: {key} option {given:?} is not applied to the texture",
@@ -174,15 +116,106 @@ pub(crate) fn read(
         return Ok(None);
     }
     // In the file v goes up: 1 - v' = s (1 - v) + o.
-    let [[su, sv], [ou, ov]] = [scale, offset];
+    let ([su, sv], [ou, ov]) = (options.scale, options.offset);
     let image_from_mesh =
         [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
     Ok(Some(MtlMap {
         role,
         file: lexer::name(rest),
-        clamp,
-        strength,
+        clamp: options.clamp,
+        strength: options.strength,
         image_from_mesh,
         line,
     }))
+}
+
+/// The least and the greatest number of values of an option; `None` where it is unknown.
+fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
+    match option {
+        b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres"
+        | b"-imfchan" | b"-type" | b"-colorspace" => Some((1, 1)),
+        b"-mm" => Some((2, 2)),
+        b"-s" | b"-o" | b"-t" => Some((1, 3)),
+        _ => None,
+    }
+}
+
+/// The values of an option, and the text after them. Values beyond `least` are numbers, and leave a file name.
+fn option_values(mut after: &[u8], least: usize, most: usize) -> (Vec<&[u8]>, &[u8]) {
+    let mut values: Vec<&[u8]> = Vec::new();
+    while values.len() < most {
+        let (word, then) = lexer::split_word(after);
+        let optional = values.len() >= least;
+        if word.is_empty()
+            || optional && (lexer::number(word).is_none() || lexer::trim(then).is_empty())
+        {
+            break;
+        }
+        values.push(word);
+        after = then;
+    }
+    (values, after)
+}
+
+struct MapOptions {
+    clamp: bool,
+    strength: f32,
+    scale: [f64; 2],
+    offset: [f64; 2],
+}
+
+impl Default for MapOptions {
+    fn default() -> Self {
+        Self {
+            clamp: false,
+            strength: 1.0,
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+        }
+    }
+}
+
+impl MapOptions {
+    /// Applies an option; false where it has a value that is not followed.
+    fn apply(&mut self, option: &[u8], values: &[&[u8]], role: MapRole) -> bool {
+        let numbers = || {
+            values
+                .iter()
+                .map(|v| lexer::number(v).filter(|v| v.abs() < 1e6))
+        };
+        // Up to two numbers over their defaults; `None` where one of the words is no number.
+        let pair = |default: f64| {
+            let mut pair = [default; 2];
+            for (to, number) in pair.iter_mut().zip(numbers()) {
+                *to = number?;
+            }
+            Some(pair)
+        };
+        match option {
+            b"-clamp" => {
+                self.clamp = values[0].eq_ignore_ascii_case(b"on");
+                true
+            }
+            b"-bm" => match numbers().next().flatten() {
+                Some(value) => {
+                    self.strength = value as f32;
+                    role == MapRole::Normal || value == 1.0
+                }
+                None => false,
+            },
+            b"-s" => pair(1.0).inspect(|given| self.scale = *given).is_some(),
+            b"-o" => pair(0.0).inspect(|given| self.offset = *given).is_some(),
+            b"-t" => numbers().all(|v| v == Some(0.0)),
+            b"-mm" => numbers().eq([Some(0.0), Some(1.0)]),
+            b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
+            // The colour space that a map of this role is read in anyway.
+            b"-colorspace" => {
+                let color = matches!(role, MapRole::Color | MapRole::Emission);
+                values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })
+            }
+            b"-imfchan" => role == MapRole::Opacity,
+            // Options of filtering do not change the values of texels.
+            _ => true,
+        }
+    }
 }

@@ -1,5 +1,4 @@
 //! The rows of a PLY file, value by value.
-
 use std::path::Path;
 
 use crate::error::FormatError;
@@ -10,10 +9,10 @@ use crate::ply::scalar::ScalarType;
 /// What comes after the header.
 pub(crate) struct Body<'a> {
     path: &'a Path,
-    encoding: Encoding<'a>,
+    source: RowSource<'a>,
 }
 
-enum Encoding<'a> {
+enum RowSource<'a> {
     /// One row a line.
     Text {
         lines: Lines<'a>,
@@ -49,14 +48,14 @@ fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8],
 impl<'a> Body<'a> {
     /// The rows of a text after a header of so many lines.
     pub(crate) fn text(path: &'a Path, rows: &'a [u8], header: usize) -> Self {
-        let encoding = Encoding::Text {
+        let source = RowSource::Text {
             lines: Lines::new(rows),
             words: Words(&[]),
             header,
             line: header,
             long: None,
         };
-        Self { path, encoding }
+        Self { path, source }
     }
 
     /// The rows that begin at a byte of a file.
@@ -66,27 +65,27 @@ impl<'a> Body<'a> {
         at: usize,
         big_endian: bool,
     ) -> Self {
-        let encoding = Encoding::Binary {
+        let source = RowSource::Binary {
             bytes,
             at,
             big_endian,
         };
-        Self { path, encoding }
+        Self { path, source }
     }
 
     /// An error where reading has got to.
     pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
-        match self.encoding {
-            Encoding::Text { line, .. } => FormatError::line(self.path, line, message),
-            Encoding::Binary { at, .. } => FormatError::byte(self.path, at, message),
+        match self.source {
+            RowSource::Text { line, .. } => FormatError::line(self.path, line, message),
+            RowSource::Binary { at, .. } => FormatError::byte(self.path, at, message),
         }
     }
 
     /// Where reading has got to, for a notice.
     pub(crate) fn location(&self) -> String {
-        match self.encoding {
-            Encoding::Text { line, .. } => format!("line {line}"),
-            Encoding::Binary { at, .. } => format!("the row that ends at byte {at}"),
+        match self.source {
+            RowSource::Text { line, .. } => format!("line {line}"),
+            RowSource::Binary { at, .. } => format!("the row that ends at byte {at}"),
         }
     }
 
@@ -96,13 +95,13 @@ impl<'a> Body<'a> {
 
     /// Begins a row.
     pub(crate) fn row(&mut self) -> Result<(), FormatError> {
-        if let Encoding::Text {
+        if let RowSource::Text {
             lines,
             words,
             header,
             line,
             ..
-        } = &mut self.encoding
+        } = &mut self.source
         {
             let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());
             let Some((number, text)) = next else {
@@ -116,9 +115,9 @@ impl<'a> Body<'a> {
 
     /// Ends a row: what is left of a line is not used.
     pub(crate) fn end_row(&mut self) {
-        if let Encoding::Text {
+        if let RowSource::Text {
             words, line, long, ..
-        } = &mut self.encoding
+        } = &mut self.source
             && words.next().is_some()
         {
             let (count, first) = long.unwrap_or((0, *line));
@@ -128,8 +127,8 @@ impl<'a> Body<'a> {
 
     /// The next value of the row. All kinds fit a float64.
     pub(crate) fn value(&mut self, kind: ScalarType) -> Result<f64, FormatError> {
-        match &mut self.encoding {
-            Encoding::Text { words, .. } => {
+        match &mut self.source {
+            RowSource::Text { words, .. } => {
                 let Some(word) = words.next() else {
                     return Err(self.error("fewer values than the header declares"));
                 };
@@ -145,7 +144,7 @@ impl<'a> Body<'a> {
                     }
                 }
             }
-            Encoding::Binary {
+            RowSource::Binary {
                 bytes,
                 at,
                 big_endian,
@@ -167,11 +166,11 @@ impl<'a> Body<'a> {
         count: usize,
         values: &mut Vec<f64>,
     ) -> Result<(), FormatError> {
-        if let Encoding::Binary {
+        if let RowSource::Binary {
             bytes,
             at,
             big_endian,
-        } = &mut self.encoding
+        } = &mut self.source
         {
             let size = kind.bytes();
             let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
@@ -192,11 +191,11 @@ impl<'a> Body<'a> {
 
     /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
-        let Encoding::Binary {
+        let RowSource::Binary {
             bytes,
             at,
             big_endian,
-        } = &self.encoding
+        } = &self.source
         else {
             return None;
         };
@@ -206,15 +205,15 @@ impl<'a> Body<'a> {
 
     /// How many bytes are before, of a binary file.
     pub(crate) fn offset(&self) -> Option<usize> {
-        match self.encoding {
-            Encoding::Binary { at, .. } => Some(at),
-            Encoding::Text { .. } => None,
+        match self.source {
+            RowSource::Binary { at, .. } => Some(at),
+            RowSource::Text { .. } => None,
         }
     }
 
     /// Passes over bytes that were looked at [`ahead`](Self::ahead).
     pub(crate) fn skip(&mut self, count: usize) {
-        if let Encoding::Binary { at, .. } = &mut self.encoding {
+        if let RowSource::Binary { at, .. } = &mut self.source {
             *at += count;
         }
     }
@@ -234,8 +233,8 @@ impl<'a> Body<'a> {
     pub(crate) fn notices(mut self) -> Vec<String> {
         let path = self.path.display();
         let mut notices = Vec::new();
-        match &mut self.encoding {
-            Encoding::Text { lines, long, .. } => {
+        match &mut self.source {
+            RowSource::Text { lines, long, .. } => {
                 if let Some((count, first)) = long {
                     notices.push(format!(
                         "{path}: rows go on after the values that the header declares; the rest is not used: \
@@ -250,7 +249,7 @@ impl<'a> Body<'a> {
                     ));
                 }
             }
-            Encoding::Binary { bytes, at, .. } => {
+            RowSource::Binary { bytes, at, .. } => {
                 let left = bytes.len() - *at;
                 if left > 0 {
                     notices.push(format!(

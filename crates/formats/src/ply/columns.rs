@@ -1,5 +1,4 @@
 //! The rows of a PLY file's tables by what their columns mean.
-
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 
 use crate::error::FormatError;

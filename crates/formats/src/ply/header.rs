@@ -1,5 +1,4 @@
 //! The header of a PLY file (Turk, 1994).
-
 use std::path::Path;
 
 use crate::error::FormatError;
@@ -39,51 +38,133 @@ pub(crate) fn parse<'a>(
     bytes: &'a [u8],
     file: ByteSource<'a>,
 ) -> Result<(Header, Body<'a>), FormatError> {
-    // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
-    let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') {
-        b'\r'
-    } else {
-        b'\n'
+    let mut parser = HeaderParser {
+        path,
+        line: 0,
+        elements: Vec::new(),
+        textures: Vec::new(),
+        encoding: None,
     };
-    let fail = |line, message: &str| Err(FormatError::line(path, line, message));
-    let (mut elements, mut textures) = (Vec::<Element>::new(), Vec::new());
-    let (mut encoding, mut at, mut line) = (None, 0, 0);
-    loop {
-        line += 1;
-        let Some(length) = bytes[at..].iter().position(|&b| b == end) else {
-            return fail(
-                line,
-                if line == 1 {
-                    "not a PLY file"
-                } else {
-                    "no end_header"
-                },
-            );
+    let at = parser.lines(bytes)?;
+    let (line, after) = (parser.line, file.len() - at);
+    let Some(encoding) = parser.encoding else {
+        return Err(parser.error("no format line before end_header"));
+    };
+    let body = match encoding {
+        Encoding::Ascii => Body::text(path, &bytes[at..], line),
+        Encoding::BinaryLittleEndian => Body::binary(path, file, at, false),
+        Encoding::BinaryBigEndian => Body::binary(path, file, at, true),
+    };
+    let header = Header {
+        elements: parser.elements,
+        textures: parser.textures,
+    };
+    header.check_counts(path, encoding, after)?;
+    Ok((header, body))
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Encoding {
+    Ascii,
+    BinaryLittleEndian,
+    BinaryBigEndian,
+}
+
+impl Header {
+    /// Refuses elements with more rows than `after` bytes can hold.
+    fn check_counts(
+        &self,
+        path: &Path,
+        encoding: Encoding,
+        after: usize,
+    ) -> Result<(), FormatError> {
+        for Element {
+            name,
+            count,
+            properties,
+        } in &self.elements
+        {
+            // At least a digit and a space or line end for each value of a text.
+            let row: usize = match encoding {
+                Encoding::Ascii => 2 * properties.len(),
+                _ => properties
+                    .iter()
+                    .map(|p| p.list.unwrap_or(p.kind).bytes())
+                    .sum(),
+            };
+            let needed = count.checked_mul(row);
+            if *count > 0 && (row == 0 || needed.is_none_or(|needed| needed > after + 1)) {
+                let message = format!(
+                    "element {name} has {count} rows of at least {row} bytes, but {after} bytes follow the header"
+                );
+                return Err(FormatError::whole(path, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// State of reading a header line by line.
+struct HeaderParser<'a> {
+    path: &'a Path,
+    line: usize,
+    elements: Vec<Element>,
+    textures: Vec<String>,
+    encoding: Option<Encoding>,
+}
+
+impl HeaderParser<'_> {
+    fn error(&self, message: &str) -> FormatError {
+        FormatError::line(self.path, self.line, message)
+    }
+
+    /// Reads up to `end_header`, and returns the offset of the byte after that line.
+    fn lines(&mut self, bytes: &[u8]) -> Result<usize, FormatError> {
+        // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
+        let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') {
+            b'\r'
+        } else {
+            b'\n'
         };
-        let text = bytes[at..at + length]
-            .strip_suffix(b"\r")
-            .unwrap_or(&bytes[at..at + length]);
-        at += length + 1;
-        let (key, rest) = lexer::split_word(text);
-        let mut words = Words(rest);
+        let mut at = 0;
+        loop {
+            self.line += 1;
+            let Some(length) = bytes[at..].iter().position(|&b| b == end) else {
+                return Err(self.error(match self.line {
+                    1 => "not a PLY file",
+                    _ => "no end_header",
+                }));
+            };
+            let text = &bytes[at..at + length];
+            at += length + 1;
+            let (key, rest) = lexer::split_word(text.strip_suffix(b"\r").unwrap_or(text));
+            match key {
+                b"ply" if self.line == 1 => {}
+                _ if self.line == 1 => {
+                    return Err(self.error("not a PLY file: the first line is not \"ply\""));
+                }
+                b"end_header" => return Ok(at),
+                _ => self.statement(key, Words(rest))?,
+            }
+        }
+    }
+
+    fn statement(&mut self, key: &[u8], mut words: Words<'_>) -> Result<(), FormatError> {
         match key {
-            b"ply" if line == 1 => {}
-            _ if line == 1 => return fail(line, "not a PLY file: the first line is not \"ply\""),
             b"format" => {
-                encoding = Some(match (words.next(), words.next()) {
-                    (Some(b"ascii"), Some(b"1.0")) => None,
-                    (Some(b"binary_little_endian"), Some(b"1.0")) => Some(false),
-                    (Some(b"binary_big_endian"), Some(b"1.0")) => Some(true),
+                self.encoding = Some(match (words.next(), words.next()) {
+                    (Some(b"ascii"), Some(b"1.0")) => Encoding::Ascii,
+                    (Some(b"binary_little_endian"), Some(b"1.0")) => Encoding::BinaryLittleEndian,
+                    (Some(b"binary_big_endian"), Some(b"1.0")) => Encoding::BinaryBigEndian,
                     _ => {
-                        return fail(
-                            line,
+                        return Err(self.error(
                             "expected format ascii, binary_little_endian or binary_big_endian 1.0",
-                        );
+                        ));
                     }
                 });
             }
             b"comment" if words.next() == Some(b"TextureFile") => {
-                textures.push(lexer::name(words.0))
+                self.textures.push(lexer::name(words.0));
             }
             b"comment" | b"obj_info" | b"" => {}
             b"element" => {
@@ -93,66 +174,34 @@ pub(crate) fn parse<'a>(
                     .and_then(lexer::integer)
                     .and_then(|n| usize::try_from(n).ok());
                 let (Some(name), Some(count)) = (name, count) else {
-                    return fail(line, "expected element NAME COUNT");
+                    return Err(self.error("expected element NAME COUNT"));
                 };
-                elements.push(Element {
+                self.elements.push(Element {
                     name,
                     count,
                     properties: Vec::new(),
                 });
             }
             b"property" => {
-                let Some(element) = elements.last_mut() else {
-                    return fail(line, "a property before the first element");
-                };
+                if self.elements.is_empty() {
+                    return Err(self.error("a property before the first element"));
+                }
                 let Some(property) = property(words) else {
-                    return fail(
-                        line,
-                        "expected property KIND NAME or property list KIND KIND NAME",
+                    return Err(
+                        self.error("expected property KIND NAME or property list KIND KIND NAME")
                     );
                 };
-                element.properties.push(property);
+                if let Some(element) = self.elements.last_mut() {
+                    element.properties.push(property);
+                }
             }
-            b"end_header" => break,
             _ => {
-                return fail(
-                    line,
-                    &format!("unknown keyword {}", lexer::for_message(key)),
-                );
+                let message = format!("unknown keyword {}", lexer::for_message(key));
+                return Err(self.error(&message));
             }
         }
+        Ok(())
     }
-    let after = file.len() - at;
-    let Some(encoding) = encoding else {
-        return fail(line, "no format line before end_header");
-    };
-    let body = match encoding {
-        None => Body::text(path, &bytes[at..], line),
-        Some(big_endian) => Body::binary(path, file, at, big_endian),
-    };
-    for Element {
-        name,
-        count,
-        properties,
-    } in &elements
-    {
-        // At least a digit and a space or line end for each value of a text.
-        let row: usize = match encoding {
-            None => 2 * properties.len(),
-            Some(_) => properties
-                .iter()
-                .map(|p| p.list.unwrap_or(p.kind).bytes())
-                .sum(),
-        };
-        let needed = count.checked_mul(row);
-        if *count > 0 && (row == 0 || needed.is_none_or(|needed| needed > after + 1)) {
-            let message = format!(
-                "element {name} has {count} rows of at least {row} bytes, but {after} bytes follow the header"
-            );
-            return Err(FormatError::whole(path, message));
-        }
-    }
-    Ok((Header { elements, textures }, body))
 }
 
 fn property(mut words: Words<'_>) -> Option<Property> {

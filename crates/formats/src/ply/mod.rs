@@ -12,7 +12,6 @@ pub(crate) mod scalar;
 pub(crate) mod table;
 pub(crate) mod triangles;
 pub(crate) mod vertices;
-
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io::Read;
@@ -287,6 +286,18 @@ impl<'a> Ply<'a> {
             self.notices
                 .push(format!("{}: its transparency is dropped", path.display()));
         }
+        self.cut_polygons(assets)?;
+        let textured = self.mesh.uvs.is_some();
+        let mut model = MeshFile::from_mesh(self.mesh, self.notices);
+        if textured {
+            add_texture(path, header, self.images.len(), assets, &mut model)?;
+        }
+        Ok(model)
+    }
+
+    /// Cuts the polygons, and splits vertices whose corners differ.
+    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<(), FormatError> {
+        let path = self.path;
         let Self {
             mesh,
             polygons,
@@ -294,7 +305,7 @@ impl<'a> Ply<'a> {
             face_colors,
             corner_uvs,
             ..
-        } = &mut self;
+        } = self;
         // Without texture coordinates of their own, corners are the file's vertices.
         let seams = !corner_uvs.is_empty();
         let mut vertices = VertexDeduper::new(if seams { mesh.vertices.len() } else { 0 });
@@ -335,29 +346,39 @@ impl<'a> Ply<'a> {
             let colors = mesh.vertex_colors.take();
             mesh.vertex_colors = colors.map(|n| corner_of.iter().map(|c| n[origin(c)]).collect());
         }
-        let textured = self.mesh.uvs.is_some();
-        let mut model = MeshFile::from_mesh(self.mesh, self.notices);
-        if let Some(file) = header.textures.first().filter(|_| textured) {
-            let texture = texture::optional_texture(
-                path,
-                file,
-                Wrap::Repeat,
-                ColorUse::Color,
-                assets,
-                &mut model.notices,
-            )?;
-            if let Some(texture) = texture {
-                model.materials[0].texture = Some(TextureSlot::plain(model.textures.len()));
-                model.materials[0].color = [1.0; 3];
-                model.textures.push(texture);
-            }
-            if self.images.len() > 1 || header.textures.len() > 1 {
-                model.notices.push(format!(
-                    "{}: several images; all faces have the first, {file:?}",
-                    path.display()
-                ));
-            }
-        }
-        Ok(model)
+        Ok(())
     }
+}
+
+/// Gives all faces the first image that the header names.
+fn add_texture(
+    path: &Path,
+    header: &Header,
+    images: usize,
+    assets: &mut AssetRoot,
+    model: &mut MeshFile,
+) -> Result<(), FormatError> {
+    let Some(file) = header.textures.first() else {
+        return Ok(());
+    };
+    let texture = texture::optional_texture(
+        path,
+        file,
+        Wrap::Repeat,
+        ColorUse::Color,
+        assets,
+        &mut model.notices,
+    )?;
+    if let Some(texture) = texture {
+        model.materials[0].texture = Some(TextureSlot::plain(model.textures.len()));
+        model.materials[0].color = [1.0; 3];
+        model.textures.push(texture);
+    }
+    if images > 1 || header.textures.len() > 1 {
+        model.notices.push(format!(
+            "{}: several images; all faces have the first, {file:?}",
+            path.display()
+        ));
+    }
+    Ok(())
 }

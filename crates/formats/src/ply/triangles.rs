@@ -1,5 +1,4 @@
 //! The faces of a binary PLY file, where all of them are triangles of the usual kind: read at once.
-
 use std::ops::Range;
 
 use crate::io::byte_source::ByteSource;

@@ -1,5 +1,4 @@
 //! The vertices of a PLY file: at once where their rows have one length, and else, or to say what is wrong, row by row.
-
 use std::path::Path;
 
 use glam::DVec3;

@@ -1,9 +1,9 @@
 //! What YAML, JSON and XML files have in common: a tree of maps, lists and words, each with its line.
 
 pub(crate) mod number_format;
+pub(crate) mod number_lines;
 pub(crate) mod xml;
 pub(crate) mod yaml;
-
 use std::path::Path;
 
 use glam::{DMat3, DVec3};

@@ -1,5 +1,4 @@
 //! OpenCV's XML as a tree: elements called `_` are the items of a list, several words are a list of them.
-
 use std::collections::HashSet;
 use std::path::Path;
 

@@ -1,6 +1,5 @@
 //! YAML, and JSON, which is a part of it, as trees. Anchors and aliases, tags that change a value and several documents
 //! are refused: no calibration tool writes them.
-
 use std::collections::HashSet;
 use std::path::Path;
 

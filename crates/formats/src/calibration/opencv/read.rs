@@ -1,7 +1,6 @@
 //! OpenCV's FileStorage, as YAML, JSON or XML, with the keys of its own programs: `calibration` (camera_matrix,
 //! distortion_coefficients, image_width, image_height, fisheye_model, extrinsic_parameters), `stereo_calib` (M1 D1 M2 D2
 //! R T), and the sensor files of EuRoC and Kimera (T_BS, intrinsics, distortion_model, resolution).
-
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec3};
@@ -9,7 +8,9 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::Cursor;
 use crate::calibration::document::{xml, yaml};
-use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation, stem, text};
+use crate::calibration::files::{Calibration, ReadHints};
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -91,7 +92,7 @@ pub(crate) fn read(
     _: &mut AssetRoot,
     _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let text = text(source)?;
+    let text = source.text()?;
     let node = match text.trim_start().starts_with('<') {
         true => xml::parse(text, &source.path)?,
         false => yaml::parse(text, &source.path)?,
@@ -99,7 +100,11 @@ pub(crate) fn read(
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     if root.any(&K).is_some() || root.get("intrinsics").is_some() {
-        camera(&root, stem(&source.path), &mut calibration)?;
+        camera(
+            &root,
+            source.stem().unwrap_or_else(|| "camera".into()),
+            &mut calibration,
+        )?;
         return Ok(calibration);
     }
     if root.get("M1").is_some() {
@@ -151,7 +156,7 @@ fn stereo(root: &Cursor<'_>) -> Result<Calibration, FormatError> {
         calibration.records.push(record);
     }
     if root.get("R").is_some() {
-        crate::calibration::rig_mount::one_rig(&mut calibration.records, "rig");
+        crate::calibration::rig::one_rig(&mut calibration.records, "rig");
     }
     Ok(calibration)
 }

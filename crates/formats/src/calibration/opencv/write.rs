@@ -1,5 +1,4 @@
 //! What OpenCV's FileStorage reads: YAML, or JSON and XML where the file is called so.
-
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -7,7 +6,8 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
-use crate::calibration::{CameraRecord, OutputFiles};
+use crate::calibration::files::OutputFiles;
+use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 
 enum StorageNode {

@@ -1,5 +1,4 @@
 //! Mode 0: elements as differences from the element before, byte by byte.
-
 use crate::codec::meshopt::stream::Stream;
 
 /// Elements that share their differences' bit widths.

@@ -1,5 +1,4 @@
 //! What decoded attributes go through: lossy but short forms of unit vectors, rotations, floats and colours.
-
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Transform of decoded attributes: glTF's `filter`.

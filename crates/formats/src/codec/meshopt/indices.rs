@@ -1,5 +1,4 @@
 //! Modes 1 and 2: indices as what the triangles or indices before let expect.
-
 use crate::codec::meshopt::stream::Stream;
 
 /// The last sixteen of something, the newest first.

@@ -7,7 +7,6 @@ mod attributes;
 mod filter;
 mod indices;
 mod stream;
-
 use std::path::Path;
 
 use crate::budget::Budget;

@@ -1,10 +1,9 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
-
 use crate::error::FormatError;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::document::memory_allowance::MemoryAllowance;
-use crate::gltf::json::Accessor;
+use crate::gltf::json::{Accessor, Sparse};
 use crate::io::byte_source::ByteSource;
 
 /// Columns, rows, and so components of an element of this type.
@@ -71,18 +70,14 @@ impl<'a> Document<'a> {
         let place = format!("accessors[{index}]");
         let fault = |message: String| self.fault(format!("{place}{message}"));
         let layout = Layout::new(accessor).map_err(fault)?;
-        let Layout {
-            component,
-            arity,
-            size,
-        } = layout;
+        let size = layout.size;
         let count = accessor.count;
         if count == 0 {
             return Err(fault(
                 ".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into(),
             ));
         }
-        let (mut bytes, stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
+        let (mut bytes, mut stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
                 allowance.charge(self.path, &place, count, size as u64)?;
                 (
@@ -96,14 +91,14 @@ impl<'a> Document<'a> {
                     .bytes(view)
                     .map_err(|e| fault(format!(".bufferView: {e}")))?;
                 let stride = stride.unwrap_or(size);
-                let held = held(bytes, accessor.byte_offset, count, size, stride).map_err(|e| {
-                    fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
-                })?;
-                (held, stride)
+                let range = element_bytes(bytes, accessor.byte_offset, count, size, stride)
+                    .map_err(|e| {
+                        fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
+                    })?;
+                (range, stride)
             }
         };
         let count = count as usize;
-        let mut stride = stride;
         if let Some(sparse) = &accessor.sparse {
             allowance.charge(self.path, &place, count as u64, size as u64)?;
             // Without gaps, so that overlapping strides cannot be written through.
@@ -114,66 +109,77 @@ impl<'a> Document<'a> {
             };
             let copied = bytes.for_each_window(0, count, stride, size, copy);
             copied.map_err(|error| self.read_error(error))?;
+            self.overwrite_sparse(&place, sparse, size, &mut dense)?;
             stride = size;
-            let part = |name: &str, view: usize, offset: u64, size: usize| {
-                let fault = |message: String| fault(format!(".sparse.{name}{message}"));
-                let (bytes, _) = self
-                    .resources
-                    .bytes(view)
-                    .map_err(|e| fault(format!(".bufferView: {e}")))?;
-                let held = held(bytes, offset, sparse.count, size, size).map_err(|e| {
-                    fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
-                })?;
-                held.read().map_err(|error| self.read_error(error))
-            };
-            let indices = &sparse.indices;
-            let kind = Component::from_code(indices.component_type)
-                .filter(|kind| matches!(kind, Component::U8 | Component::U16 | Component::U32));
-            let Some(kind) = kind else {
-                return Err(fault(format!(
-                    ".sparse.indices.componentType: {}, expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
-                    indices.component_type
-                )));
-            };
-            if sparse.count > count as u64 {
-                return Err(fault(format!(
-                    ".sparse.count: {} of {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
-                    sparse.count
-                )));
-            }
-            let at = part(
-                "indices",
-                indices.buffer_view,
-                indices.byte_offset,
-                kind.size(),
-            )?;
-            let values = &sparse.values;
-            let values = part("values", values.buffer_view, values.byte_offset, size)?;
-            for (i, value) in values.chunks_exact(size).enumerate() {
-                let target = integer(kind, &at[i * kind.size()..]) as usize;
-                let Some(element) = dense.get_mut(target * size..(target + 1) * size) else {
-                    return Err(fault(format!(
-                        ".sparse.indices: index {i} is {target} of {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
-                    )));
-                };
-                element.copy_from_slice(value);
-            }
             bytes = ByteSource::Memory(dense.into());
         }
         Ok(AccessorView {
             place,
             wrong_format: wrong_format(from),
-            component,
-            arity,
+            component: layout.component,
+            arity: layout.arity,
             normalized: accessor.normalized,
             count,
             stride,
             bytes,
         })
     }
+
+    /// Writes the elements of a sparse accessor, of `size` bytes each, over those of `dense`.
+    fn overwrite_sparse(
+        &self,
+        place: &str,
+        sparse: &Sparse,
+        size: usize,
+        dense: &mut [u8],
+    ) -> Result<(), FormatError> {
+        let fault = |message: String| self.fault(format!("{place}.sparse.{message}"));
+        let count = dense.len() / size;
+        let indices = &sparse.indices;
+        let kind = Component::from_code(indices.component_type)
+            .filter(|kind| matches!(kind, Component::U8 | Component::U16 | Component::U32));
+        let Some(kind) = kind else {
+            return Err(fault(format!(
+                "indices.componentType: {}, expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
+                indices.component_type
+            )));
+        };
+        if sparse.count > count as u64 {
+            return Err(fault(format!(
+                "count: {} of {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
+                sparse.count
+            )));
+        }
+        let part = |name: &str, view: usize, offset: u64, size: usize| {
+            let (bytes, _) = self
+                .resources
+                .bytes(view)
+                .map_err(|e| fault(format!("{name}.bufferView: {e}")))?;
+            let range = element_bytes(bytes, offset, sparse.count, size, size).map_err(|e| {
+                fault(format!(
+                    "{name}{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"
+                ))
+            })?;
+            range.read().map_err(|error| self.read_error(error))
+        };
+        let (view, offset) = (indices.buffer_view, indices.byte_offset);
+        let targets = part("indices", view, offset, kind.size())?;
+        let values = &sparse.values;
+        let values = part("values", values.buffer_view, values.byte_offset, size)?;
+        for (i, value) in values.chunks_exact(size).enumerate() {
+            let target = integer(kind, &targets[i * kind.size()..]) as usize;
+            let Some(element) = dense.get_mut(target * size..(target + 1) * size) else {
+                return Err(fault(format!(
+                    "indices: index {i} is {target} of {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
+                )));
+            };
+            element.copy_from_slice(value);
+        }
+        Ok(())
+    }
 }
 
-/// What glTF-Validator calls numbers of the wrong format, by the key that names the accessor.
+/// glTF-Validator's code for numbers of the wrong format, by the key that names the accessor.
 fn wrong_format(from: &str) -> &'static str {
     match from.rsplit('.').next() {
         Some("indices") => "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT",
@@ -184,11 +190,11 @@ fn wrong_format(from: &str) -> &'static str {
     }
 }
 
-/// The same of an attribute.
+/// glTF-Validator's code for an attribute of the wrong format.
 pub(crate) const ATTRIBUTE_FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 
-/// The bytes of so many elements in a view.
-fn held(
+/// The bytes of `count` elements in a view.
+fn element_bytes(
     bytes: ByteSource<'_>,
     offset: u64,
     count: u64,

@@ -1,5 +1,4 @@
 //! AccessorView of accessors, out of their bytes into numbers.
-
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,5 +1,4 @@
 //! Buffers, their views and images: in the GLB file, in data URIs, in files of the same folder.
-
 use std::borrow::Cow;
 use std::io;
 use std::ops::Range;

@@ -1,5 +1,4 @@
 //! The two containers: GLB chunks (glTF 2.0, chapter 4), and plain JSON.
-
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -16,7 +15,7 @@ const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";
 const BIN: &[u8; 4] = b"BIN\0";
 
-/// Where in the file its parts are.
+/// Byte ranges of the parts of a file.
 pub(crate) struct Container {
     pub(crate) json: Range<usize>,
     /// The buffer without a URI.
@@ -41,60 +40,43 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 }
 
 impl Container {
-    /// Told apart by content.
+    /// Recognised by the magic number.
     pub(crate) fn open(
         source: &InputFile,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, FormatError> {
+        let bytes = &source.bytes;
+        if bytes.starts_with(MAGIC) {
+            let length = glb_length(source, diagnostics)?;
+            return Self::from_chunks(source, length, diagnostics);
+        }
+        let start = if bytes.starts_with(b"\xef\xbb\xbf") {
+            diagnostics.note("the file", "begins with a byte order mark (INVALID_JSON)");
+            3
+        } else {
+            0
+        };
+        Ok(Self {
+            json: start..bytes.len(),
+            binary: None,
+        })
+    }
+
+    /// The chunks of a GLB file of `length` bytes.
+    fn from_chunks(
+        source: &InputFile,
+        length: usize,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, FormatError> {
         let InputFile { path, bytes, .. } = source;
-        if !bytes.starts_with(MAGIC) {
-            let start = if bytes.starts_with(b"\xef\xbb\xbf") {
-                diagnostics.note("the file", "begins with a byte order mark (INVALID_JSON)");
-                3
-            } else {
-                0
-            };
-            return Ok(Self {
-                json: start..bytes.len(),
-                binary: None,
-            });
-        }
-        let fault = |at: usize, message: String| Err(FormatError::byte(path, at, message));
-        let word = |at: usize| {
-            bytes
-                .get(at..at + 4)
-                .and_then(|word| word.try_into().ok())
-                .map(u32::from_le_bytes)
-        };
-        let (Some(version), Some(length)) = (word(4), word(8)) else {
-            let message = "the file ends inside its header (GLB_UNEXPECTED_END_OF_HEADER)";
-            return fault(bytes.len(), message.into());
-        };
-        if version != 2 {
-            let message = format!("GLB version {version} (GLB_INVALID_VERSION); version 2 is read");
-            return Err(FormatError::unsupported(path, message));
-        }
-        let length = length as usize;
-        if length > source.len() || length < 12 {
-            let message = format!(
-                "{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)",
-                source.len()
-            );
-            return fault(8, message);
-        }
-        if length < source.len() {
-            let extra = source.len() - length;
-            let message =
-                format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
-            diagnostics.note("the file", message);
-        }
+        let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
         let (mut json, mut binary) = (None, None);
         let mut at = 12;
         while at < length {
-            let (Some(size), Some(kind)) = (word(at), bytes.get(at + 4..at + 8)) else {
+            let (Some(size), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) else {
                 let message =
                     "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)";
-                return fault(at, message.into());
+                return fault(at, message);
             };
             let start = at + 8;
             let end = start + size as usize;
@@ -103,20 +85,19 @@ impl Container {
                     "a chunk of {size} bytes, but {} are left (GLB_UNEXPECTED_END_OF_CHUNK_DATA)",
                     length.saturating_sub(start)
                 );
-                return fault(at, message);
+                return fault(at, &message);
             }
             match (kind, json.is_none()) {
                 (kind, true) if kind == JSON => json = Some(start..end),
                 (_, true) => {
-                    let message = "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)";
-                    return fault(at, message.into());
+                    return fault(
+                        at,
+                        "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)",
+                    );
                 }
                 (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
                 (kind, false) if kind == BIN || kind == JSON => {
-                    return fault(
-                        at,
-                        "a second chunk of its kind (GLB_DUPLICATE_CHUNK)".into(),
-                    );
+                    return fault(at, "a second chunk of its kind (GLB_DUPLICATE_CHUNK)");
                 }
                 _ => {
                     let message = "chunks of unknown kinds are not used (GLB_UNKNOWN_CHUNK_TYPE)";
@@ -125,10 +106,10 @@ impl Container {
             }
             at = end;
         }
-        let Some(json) = json else {
-            return fault(length, "no JSON chunk (GLB_UNEXPECTED_FIRST_CHUNK)".into());
-        };
-        Ok(Self { json, binary })
+        match json {
+            Some(json) => Ok(Self { json, binary }),
+            None => fault(length, "no JSON chunk (GLB_UNEXPECTED_FIRST_CHUNK)"),
+        }
     }
 
     /// The document: text that is JSON, of a glTF version that is read.
@@ -168,7 +149,41 @@ impl Container {
     }
 }
 
-/// What a document of any version has.
+/// The little-endian number at a byte, where the file has it.
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    let word = bytes.get(at..at + 4)?.try_into().ok()?;
+    Some(u32::from_le_bytes(word))
+}
+
+/// The length that the header of a GLB file declares, checked.
+fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize, FormatError> {
+    let InputFile { path, bytes, .. } = source;
+    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+        let message = "the file ends inside its header (GLB_UNEXPECTED_END_OF_HEADER)";
+        return Err(FormatError::byte(path, bytes.len(), message));
+    };
+    if version != 2 {
+        let message = format!("GLB version {version} (GLB_INVALID_VERSION); version 2 is read");
+        return Err(FormatError::unsupported(path, message));
+    }
+    let length = length as usize;
+    if length > source.len() || length < 12 {
+        let message = format!(
+            "{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)",
+            source.len()
+        );
+        return Err(FormatError::byte(path, 8, message));
+    }
+    if length < source.len() {
+        let extra = source.len() - length;
+        let message =
+            format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
+        diagnostics.note("the file", message);
+    }
+    Ok(length)
+}
+
+/// Keys that documents of every version have.
 #[derive(Deserialize)]
 struct AnyVersion {
     asset: AnyAsset,
@@ -180,7 +195,7 @@ struct AnyAsset {
     version: serde_json::Value,
 }
 
-/// Whether a version is read.
+/// Refuses other versions than 2.
 fn check_version(version: &str, path: &Path) -> Result<(), FormatError> {
     if version.split('.').next() == Some("2") {
         return Ok(());

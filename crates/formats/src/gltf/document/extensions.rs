@@ -1,5 +1,4 @@
 //! Which extensions are read.
-
 use std::path::Path;
 
 use crate::error::FormatError;

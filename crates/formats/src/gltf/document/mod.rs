@@ -9,7 +9,6 @@ pub(crate) mod container;
 pub(crate) mod diagnostics;
 pub(crate) mod extensions;
 pub(crate) mod memory_allowance;
-
 use std::io;
 use std::path::Path;
 

@@ -1,5 +1,4 @@
 //! The JSON of glTF's extensions, materials apart.
-
 use std::collections::BTreeMap;
 
 use serde::Deserialize;

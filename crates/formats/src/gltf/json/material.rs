@@ -1,5 +1,4 @@
 //! The JSON of glTF's materials and of their extensions.
-
 use serde::Deserialize;
 
 use crate::gltf::json::texture_info::TextureInfo;

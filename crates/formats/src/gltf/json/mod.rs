@@ -4,7 +4,6 @@
 pub(crate) mod extensions;
 pub(crate) mod material;
 pub(crate) mod texture_info;
-
 use serde::Deserialize;
 
 use crate::gltf::json::extensions::{

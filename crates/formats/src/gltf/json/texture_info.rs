@@ -1,5 +1,4 @@
 //! References to textures, with `KHR_texture_transform`.
-
 use raycam_scene::animation::UvTransform;
 use serde::Deserialize;
 

@@ -1,5 +1,4 @@
 //! Where a primitive's attributes and indices come from: accessors, or a Draco stream.
-
 use crate::codec::draco;
 use crate::error::FormatError;
 use crate::gltf::document::Document;

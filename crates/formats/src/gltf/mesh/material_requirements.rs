@@ -1,5 +1,4 @@
 //! Vertex data that materials need.
-
 use raycam_scene::Mesh;
 
 use crate::error::FormatError;

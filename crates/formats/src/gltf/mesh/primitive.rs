@@ -1,5 +1,4 @@
 //! Primitives of triangles as meshes.
-
 use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 

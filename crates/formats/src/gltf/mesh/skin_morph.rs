@@ -1,5 +1,4 @@
 //! Morph targets and joints of a primitive's vertices.
-
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
 use crate::error::FormatError;

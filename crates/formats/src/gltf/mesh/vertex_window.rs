@@ -1,5 +1,4 @@
 //! The range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
-
 use crate::error::FormatError;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;

@@ -1,5 +1,4 @@
 //! Animations, `KHR_animation_pointer` included.
-
 use std::sync::Arc;
 
 use raycam_scene::animation::{

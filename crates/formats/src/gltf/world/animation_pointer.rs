@@ -1,5 +1,6 @@
 //! `KHR_animation_pointer`: what a path into the document moves here.
-
+use MaterialProperty as P;
+use TextureSlotKind as T;
 use raycam_scene::animation::{
     AnimatedMaterial, AnimationTarget, LightProperty, MaterialProperty, TextureSlotKind, UvProperty,
 };
@@ -8,9 +9,6 @@ use crate::gltf::document::Document;
 use crate::gltf::json::material::Material;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
-
-use MaterialProperty as P;
-use TextureSlotKind as T;
 
 /// Properties of a material, by their paths below it.
 pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[

@@ -1,15 +1,23 @@
-//! Cameras. glTF's look along -z with y up and have an aspect ratio, ours have pixels: as many as 640 x 480.
-
+//! Cameras. Those of glTF look along -z with y up and have an aspect ratio; ours have pixels, as many as 640 x 480.
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
 use raycam_scene::{Camera, PixelCenter};
 
 use crate::error::FormatError;
+use crate::gltf::json;
 use crate::gltf::world::builder::Builder;
 
-/// Of the image of a camera that does not say.
+/// Aspect ratio of a camera without one.
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
+/// Pixels of an image.
 const IMAGE_PIXELS: f64 = 640.0 * 480.0;
+
+enum Projection {
+    /// Vertical field of view in radians, and the size of the image.
+    Perspective { yfov: f64, size: [u32; 2] },
+    /// Half the width and half the height of the view, and the size of the image.
+    Orthographic { half: [f64; 2], size: [u32; 2] },
+}
 
 impl Builder<'_, '_> {
     /// Adds the camera that a node refers to, and returns its index.
@@ -23,53 +31,7 @@ impl Builder<'_, '_> {
         let document = self.document;
         let json = document.get(&document.root.cameras, index, place)?;
         let place = format!("cameras[{index}]");
-        let fault = |message: &str| document.fault(format!("{place}{message}"));
-        let pixel_center = PixelCenter::default();
-        let (parallel, made) = match (&json.kind[..], &json.perspective, &json.orthographic) {
-            ("perspective", Some(perspective), _) => {
-                let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
-                if !(aspect.is_normal() && aspect > 0.0) {
-                    return Err(fault(
-                        ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
-                    ));
-                }
-                if !(perspective.yfov.is_finite() && perspective.yfov > 0.0) {
-                    return Err(fault(
-                        ".perspective.yfov: expected more than 0 (VALUE_NOT_IN_RANGE)",
-                    ));
-                }
-                let size = image_size(aspect);
-                let k = intrinsics_from_fov(perspective.yfov.to_degrees(), size, pixel_center);
-                (false, k.map(|k| (k, size)))
-            }
-            ("orthographic", _, Some(orthographic)) => {
-                let [x, y] = [orthographic.xmag, orthographic.ymag];
-                if !(x.is_normal() && y.is_normal()) {
-                    return Err(fault(
-                        ".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)",
-                    ));
-                }
-                if x < 0.0 || y < 0.0 {
-                    let message = "a negative magnification is taken as positive \
-                                   (CAMERA_XMAG_YMAG_NEGATIVE)";
-                    self.diagnostics.note(&place, message);
-                }
-                let half = [x.abs(), y.abs()];
-                let size = image_size(half[0] / half[1]);
-                let k = intrinsics_from_extent(half, size, pixel_center);
-                (true, Ok((k, size)))
-            }
-            ("perspective" | "orthographic", ..) => {
-                return Err(fault(
-                    ": the object that its type names is missing (UNDEFINED_PROPERTY)",
-                ));
-            }
-            _ => {
-                return Err(fault(
-                    ".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)",
-                ));
-            }
-        };
+        let projection = self.projection(&place, json)?;
         let world_from_camera = match rigid(world_from_node) {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
@@ -83,15 +45,20 @@ impl Builder<'_, '_> {
                 return Ok(None);
             }
         };
-        let camera = made.and_then(|(k, size)| {
-            // From its axes (right, up, back) to ours (right, down, forward).
-            let r = (world_from_camera.matrix3 * flip_yz()).transpose();
-            let c = world_from_camera.translation;
-            match parallel {
-                true => Camera::orthographic(k, r, c, size, pixel_center),
-                false => Camera::new(k, r, c, size, pixel_center),
+        // From its axes (right, up, back) to ours (right, down, forward).
+        let r = (world_from_camera.matrix3 * flip_yz()).transpose();
+        let c = world_from_camera.translation;
+        let pixel_center = PixelCenter::default();
+        let camera = match projection {
+            Projection::Perspective { yfov, size } => {
+                intrinsics_from_fov(yfov.to_degrees(), size, pixel_center)
+                    .and_then(|k| Camera::new(k, r, c, size, pixel_center))
             }
-        });
+            Projection::Orthographic { half, size } => {
+                let k = intrinsics_from_extent(half, size, pixel_center);
+                Camera::orthographic(k, r, c, size, pixel_center)
+            }
+        };
         let camera = camera.map_err(|error| document.scene(&place, error))?;
         let name = match (&json.name[..], node_name) {
             ("", "") => "camera",
@@ -99,6 +66,51 @@ impl Builder<'_, '_> {
             (name, _) => name,
         };
         Ok(Some(self.world.add_camera(name, camera)))
+    }
+
+    /// The projection of a camera, checked.
+    fn projection(&mut self, place: &str, json: &json::Camera) -> Result<Projection, FormatError> {
+        let fault = |message: &str| self.document.fault(format!("{place}{message}"));
+        match (&json.kind[..], &json.perspective, &json.orthographic) {
+            ("perspective", Some(perspective), _) => {
+                let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
+                if !(aspect.is_normal() && aspect > 0.0) {
+                    return Err(fault(
+                        ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
+                    ));
+                }
+                let yfov = perspective.yfov;
+                if !(yfov.is_finite() && yfov > 0.0) {
+                    return Err(fault(
+                        ".perspective.yfov: expected more than 0 (VALUE_NOT_IN_RANGE)",
+                    ));
+                }
+                let size = image_size(aspect);
+                Ok(Projection::Perspective { yfov, size })
+            }
+            ("orthographic", _, Some(orthographic)) => {
+                let [x, y] = [orthographic.xmag, orthographic.ymag];
+                if !(x.is_normal() && y.is_normal()) {
+                    return Err(fault(
+                        ".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)",
+                    ));
+                }
+                if x < 0.0 || y < 0.0 {
+                    let message = "a negative magnification is taken as positive \
+                                   (CAMERA_XMAG_YMAG_NEGATIVE)";
+                    self.diagnostics.note(place, message);
+                }
+                let half = [x.abs(), y.abs()];
+                let size = image_size(half[0] / half[1]);
+                Ok(Projection::Orthographic { half, size })
+            }
+            ("perspective" | "orthographic", ..) => Err(fault(
+                ": the object that its type names is missing (UNDEFINED_PROPERTY)",
+            )),
+            _ => Err(fault(
+                ".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)",
+            )),
+        }
     }
 }
 

@@ -1,5 +1,4 @@
 //! Materials: metallic-roughness and the extensions that add to it.
-
 use raycam_scene::material::principled::{NormalMap, Principled, Textured};
 use raycam_scene::material::{Alpha, Material, MaterialModel};
 use raycam_scene::texture::TextureSlot;
@@ -146,22 +145,7 @@ impl Builder<'_, '_> {
             principled.ior = self.number(&at("ior", "ior"), ior, [least, NON_NEGATIVE[1]]);
         }
         if let Some(json) = &extensions.specular {
-            let at = |key| at("specular", key);
-            principled.specular = self.textured_factor(
-                &at("specular"),
-                json.specular_factor.unwrap_or(1.0),
-                json.specular_texture.as_ref(),
-                Color,
-            )?;
-            let color = json.specular_color_factor.unwrap_or([1.0; 3]);
-            principled.specular_color = Textured {
-                value: self.numbers(&at("specularColorFactor"), color, NON_NEGATIVE),
-                texture: self.slot(
-                    &at("specularColorTexture"),
-                    json.specular_color_texture.as_ref(),
-                    Color,
-                )?,
-            };
+            self.specular(&format!("{place}.KHR_materials_specular"), json, principled)?;
         }
         if let Some(json) = &extensions.transmission {
             principled.transmission = self.textured_factor(
@@ -172,26 +156,7 @@ impl Builder<'_, '_> {
             )?;
         }
         if let Some(json) = &extensions.volume {
-            let at = |key| at("volume", key);
-            principled.thickness = Textured {
-                value: self.number(&at("thicknessFactor"), json.thickness_factor, NON_NEGATIVE),
-                texture: self.slot(
-                    &at("thicknessTexture"),
-                    json.thickness_texture.as_ref(),
-                    Data,
-                )?,
-            };
-            let color = json.attenuation_color.unwrap_or([1.0; 3]);
-            principled.attenuation_color =
-                self.numbers(&at("attenuationColor"), color, UNIT_INTERVAL);
-            if let Some(distance) = json.attenuation_distance {
-                let least = f64::from(f32::MIN_POSITIVE);
-                principled.attenuation_distance = self.number(
-                    &at("attenuationDistance"),
-                    distance,
-                    [least, NON_NEGATIVE[1]],
-                );
-            }
+            self.volume(&format!("{place}.KHR_materials_volume"), json, principled)?;
         }
         if let Some(json) = &extensions.dispersion {
             principled.dispersion = self.number(
@@ -201,90 +166,208 @@ impl Builder<'_, '_> {
             );
         }
         if let Some(json) = &extensions.clearcoat {
-            let at = |key| at("clearcoat", key);
-            let (strength, roughness) = (json.clearcoat_factor, json.clearcoat_roughness_factor);
-            let texture = json.clearcoat_texture.as_ref();
-            principled.clearcoat =
-                self.textured_factor(&at("clearcoat"), strength, texture, Data)?;
-            let texture = json.clearcoat_roughness_texture.as_ref();
-            principled.clearcoat_roughness =
-                self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
-            let normal = json.clearcoat_normal_texture.as_ref();
-            principled.clearcoat_normal = self.normal_map(&at("clearcoatNormalTexture"), normal)?;
-        }
-        if let Some(json) = &extensions.sheen {
-            let at = |key| at("sheen", key);
-            let color = json.sheen_color_factor;
-            principled.sheen_color = Textured {
-                value: self.numbers(&at("sheenColorFactor"), color, UNIT_INTERVAL),
-                texture: self.slot(
-                    &at("sheenColorTexture"),
-                    json.sheen_color_texture.as_ref(),
-                    Color,
-                )?,
-            };
-            let texture = json.sheen_roughness_texture.as_ref();
-            principled.sheen_roughness = self.textured_factor(
-                &at("sheenRoughness"),
-                json.sheen_roughness_factor,
-                texture,
-                Color,
+            self.clearcoat(
+                &format!("{place}.KHR_materials_clearcoat"),
+                json,
+                principled,
             )?;
         }
+        if let Some(json) = &extensions.sheen {
+            self.sheen(&format!("{place}.KHR_materials_sheen"), json, principled)?;
+        }
         if let Some(json) = &extensions.iridescence {
-            let at = |key| at("iridescence", key);
-            let texture = json.iridescence_texture.as_ref();
-            principled.iridescence =
-                self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
-            let ior = json.iridescence_ior.unwrap_or(1.3);
-            principled.iridescence_ior =
-                self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
-            let thickness = [
-                json.iridescence_thickness_minimum.unwrap_or(100.0),
-                json.iridescence_thickness_maximum.unwrap_or(400.0),
-            ];
-            principled.iridescence_thickness =
-                self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
-            let texture = json.iridescence_thickness_texture.as_ref();
-            principled.iridescence_thickness_texture =
-                self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
+            self.iridescence(
+                &format!("{place}.KHR_materials_iridescence"),
+                json,
+                principled,
+            )?;
         }
         if let Some(json) = &extensions.anisotropy {
-            let at = |key| at("anisotropy", key);
-            principled.anisotropy = Textured {
-                value: self.number(
-                    &at("anisotropyStrength"),
-                    json.anisotropy_strength,
-                    UNIT_INTERVAL,
-                ),
-                texture: self.slot(
-                    &at("anisotropyTexture"),
-                    json.anisotropy_texture.as_ref(),
-                    Data,
-                )?,
-            };
-            principled.anisotropy_rotation = json.anisotropy_rotation as f32;
+            self.anisotropy(
+                &format!("{place}.KHR_materials_anisotropy"),
+                json,
+                principled,
+            )?;
         }
         if let Some(json) = &extensions.diffuse_transmission {
-            let at = |key| at("diffuse_transmission", key);
-            let texture = json.diffuse_transmission_texture.as_ref();
-            let factor = json.diffuse_transmission_factor;
-            principled.diffuse_transmission =
-                self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
-            let color = json.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
-            principled.diffuse_transmission_color = Textured {
-                value: self.numbers(&at("diffuseTransmissionColorFactor"), color, UNIT_INTERVAL),
-                texture: self.slot(
-                    &at("diffuseTransmissionColorTexture"),
-                    json.diffuse_transmission_color_texture.as_ref(),
-                    Color,
-                )?,
-            };
+            self.diffuse_transmission(
+                &format!("{place}.KHR_materials_diffuse_transmission"),
+                json,
+                principled,
+            )?;
         }
         Ok(())
     }
 
-    /// A share with its texture: `placeFactor` and `placeTexture`.
+    fn specular(
+        &mut self,
+        place: &str,
+        json: &json::Specular,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        principled.specular = self.textured_factor(
+            &at("specular"),
+            json.specular_factor.unwrap_or(1.0),
+            json.specular_texture.as_ref(),
+            Color,
+        )?;
+        let color = json.specular_color_factor.unwrap_or([1.0; 3]);
+        principled.specular_color = Textured {
+            value: self.numbers(&at("specularColorFactor"), color, NON_NEGATIVE),
+            texture: self.slot(
+                &at("specularColorTexture"),
+                json.specular_color_texture.as_ref(),
+                Color,
+            )?,
+        };
+        Ok(())
+    }
+
+    fn volume(
+        &mut self,
+        place: &str,
+        json: &json::Volume,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        principled.thickness = Textured {
+            value: self.number(&at("thicknessFactor"), json.thickness_factor, NON_NEGATIVE),
+            texture: self.slot(
+                &at("thicknessTexture"),
+                json.thickness_texture.as_ref(),
+                Data,
+            )?,
+        };
+        let color = json.attenuation_color.unwrap_or([1.0; 3]);
+        principled.attenuation_color = self.numbers(&at("attenuationColor"), color, UNIT_INTERVAL);
+        if let Some(distance) = json.attenuation_distance {
+            let least = f64::from(f32::MIN_POSITIVE);
+            principled.attenuation_distance = self.number(
+                &at("attenuationDistance"),
+                distance,
+                [least, NON_NEGATIVE[1]],
+            );
+        }
+        Ok(())
+    }
+
+    fn clearcoat(
+        &mut self,
+        place: &str,
+        json: &json::Clearcoat,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        let (strength, roughness) = (json.clearcoat_factor, json.clearcoat_roughness_factor);
+        let texture = json.clearcoat_texture.as_ref();
+        principled.clearcoat = self.textured_factor(&at("clearcoat"), strength, texture, Data)?;
+        let texture = json.clearcoat_roughness_texture.as_ref();
+        principled.clearcoat_roughness =
+            self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
+        let normal = json.clearcoat_normal_texture.as_ref();
+        principled.clearcoat_normal = self.normal_map(&at("clearcoatNormalTexture"), normal)?;
+        Ok(())
+    }
+
+    fn sheen(
+        &mut self,
+        place: &str,
+        json: &json::Sheen,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        let color = json.sheen_color_factor;
+        principled.sheen_color = Textured {
+            value: self.numbers(&at("sheenColorFactor"), color, UNIT_INTERVAL),
+            texture: self.slot(
+                &at("sheenColorTexture"),
+                json.sheen_color_texture.as_ref(),
+                Color,
+            )?,
+        };
+        let texture = json.sheen_roughness_texture.as_ref();
+        principled.sheen_roughness = self.textured_factor(
+            &at("sheenRoughness"),
+            json.sheen_roughness_factor,
+            texture,
+            Color,
+        )?;
+        Ok(())
+    }
+
+    fn iridescence(
+        &mut self,
+        place: &str,
+        json: &json::Iridescence,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        let texture = json.iridescence_texture.as_ref();
+        principled.iridescence =
+            self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
+        let ior = json.iridescence_ior.unwrap_or(1.3);
+        principled.iridescence_ior =
+            self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
+        let thickness = [
+            json.iridescence_thickness_minimum.unwrap_or(100.0),
+            json.iridescence_thickness_maximum.unwrap_or(400.0),
+        ];
+        principled.iridescence_thickness =
+            self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
+        let texture = json.iridescence_thickness_texture.as_ref();
+        principled.iridescence_thickness_texture =
+            self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
+        Ok(())
+    }
+
+    fn anisotropy(
+        &mut self,
+        place: &str,
+        json: &json::Anisotropy,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        principled.anisotropy = Textured {
+            value: self.number(
+                &at("anisotropyStrength"),
+                json.anisotropy_strength,
+                UNIT_INTERVAL,
+            ),
+            texture: self.slot(
+                &at("anisotropyTexture"),
+                json.anisotropy_texture.as_ref(),
+                Data,
+            )?,
+        };
+        principled.anisotropy_rotation = json.anisotropy_rotation as f32;
+        Ok(())
+    }
+
+    fn diffuse_transmission(
+        &mut self,
+        place: &str,
+        json: &json::DiffuseTransmission,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let at = |key: &str| format!("{place}.{key}");
+        let texture = json.diffuse_transmission_texture.as_ref();
+        let factor = json.diffuse_transmission_factor;
+        principled.diffuse_transmission =
+            self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
+        let color = json.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
+        principled.diffuse_transmission_color = Textured {
+            value: self.numbers(&at("diffuseTransmissionColorFactor"), color, UNIT_INTERVAL),
+            texture: self.slot(
+                &at("diffuseTransmissionColorTexture"),
+                json.diffuse_transmission_color_texture.as_ref(),
+                Color,
+            )?,
+        };
+        Ok(())
+    }
+
+    /// A factor of the unit interval with its texture: `placeFactor` and `placeTexture`.
     fn textured_factor(
         &mut self,
         place: &str,

@@ -1,10 +1,9 @@
 //! Nodes: the tree of transforms, and what hangs on it.
-
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use raycam_scene::animation::{self as rig, NodeCamera, NodeObject, NodeTree, Transform};
-use raycam_scene::world::variant::Variant;
+use raycam_scene::world::Variant;
 use raycam_scene::{Mesh, Object, World};
 
 use crate::error::FormatError;
@@ -81,33 +80,9 @@ impl Builder<'_, '_> {
                 materials: Vec::new(),
             })
             .collect();
-        // In the order of the document, which is that of the objects' numbers.
-        for (i, node) in nodes.iter().enumerate().filter(|(i, _)| shown[*i]) {
-            let (place, transform) = (format!("nodes[{i}]"), world_from_node[i]);
-            if let Some(camera) = node.camera {
-                let at = format!("{place}.camera");
-                let added = self.camera(&at, camera, &node.name, transform)?;
-                rig.cameras.extend(added.map(|added| NodeCamera {
-                    camera: added,
-                    node: i,
-                    definition: camera,
-                    base: self.world.cameras[added].camera.clone(),
-                }));
-            }
-            if !visible[i] && (node.mesh.is_some() || node.extensions.light.is_some()) {
-                let message = "hidden, as KHR_node_visibility says";
-                self.diagnostics.note(&place, message);
-            }
-            if let Some(light) = node.extensions.light.as_ref().filter(|_| visible[i]) {
-                let place = format!("{place}.extensions.KHR_lights_punctual.light");
-                rig.lights
-                    .extend(self.light(&place, light.light, i, transform)?);
-            }
-            if let Some(mesh) = node.mesh.filter(|_| visible[i] || moving)
-                && let Some(imported) = self.mesh(&format!("{place}.mesh"), mesh)?
-            {
-                self.objects(i, &imported, transform, &mut rig)?;
-            }
+        // In the order of the document, which is that of the object ids.
+        for i in (0..nodes.len()).filter(|&i| shown[i]) {
+            self.add_node(i, world_from_node[i], visible[i], &mut rig)?;
         }
         if moving || rig.objects.iter().any(|mount| mount.deformable.is_some()) {
             let world = World {
@@ -117,6 +92,44 @@ impl Builder<'_, '_> {
             let rested = world.at_rest();
             self.world = rested.map_err(|error| document.scene("nodes", error))?;
             self.world.node_tree = self.world.node_tree.take().filter(|_| moving);
+        }
+        Ok(())
+    }
+
+    /// Adds the camera, the light and the objects of node `i`.
+    fn add_node(
+        &mut self,
+        i: usize,
+        transform: DAffine3,
+        visible: bool,
+        rig: &mut NodeTree,
+    ) -> Result<(), FormatError> {
+        let node = &self.document.root.nodes[i];
+        let moving = !rig.animations.is_empty();
+        let place = format!("nodes[{i}]");
+        if let Some(camera) = node.camera {
+            let at = format!("{place}.camera");
+            let added = self.camera(&at, camera, &node.name, transform)?;
+            rig.cameras.extend(added.map(|added| NodeCamera {
+                camera: added,
+                node: i,
+                definition: camera,
+                base: self.world.cameras[added].camera.clone(),
+            }));
+        }
+        if !visible && (node.mesh.is_some() || node.extensions.light.is_some()) {
+            let message = "hidden, as KHR_node_visibility says";
+            self.diagnostics.note(&place, message);
+        }
+        if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
+            let place = format!("{place}.extensions.KHR_lights_punctual.light");
+            rig.lights
+                .extend(self.light(&place, light.light, i, transform)?);
+        }
+        if let Some(mesh) = node.mesh.filter(|_| visible || moving)
+            && let Some(imported) = self.mesh(&format!("{place}.mesh"), mesh)?
+        {
+            self.objects(i, &imported, transform, rig)?;
         }
         Ok(())
     }

@@ -1,5 +1,4 @@
 //! Skins.
-
 use glam::{DAffine3, DMat4};
 use raycam_scene::animation::Skin;
 

@@ -1,5 +1,4 @@
 //! ImportedTextures: which image, how it is looked up, and where on it.
-
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! Animations: channels of nodes, and `KHR_animation_pointer` for the rest.
-
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -8,11 +7,11 @@ use raycam_scene::animation::{
 };
 use serde_json::{Value, json};
 
-use super::Writer;
-use super::binary::BufferTarget;
 use crate::gltf::world::animation_pointer::{
     CAMERA_PROPERTIES, LIGHT_PATH, LIGHT_PROPERTIES, MATERIAL_PROPERTIES, TEXTURES, UV_PROPERTIES,
 };
+use crate::gltf::writer::binary::BufferTarget;
+use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
     /// All animations of the tree that was written.

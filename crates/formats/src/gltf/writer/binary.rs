@@ -1,5 +1,4 @@
 //! The binary chunk: buffer views and accessors. Bytes that are there already are not written again.
-
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 

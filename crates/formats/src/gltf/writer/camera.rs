@@ -1,12 +1,11 @@
 //! Cameras: perspective and orthographic, with what glTF has no words for told.
-
 use glam::DAffine3;
+use raycam_scene::camera::NamedCamera;
 use raycam_scene::camera::{Center, Lens, intrinsics_from_focal};
-use raycam_scene::world::NamedCamera;
 use serde_json::json;
 
-use super::Writer;
 use crate::gltf::world::camera::{flip_yz, image_size};
+use crate::gltf::writer::document::Writer;
 
 /// Required by glTF; nothing is cut off here.
 const ZNEAR: f64 = 0.01;

@@ -1,12 +1,11 @@
 //! Lights as `KHR_lights_punctual`: one W/sr is one candela there, one W/m² one lux, as the reader has it.
-
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use raycam_scene::Light;
 use serde_json::{Value, json};
 
-use super::Writer;
+use crate::gltf::writer::document::Writer;
 
 /// A light of the document: where, and its index.
 pub(super) struct PlacedLight {
@@ -82,9 +81,9 @@ impl Writer<'_> {
         };
         let (color, intensity) = color_and_strength(rgb);
         if color != [1.0; 3] {
-            json["color"] = super::shortest_f32s(&color);
+            json["color"] = crate::gltf::writer::number::shortest_f32s(&color);
         }
-        json["intensity"] = json!(super::shortest_f32(intensity));
+        json["intensity"] = json!(crate::gltf::writer::number::shortest_f32(intensity));
         self.lights.push(json);
         let rotation = match direction.normalize_or(DVec3::NEG_Z) {
             DVec3::NEG_Z => DQuat::IDENTITY,

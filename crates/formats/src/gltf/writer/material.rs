@@ -1,5 +1,4 @@
 //! Materials: metallic-roughness with the extensions that they need.
-
 use std::sync::Arc;
 
 use raycam_scene::material::principled::{NormalMap, Principled, Textured};
@@ -8,9 +7,10 @@ use raycam_scene::texture::TextureSlot;
 use raycam_scene::{Image, Texels};
 use serde_json::{Map, Value, json};
 
-use super::light::color_and_strength;
-use super::{Writer, shortest_f32, shortest_f32s};
 use crate::error::FormatError;
+use crate::gltf::writer::document::Writer;
+use crate::gltf::writer::light::color_and_strength;
+use crate::gltf::writer::number::{shortest_f32, shortest_f32s};
 use crate::image::decoder::ColorUse::{self, Color, Data};
 
 type Object = Map<String, Value>;
@@ -91,7 +91,7 @@ impl Writer<'_> {
         Ok(json.into())
     }
 
-    /// Every extension with what it says beyond its defaults.
+    /// Every extension with the values that differ from its defaults.
     fn extensions_of(
         &mut self,
         p: &Principled,
@@ -135,6 +135,16 @@ impl Writer<'_> {
         }
         all.push(("KHR_materials_dispersion", json));
 
+        self.coating_extensions(p, &mut all)?;
+        Ok(all)
+    }
+
+    /// The extensions of layers on top of the base, and of the way that light is scattered.
+    fn coating_extensions(
+        &mut self,
+        p: &Principled,
+        all: &mut Vec<(&'static str, Object)>,
+    ) -> Result<(), FormatError> {
         let mut json = Object::new();
         self.textured(&mut json, "clearcoat", p.clearcoat, 0.0, Data)?;
         let roughness = p.clearcoat_roughness;
@@ -177,7 +187,7 @@ impl Writer<'_> {
         let key = "diffuseTransmissionColorTexture";
         self.texture(&mut json, key, color.texture, Color)?;
         all.push(("KHR_materials_diffuse_transmission", json));
-        Ok(all)
+        Ok(())
     }
 
     fn texture(

@@ -1,6 +1,4 @@
 //! Meshes: a primitive for each material slot, with what its vertices carry.
-
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -8,17 +6,8 @@ use raycam_scene::Mesh;
 use raycam_scene::animation::{DeformableMesh, MorphTarget};
 use serde_json::{Map, Value, json};
 
-use super::Writer;
-use super::binary::BufferTarget::Vertices;
-
-/// What has been written so far.
-#[derive(Default)]
-pub(super) struct WrittenMeshes {
-    /// Primitives without materials, by mesh and by whether it bends.
-    primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
-    /// Meshes of the document by their JSON.
-    meshes: HashMap<String, usize>,
-}
+use crate::gltf::writer::binary::BufferTarget::Vertices;
+use crate::gltf::writer::document::Writer;
 
 /// The materials that an object has in one of the variants, by slot: `KHR_materials_variants`.
 pub(super) type SlotVariants = Vec<(usize, Vec<(usize, usize)>)>;
@@ -62,7 +51,7 @@ impl Writer<'_> {
         }
         let mut json = json!({ "primitives": primitives });
         if !weights.is_empty() {
-            json["weights"] = super::shortest_f32s(weights);
+            json["weights"] = crate::gltf::writer::number::shortest_f32s(weights);
         }
         let text = json.to_string();
         if let Some(&known) = self.meshes.meshes.get(&text) {
@@ -149,41 +138,12 @@ impl Writer<'_> {
         let positions = gather(&sources, |i| mesh.vertices[i].as_vec3().to_array());
         let position = self.binary.floats(&positions, Vertices, true);
         attributes.insert("POSITION".into(), json!(position));
-        let shading = normals.map(|all| {
-            let mut normals = gather(&sources, |i| all[i]);
-            if flat {
-                for (corners, normals) in positions.chunks(3).zip(normals.chunks_mut(3)) {
-                    let [a, b, c] = [0, 1, 2].map(|i| Vec3::from_array(corners[i]));
-                    let face = (b - a).cross(c - a).normalize_or(Vec3::Z).to_array();
-                    normals
-                        .iter_mut()
-                        .filter(|n| **n == [0.0; 3])
-                        .for_each(|n| *n = face);
-                }
-            }
-            normals
-                .into_iter()
-                .map(|n| Vec3::from_array(n).normalize_or(Vec3::Z).to_array())
-                .collect::<Vec<_>>()
-        });
+        let shading = normals.map(|all| shading_normals(all, &sources, &positions, flat));
         if let Some(normals) = &shading {
             let index = self.binary.floats(normals, Vertices, false);
             attributes.insert("NORMAL".into(), json!(index));
         }
-        let tangents = mesh.tangents.as_ref().zip(shading.as_ref());
-        let tangents = tangents.map(|(all, normals)| (gather(&sources, |i| all[i]), normals));
-        let tangents = tangents.filter(|(all, _)| all.iter().any(|t| t[..3] != [0.0; 3]));
-        let has_tangents = tangents.is_some();
-        if let Some((tangents, normals)) = tangents {
-            let unit = |([x, y, z, sign], normal): ([f32; 4], &[f32; 3])| {
-                let any = Vec3::from_array(*normal).any_orthonormal_vector();
-                let [x, y, z] = Vec3::new(x, y, z).normalize_or(any).to_array();
-                [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }]
-            };
-            let tangents: Vec<_> = tangents.into_iter().zip(normals).map(unit).collect();
-            let index = self.binary.floats(&tangents, Vertices, false);
-            attributes.insert("TANGENT".into(), json!(index));
-        }
+        let has_tangents = self.tangents(mesh, &sources, shading.as_ref(), &mut attributes);
         for (set, uvs) in mesh.uvs.iter().chain(&mesh.more_uvs).enumerate() {
             let index = self
                 .binary
@@ -193,14 +153,7 @@ impl Writer<'_> {
         let colored = self.colors(mesh, &sources, faces, &mut attributes);
         let mut json = json!({});
         if let Some(shape) = shape {
-            for (set, (joints, weights)) in shape.joints.iter().enumerate() {
-                let joints = gather(&sources, |i| used(joints[i], weights[i]));
-                let index = self.binary.joints(&joints);
-                attributes.insert(format!("JOINTS_{set}"), json!(index));
-                let weights = gather(&sources, |i| weights[i]);
-                let index = self.binary.floats(&weights, Vertices, false);
-                attributes.insert(format!("WEIGHTS_{set}"), json!(index));
-            }
+            self.skin(shape, &sources, &mut attributes);
             let base = [shading.is_some(), has_tangents, mesh.uvs.is_some(), colored];
             let targets: Vec<_> = shape
                 .targets
@@ -216,6 +169,48 @@ impl Writer<'_> {
             json["indices"] = json!(self.binary.indices(&indices, count));
         }
         json
+    }
+
+    /// `TANGENT`, where the mesh has tangents and normals; true if it has.
+    fn tangents(
+        &mut self,
+        mesh: &Mesh,
+        sources: &[u32],
+        normals: Option<&Vec<[f32; 3]>>,
+        attributes: &mut Map<String, Value>,
+    ) -> bool {
+        let tangents = mesh.tangents.as_ref().zip(normals);
+        let tangents = tangents.map(|(all, normals)| (gather(sources, |i| all[i]), normals));
+        let tangents = tangents.filter(|(all, _)| all.iter().any(|t| t[..3] != [0.0; 3]));
+        let Some((tangents, normals)) = tangents else {
+            return false;
+        };
+        let unit = |([x, y, z, sign], normal): ([f32; 4], &[f32; 3])| {
+            let any = Vec3::from_array(*normal).any_orthonormal_vector();
+            let [x, y, z] = Vec3::new(x, y, z).normalize_or(any).to_array();
+            [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }]
+        };
+        let tangents: Vec<_> = tangents.into_iter().zip(normals).map(unit).collect();
+        let index = self.binary.floats(&tangents, Vertices, false);
+        attributes.insert("TANGENT".into(), json!(index));
+        true
+    }
+
+    /// `JOINTS_n` and `WEIGHTS_n`.
+    fn skin(
+        &mut self,
+        shape: &DeformableMesh,
+        sources: &[u32],
+        attributes: &mut Map<String, Value>,
+    ) {
+        for (set, (joints, weights)) in shape.joints.iter().enumerate() {
+            let joints = gather(sources, |i| used(joints[i], weights[i]));
+            let index = self.binary.joints(&joints);
+            attributes.insert(format!("JOINTS_{set}"), json!(index));
+            let weights = gather(sources, |i| weights[i]);
+            let index = self.binary.floats(&weights, Vertices, false);
+            attributes.insert(format!("WEIGHTS_{set}"), json!(index));
+        }
     }
 
     /// `COLOR_0`, where there are colours of vertices or faces; whether there are.
@@ -300,6 +295,30 @@ impl Writer<'_> {
         }
         json.into()
     }
+}
+
+/// Unit normals of the vertices; with `flat`, vertices are corners and zero normals are those of their faces.
+fn shading_normals(
+    all: &[[f32; 3]],
+    sources: &[u32],
+    positions: &[[f32; 3]],
+    flat: bool,
+) -> Vec<[f32; 3]> {
+    let mut normals = gather(sources, |i| all[i]);
+    if flat {
+        for (corners, normals) in positions.chunks(3).zip(normals.chunks_mut(3)) {
+            let [a, b, c] = [0, 1, 2].map(|i| Vec3::from_array(corners[i]));
+            let face = (b - a).cross(c - a).normalize_or(Vec3::Z).to_array();
+            normals
+                .iter_mut()
+                .filter(|n| **n == [0.0; 3])
+                .for_each(|n| *n = face);
+        }
+    }
+    normals
+        .into_iter()
+        .map(|n| Vec3::from_array(n).normalize_or(Vec3::Z).to_array())
+        .collect::<Vec<_>>()
 }
 
 /// The vertices that these corners use, in their order, and the corners among them.

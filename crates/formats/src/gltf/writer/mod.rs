@@ -4,40 +4,24 @@
 mod animation;
 mod binary;
 mod camera;
+pub(crate) mod document;
 mod light;
 mod material;
 mod mesh;
 mod node;
+mod number;
 mod reflectance;
 mod texture;
 pub(crate) mod transform;
-
 use std::collections::{BTreeMap, BTreeSet};
 
-use raycam_scene::schema::RenderSpec;
+use raycam_scene::render_options::RenderOptions;
 use raycam_scene::{Up, World};
 use serde_json::{Map, Value, json};
 
 use self::binary::Binary;
-use self::mesh::WrittenMeshes;
-use self::texture::WrittenTextures;
+use self::document::{Writer, WrittenMeshes, WrittenTextures};
 use crate::error::FormatError;
-
-/// A world on its way out.
-struct Writer<'a> {
-    world: &'a World,
-    binary: Binary,
-    /// The document's lists, by key.
-    lists: BTreeMap<&'static str, Vec<Value>>,
-    lights: Vec<Value>,
-    extensions: BTreeSet<&'static str>,
-    meshes: WrittenMeshes,
-    textures: WrittenTextures,
-    /// Which definition of the rig the lights are copies of, and theirs here.
-    light_definition: Vec<(usize, usize)>,
-    camera_definition: Vec<(usize, usize)>,
-    notices: Vec<String>,
-}
 
 /// A GLB file of a world, and what it does not say of it.
 ///
@@ -79,36 +63,13 @@ pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>), FormatError> {
 }
 
 impl Writer<'_> {
-    /// Adds an item to one of the document's lists and returns its index.
-    fn push(&mut self, list: &'static str, item: impl Into<Value>) -> usize {
-        let items = self.lists.entry(list).or_default();
-        items.push(item.into());
-        items.len() - 1
-    }
-
-    /// Says something once.
-    fn note(&mut self, notice: String) {
-        if !self.notices.contains(&notice) {
-            self.notices.push(notice);
-        }
-    }
-
-    /// An extension's object, which is thereby declared.
-    fn extend(&mut self, item: &mut Map<String, Value>, name: &'static str, extension: Value) {
-        self.extensions.insert(name);
-        let all = item.entry("extensions").or_insert_with(|| json!({}));
-        if let Some(all) = all.as_object_mut() {
-            all.insert(name.into(), extension);
-        }
-    }
-
-    /// Says what of a world as a whole glTF has no words for.
+    /// Notes the parts of a world as a whole that glTF has no words for.
     fn note_unsupported(&mut self) {
         let world = self.world;
         if world.video.is_some() {
             self.note("[video] is left out: glTF's animations move nodes, not by orbits".into());
         }
-        if world.render != RenderSpec::default() {
+        if world.render != RenderOptions::default() {
             self.note("[render] is left out: glTF does not say how to render".into());
         }
         if world.objects.iter().any(|object| object.category.is_some()) {
@@ -183,14 +144,4 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>, FormatErr
         file.extend(data);
     }
     Ok(file)
-}
-
-/// The shortest decimal that is this number again as float32.
-fn shortest_f32(value: f32) -> f64 {
-    value.to_string().parse().unwrap_or(f64::from(value))
-}
-
-/// The same of several.
-fn shortest_f32s(values: &[f32]) -> Value {
-    values.iter().map(|&value| shortest_f32(value)).collect()
 }

@@ -1,14 +1,38 @@
 //! Nodes: what stands where. A world that moves keeps the tree it moves by; others are flat.
-
 use std::sync::Arc;
 
 use glam::DAffine3;
 use raycam_scene::World;
-use raycam_scene::animation::{NodeTree, Transform};
+use raycam_scene::animation::{Node, NodeTree, Transform};
 use serde_json::{Map, Value, json};
 
-use super::mesh::SlotVariants;
-use crate::gltf::writer::{Writer, transform};
+use crate::gltf::writer::document::Writer;
+use crate::gltf::writer::mesh::SlotVariants;
+use crate::gltf::writer::transform;
+
+/// Nodes under construction.
+struct NodeList {
+    nodes: Vec<Map<String, Value>>,
+    /// Further nodes, with their parents.
+    below: Vec<(usize, Map<String, Value>)>,
+}
+
+impl NodeList {
+    /// Attaches a leaf to a node. A node carries one leaf of each kind, told by `key`, and only at its own place; any other
+    /// leaf gets a node below.
+    fn attach(&mut self, node: usize, key: &str, leaf: Map<String, Value>, place: DAffine3) {
+        if place == DAffine3::IDENTITY && !self.nodes[node].contains_key(key) {
+            self.nodes[node].extend(leaf);
+            return;
+        }
+        let mut json = transform::nodes(place)
+            .into_iter()
+            .next()
+            .unwrap_or_default();
+        json.extend(leaf);
+        self.below.push((node, json));
+    }
+}
 
 impl Writer<'_> {
     /// Adds everything there is, and returns the roots.
@@ -75,58 +99,74 @@ impl Writer<'_> {
         None
     }
 
-    /// The tree of a rig, at the same indices, and what hangs on it.
+    /// The nodes of the tree, at the same indices, with the objects, lights and cameras that they carry.
     fn tree(&mut self, rig: &NodeTree, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
-        let world = self.world;
-        let mut nodes: Vec<Map<String, Value>> = Vec::new();
-        for node in &rig.nodes {
-            let mut json = match &node.transform {
-                Transform::Trs {
-                    translation,
-                    rotation,
-                    scale,
-                } => transform::parts(*translation, *rotation, *scale),
-                Transform::Matrix(matrix) => {
-                    let matrix = glam::DMat4::from(*matrix).to_cols_array().to_vec();
-                    Map::from_iter([("matrix".into(), json!(matrix))])
-                }
-            };
-            if !node.visible {
-                let hidden = json!({ "visible": false });
-                self.extend(&mut json, "KHR_node_visibility", hidden);
-            }
-            nodes.push(json);
-        }
-        let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+        let nodes = rig.nodes.iter().map(|node| self.node_keys(node)).collect();
+        let mut nodes = NodeList {
+            nodes,
+            below: Vec::new(),
+        };
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); rig.nodes.len()];
         for (i, node) in rig.nodes.iter().enumerate() {
             match node.parent {
                 Some(parent) => children[parent].push(i),
                 None => roots.push(i),
             }
         }
-        // A node carries one of each kind; more of them get nodes of their own below it.
-        let mut more: Vec<(usize, Map<String, Value>)> = Vec::new();
-        let mut hang = |nodes: &mut Vec<Map<String, Value>>,
-                        on: usize,
-                        key: &str,
-                        leaf: Map<String, Value>,
-                        place: DAffine3| {
-            if place == DAffine3::IDENTITY && !nodes[on].contains_key(key) {
-                nodes[on].extend(leaf);
-                return;
+        let [objects, lights, cameras] = done;
+        self.tree_objects(rig, &mut nodes, objects);
+        self.tree_lights(rig, &mut nodes, lights);
+        self.tree_cameras(rig, &mut nodes, cameras);
+        let NodeList { mut nodes, below } = nodes;
+        let count = nodes.len();
+        for (i, (parent, _)) in below.iter().enumerate() {
+            children[*parent].push(count + i);
+        }
+        for (json, children) in nodes.iter_mut().zip(children) {
+            if !children.is_empty() {
+                json.insert("children".into(), json!(children));
             }
-            let mut json = transform::nodes(place)
-                .into_iter()
-                .next()
-                .unwrap_or_default();
-            json.extend(leaf);
-            more.push((on, json));
+        }
+        let below = below.into_iter().map(|(_, json)| json);
+        for json in nodes.into_iter().chain(below) {
+            self.push("nodes", json);
+        }
+        for skin in &rig.skins {
+            let column = |m: &DAffine3| glam::DMat4::from(*m).as_mat4().to_cols_array();
+            let matrices: Vec<_> = skin.inverse_bind.iter().map(column).collect();
+            let other = crate::gltf::writer::binary::BufferTarget::Other;
+            let matrices = self.binary.floats(&matrices, other, false);
+            let json = json!({ "joints": skin.joints, "inverseBindMatrices": matrices });
+            self.push("skins", json);
+        }
+    }
+
+    /// The transform and the visibility of a node.
+    fn node_keys(&mut self, node: &Node) -> Map<String, Value> {
+        let mut json = match &node.transform {
+            Transform::Trs {
+                translation,
+                rotation,
+                scale,
+            } => transform::parts(*translation, *rotation, *scale),
+            Transform::Matrix(matrix) => {
+                let matrix = glam::DMat4::from(*matrix).to_cols_array().to_vec();
+                Map::from_iter([("matrix".into(), json!(matrix))])
+            }
         };
+        if !node.visible {
+            let hidden = json!({ "visible": false });
+            self.extend(&mut json, "KHR_node_visibility", hidden);
+        }
+        json
+    }
+
+    fn tree_objects(&mut self, rig: &NodeTree, nodes: &mut NodeList, done: &mut [bool]) {
         for mount in &rig.objects {
-            let object = &world.objects[mount.object];
-            done[0][mount.object] = true;
+            let object = &self.world.objects[mount.object];
+            done[mount.object] = true;
             let shape = mount.deformable.as_deref();
-            let mesh = shape.map_or(&world.meshes[mount.mesh], |shape| &shape.mesh);
+            let mesh = shape.map_or(&self.world.meshes[mount.mesh], |shape| &shape.mesh);
             let variants = self.variants(mount.object);
             let weights = match shape {
                 Some(shape) if !shape.targets.is_empty() => &rig.nodes[mount.node].weights[..],
@@ -139,61 +179,38 @@ impl Writer<'_> {
             if let Some(skin) = mount.skin {
                 leaf.insert("skin".into(), json!(skin));
             }
-            hang(&mut nodes, mount.node, "mesh", leaf, mount.node_from_mesh);
+            nodes.attach(mount.node, "mesh", leaf, mount.node_from_mesh);
         }
+    }
+
+    fn tree_lights(&mut self, rig: &NodeTree, nodes: &mut NodeList, done: &mut [bool]) {
         for mount in &rig.lights {
-            done[1][mount.light] = true;
-            let base = &world.lights[mount.light];
+            done[mount.light] = true;
+            let base = &self.world.lights[mount.light];
             if let Some(placed) = self.light(mount.light, base) {
                 let mut leaf = Map::new();
                 let light = json!({ "light": placed.index });
                 self.extend(&mut leaf, "KHR_lights_punctual", light);
                 self.light_definition.push((mount.definition, placed.index));
-                hang(
-                    &mut nodes,
-                    mount.node,
-                    "extensions",
-                    leaf,
-                    DAffine3::IDENTITY,
-                );
+                nodes.attach(mount.node, "extensions", leaf, DAffine3::IDENTITY);
             }
         }
+    }
+
+    fn tree_cameras(&mut self, rig: &NodeTree, nodes: &mut NodeList, done: &mut [bool]) {
         for mount in &rig.cameras {
-            done[2][mount.camera] = true;
-            let camera = &world.cameras[mount.camera];
+            done[mount.camera] = true;
+            let camera = &self.world.cameras[mount.camera];
             let Some((index, _)) = self.camera(camera) else {
                 continue;
             };
             self.camera_definition.push((mount.definition, index));
             let mut leaf = Map::new();
             leaf.insert("camera".into(), json!(index));
-            if !nodes[mount.node].contains_key("name") {
+            if !nodes.nodes[mount.node].contains_key("name") {
                 leaf.insert("name".into(), json!(camera.name));
             }
-            hang(&mut nodes, mount.node, "camera", leaf, DAffine3::IDENTITY);
-        }
-        let count = nodes.len();
-        for (i, (on, _)) in more.iter().enumerate() {
-            children[*on].push(count + i);
-        }
-        for (json, children) in nodes.iter_mut().zip(children) {
-            if !children.is_empty() {
-                json.insert("children".into(), json!(children));
-            }
-        }
-        for json in nodes
-            .into_iter()
-            .chain(more.into_iter().map(|(_, json)| json))
-        {
-            self.push("nodes", json);
-        }
-        for skin in &rig.skins {
-            let column = |m: &DAffine3| glam::DMat4::from(*m).as_mat4().to_cols_array();
-            let matrices: Vec<_> = skin.inverse_bind.iter().map(column).collect();
-            let other = super::binary::BufferTarget::Other;
-            let matrices = self.binary.floats(&matrices, other, false);
-            let json = json!({ "joints": skin.joints, "inverseBindMatrices": matrices });
-            self.push("skins", json);
+            nodes.attach(mount.node, "camera", leaf, DAffine3::IDENTITY);
         }
     }
 

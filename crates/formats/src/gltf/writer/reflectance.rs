@@ -1,10 +1,9 @@
 //! How surfaces reflect, in the terms of glTF.
-
 use raycam_scene::Material;
 use raycam_scene::material::MaterialModel;
 use raycam_scene::material::principled::Principled;
 
-use super::Writer;
+use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
     /// A material in glTF's terms: the principled one, and the base colour it has there. What only resembles the

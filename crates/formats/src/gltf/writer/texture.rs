@@ -1,6 +1,4 @@
 //! Textures: images as PNG in the binary chunk, samplers, and where materials take what from.
-
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use raycam_scene::color::srgb_from_linear;
@@ -8,22 +6,12 @@ use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
 use raycam_scene::{Image, Texels, Wrap};
 use serde_json::{Map, Value, json};
 
-use super::binary::BufferTarget;
-use super::{Writer, shortest_f32};
 use crate::encode::png::{self, Samples};
 use crate::error::FormatError;
+use crate::gltf::writer::binary::BufferTarget;
+use crate::gltf::writer::document::Writer;
+use crate::gltf::writer::number::shortest_f32;
 use crate::image::decoder::ColorUse;
-
-/// What has been written so far.
-#[derive(Default)]
-pub(super) struct WrittenTextures {
-    /// By image, and whether it is colour.
-    images: HashMap<(*const Image, bool), usize>,
-    textures: HashMap<(usize, TextureSampler), usize>,
-    samplers: HashMap<TextureSampler, usize>,
-    /// Images that were put together here: kept, so that no other takes their address.
-    pub(super) generated: Vec<Arc<Image>>,
-}
 
 impl Writer<'_> {
     /// A reference to a texture of the world.

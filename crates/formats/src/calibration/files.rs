@@ -1,0 +1,69 @@
+//! Calibration files: contents that are read, hints for reading, and files to write.
+use std::path::Path;
+
+use crate::calibration::record::CameraRecord;
+use crate::error::FormatError;
+
+/// The contents of a file of cameras.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Calibration {
+    /// The cameras, in the order of the file.
+    pub records: Vec<CameraRecord>,
+    /// Notices: what was left out or repaired.
+    pub notices: Vec<String>,
+}
+
+/// Data that a file may lack: trajectories have no intrinsics, some files no size.
+#[derive(Clone, Debug, Default)]
+pub struct ReadHints {
+    /// Columns and rows, where the file has none.
+    pub size: Option<[u32; 2]>,
+    /// The camera whose size, K and lens the poses get, where the file has none.
+    pub intrinsics: Option<CameraRecord>,
+}
+
+/// Files to write.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutputFiles {
+    /// Names relative to the path of the calibration (empty for that path itself), and bytes.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// Notices: what the format holds in another way, or not at all.
+    pub notices: Vec<String>,
+}
+
+impl OutputFiles {
+    /// The single file at the path of the calibration.
+    pub(crate) fn one(text: String) -> Self {
+        Self {
+            files: vec![(String::new(), text.into_bytes())],
+            notices: vec![],
+        }
+    }
+}
+
+impl ReadHints {
+    /// Fills in data that the file of a camera lacks, and checks the camera.
+    pub(crate) fn fill_missing(
+        &self,
+        record: &mut CameraRecord,
+        path: &Path,
+    ) -> Result<(), FormatError> {
+        if let (None, None, Some(intrinsics)) = (record.k, record.matrix, &self.intrinsics) {
+            record.k = intrinsics.k;
+            record.lens = intrinsics.lens.clone();
+            record.size = intrinsics.size;
+            record.pixel_center = intrinsics.pixel_center;
+        }
+        if record.size.is_none() {
+            record.size = self.size;
+        }
+        if record.size.is_some() && (record.k.is_some() || record.matrix.is_some()) {
+            let mut check = record.clone();
+            check.orthonormalize();
+            check.camera().map_err(|error| {
+                FormatError::whole(path, format!("camera {:?}: {error}", record.name))
+            })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,55 @@
+//! Rigs of cameras from files with one rig, and back.
+use crate::calibration::pose::Pose;
+use crate::calibration::record::CameraRecord;
+use crate::calibration::rig_mount::RigMount;
+use crate::error::FormatError;
+
+/// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
+pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
+    let records: Vec<_> = records.into_iter().collect();
+    // A camera with parallel rays is none that a body carries.
+    let poses: Result<Vec<_>, _> = records.iter().map(|record| record.require_pose()).collect();
+    let Ok(poses) = poses else { return };
+    if poses.len() < 2 {
+        return;
+    }
+    for (record, camera) in records.into_iter().zip(poses) {
+        record.mount = Some(RigMount {
+            rig: rig.into(),
+            frame: rig.into(),
+            name: record.name.clone(),
+            camera,
+            body: Pose::identity(),
+        });
+    }
+}
+
+/// The poses of cameras for a format that holds one rig, camera_from_body where they stand on one, with what is lost.
+///
+/// # Errors
+/// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
+pub(crate) fn poses_on_one_rig(
+    records: &[CameraRecord],
+    format: &str,
+    notices: &mut Vec<String>,
+) -> Result<Vec<Pose>, FormatError> {
+    let mounts: Option<Vec<&RigMount>> =
+        records.iter().map(|record| record.mount.as_ref()).collect();
+    let Some(mounts) = mounts else {
+        return records.iter().map(CameraRecord::require_pose).collect();
+    };
+    let first = mounts[0];
+    let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
+    if let Some(other) = mounts.iter().find(other) {
+        return Err(FormatError::Encode(format!(
+            "{format} holds one rig at one pose, and these are {:?} at {:?} and {:?} at {:?}",
+            first.rig, first.frame, other.rig, other.frame
+        )));
+    }
+    if !first.body.is_identity() {
+        notices.push(format!(
+            "{format} holds a rig without its place in the world, which is not written"
+        ));
+    }
+    Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())
+}

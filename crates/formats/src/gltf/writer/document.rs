@@ -1,0 +1,75 @@
+//! State of an export: the lists of the document, and the meshes and textures that are written already.
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+use raycam_scene::texture::TextureSampler;
+use raycam_scene::{Image, Mesh, World};
+use serde_json::{Map, Value, json};
+
+use crate::gltf::writer::binary::Binary;
+
+/// A document under construction.
+pub(crate) struct Writer<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) binary: Binary,
+    /// The document's lists, by key.
+    pub(crate) lists: BTreeMap<&'static str, Vec<Value>>,
+    pub(crate) lights: Vec<Value>,
+    pub(crate) extensions: BTreeSet<&'static str>,
+    pub(crate) meshes: WrittenMeshes,
+    pub(crate) textures: WrittenTextures,
+    /// For each light: its definition in the node tree, and its index in the document. Cameras likewise.
+    pub(crate) light_definition: Vec<(usize, usize)>,
+    pub(crate) camera_definition: Vec<(usize, usize)>,
+    pub(crate) notices: Vec<String>,
+}
+
+/// Meshes that are written.
+#[derive(Default)]
+pub(crate) struct WrittenMeshes {
+    /// Primitives without materials, by mesh and by whether it bends.
+    pub(crate) primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
+    /// Meshes of the document by their JSON.
+    pub(crate) meshes: HashMap<String, usize>,
+}
+
+/// Images, textures and samplers that are written.
+#[derive(Default)]
+pub(crate) struct WrittenTextures {
+    /// By image, and whether it is colour.
+    pub(crate) images: HashMap<(*const Image, bool), usize>,
+    pub(crate) textures: HashMap<(usize, TextureSampler), usize>,
+    pub(crate) samplers: HashMap<TextureSampler, usize>,
+    /// Images that were put together here: kept, so that no other takes their address.
+    pub(crate) generated: Vec<Arc<Image>>,
+}
+
+impl Writer<'_> {
+    /// Adds an item to one of the document's lists and returns its index.
+    pub(crate) fn push(&mut self, list: &'static str, item: impl Into<Value>) -> usize {
+        let items = self.lists.entry(list).or_default();
+        items.push(item.into());
+        items.len() - 1
+    }
+
+    /// Adds a notice, unless it is there already.
+    pub(crate) fn note(&mut self, notice: String) {
+        if !self.notices.contains(&notice) {
+            self.notices.push(notice);
+        }
+    }
+
+    /// Adds the object of an extension, and declares the extension.
+    pub(crate) fn extend(
+        &mut self,
+        item: &mut Map<String, Value>,
+        name: &'static str,
+        extension: Value,
+    ) {
+        self.extensions.insert(name);
+        let all = item.entry("extensions").or_insert_with(|| json!({}));
+        if let Some(all) = all.as_object_mut() {
+            all.insert(name.into(), extension);
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! The statements of a whole OBJ file, from chunks that are read side by side.
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::DVec3;
+use raycam_scene::color::Rgb;
+
+use crate::error::FormatError;
+use crate::geometry::polygons::{DegenerateFaces, Polygons};
+use crate::io::lexer;
+use crate::io::parallel;
+use crate::obj::chunk::{Chunk, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
+use crate::obj::ignored::IgnoredStatements;
+
+/// More names of parts, materials or groups than this are refused.
+const MAX_NAMES: usize = 1 << 16;
+
+/// The statements of an OBJ file.
+#[derive(Default)]
+pub(crate) struct Obj {
+    pub(crate) positions: Vec<DVec3>,
+    /// Linear, as long as `positions` once one has a colour; white where it has none.
+    pub(crate) colors: Vec<Rgb>,
+    pub(crate) uvs: Vec<[f32; 2]>,
+    /// Unit length, or zero where the file's has no direction.
+    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) polygons: Polygons,
+    /// What holds from which polygon on, in order.
+    pub(crate) runs: Vec<StateRun>,
+    /// By `usemtl`, each once.
+    pub(crate) materials: Vec<String>,
+    /// By `o`.
+    pub(crate) parts: Vec<String>,
+    /// By `g`, each once.
+    pub(crate) groups: Vec<String>,
+    /// By `mtllib`.
+    pub(crate) libraries: Vec<String>,
+    pub(crate) notices: Vec<String>,
+}
+
+/// Reads a file in pieces of about `size` bytes, side by side.
+pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
+    let texts = split_chunks(lexer::checked_text(path, bytes)?, size);
+    let counts = parallel::par_map(&texts, |text| lexer::line_ends(text));
+    let mut lines_before = 0;
+    let mut pieces = Vec::with_capacity(texts.len());
+    for (text, count) in texts.into_iter().zip(counts) {
+        pieces.push(TextChunk { text, lines_before });
+        lines_before += count;
+    }
+    let mut builder = ObjBuilder::default();
+    let chunks = parallel::par_map(&pieces, Chunk::read);
+    builder.reserve(&chunks);
+    for chunk in chunks {
+        let added = builder.append_chunk(chunk);
+        added.map_err(|(line, message)| FormatError::line(path, line, message))?;
+    }
+    builder.finish(path)
+}
+
+/// What has been read so far.
+#[derive(Default)]
+struct ObjBuilder {
+    obj: Obj,
+    material_numbers: HashMap<String, usize>,
+    group_numbers: HashMap<String, usize>,
+    colored: usize,
+    invalid_color_line: Option<usize>,
+    max_index: [(i64, usize); 3],
+    degenerate: DegenerateFaces,
+    ignored: IgnoredStatements,
+    unterminated_line: Option<usize>,
+}
+
+impl ObjBuilder {
+    /// Makes room for these, so that nothing is moved while they are added.
+    fn reserve(&mut self, chunks: &[Chunk]) {
+        let sum = |count: fn(&Chunk) -> usize| chunks.iter().map(count).sum();
+        self.obj.positions.reserve_exact(sum(|c| c.positions.len()));
+        self.obj.uvs.reserve_exact(sum(|c| c.uvs.len()));
+        self.obj.normals.reserve_exact(sum(|c| c.normals.len()));
+        self.obj
+            .polygons
+            .reserve(chunks.iter().map(|c| &c.polygons));
+    }
+
+    /// Adds the next stretch, or says which of its errors comes first.
+    fn append_chunk(&mut self, mut chunk: Chunk) -> Result<(), LineError> {
+        let error = chunk.error.take();
+        let mut errors: Vec<LineError> = error.into_iter().collect();
+        errors.extend(self.resolve(&mut chunk).err());
+        errors.extend(
+            self.ignored
+                .append(std::mem::take(&mut chunk.ignored))
+                .err(),
+        );
+        let names = self.names(&mut chunk);
+        errors.extend(names.err());
+        if let Some(first) = errors.into_iter().min_by_key(|&(line, _)| line) {
+            return Err(first);
+        }
+        for (mine, theirs) in self.max_index.iter_mut().zip(chunk.max_index) {
+            if theirs.0 > mine.0 {
+                *mine = theirs;
+            }
+        }
+        self.invalid_color_line = self.invalid_color_line.or(chunk.invalid_color_line);
+        self.unterminated_line = chunk.unterminated_line;
+        self.degenerate.append(chunk.degenerate);
+        self.colored += chunk.colored;
+        let obj = &mut self.obj;
+        if self.colored > 0 {
+            obj.colors.resize(obj.positions.len(), [1.0; 3]);
+            chunk.colors.resize(chunk.positions.len(), [1.0; 3]);
+            obj.colors.append(&mut chunk.colors);
+        }
+        let start = obj.polygons.len();
+        let before = obj.runs.last().copied().unwrap_or_default();
+        for run in chunk.runs {
+            obj.runs.push(StateRun {
+                start: start + run.start,
+                part: run.part.or(before.part),
+                group: run.group.or(before.group),
+                material: run.material.or(before.material),
+                smoothing: run.smoothing.or(before.smoothing),
+            });
+        }
+        obj.positions.append(&mut chunk.positions);
+        obj.uvs.append(&mut chunk.uvs);
+        obj.normals.append(&mut chunk.normals);
+        obj.polygons.append(chunk.polygons);
+        Ok(())
+    }
+
+    /// Fills in the indices that count backwards.
+    fn resolve(&self, chunk: &mut Chunk) -> Result<(), LineError> {
+        let obj = &self.obj;
+        let bases = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
+        for relative in &chunk.relative {
+            let kind = relative.kind;
+            let count = bases[kind] + relative.before;
+            let Ok(index) = u32::try_from(count as i64 + relative.value) else {
+                let (name, value) = (INDEX_NAMES[kind], relative.value);
+                let message = format!("f: {name} {value}, but only {count} came before");
+                return Err((relative.line, message));
+            };
+            chunk
+                .polygons
+                .edit_corner(relative.corner, |corner| match kind {
+                    0 => corner.position = index,
+                    1 => corner.uv = index,
+                    _ => corner.normal = index,
+                });
+        }
+        Ok(())
+    }
+
+    /// Numbers the stretch's names as the file's.
+    fn names(&mut self, chunk: &mut Chunk) -> Result<(), LineError> {
+        let obj = &mut self.obj;
+        let unique = |names: &mut Vec<String>,
+                      numbers: &mut HashMap<String, usize>,
+                      added: &[(usize, String)],
+                      what| {
+            let number = |(line, name): &(usize, String)| {
+                let number = *numbers.entry(name.clone()).or_insert_with(|| {
+                    names.push(name.clone());
+                    names.len() - 1
+                });
+                limit(*line, names.len(), what).map(|()| number)
+            };
+            added
+                .iter()
+                .map(number)
+                .collect::<Result<Vec<_>, LineError>>()
+        };
+        let materials = unique(
+            &mut obj.materials,
+            &mut self.material_numbers,
+            &chunk.materials,
+            "materials",
+        )?;
+        let groups = unique(
+            &mut obj.groups,
+            &mut self.group_numbers,
+            &chunk.groups,
+            "groups",
+        )?;
+        let parts_before = obj.parts.len();
+        for (line, name) in chunk.parts.drain(..) {
+            obj.parts.push(name);
+            limit(line, obj.parts.len(), "objects")?;
+        }
+        for run in &mut chunk.runs {
+            run.part = run.part.map(|part| parts_before + part);
+            run.group = run.group.map(|group| groups[group]);
+            run.material = run.material.map(|material| materials[material]);
+        }
+        for (line, names) in &chunk.libraries {
+            libraries(names, &mut obj.libraries);
+            if obj.libraries.len() > 256 {
+                return Err((*line, "more than 256 material files".into()));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self, path: &Path) -> Result<Obj, FormatError> {
+        let mut obj = self.obj;
+        let shown = path.display();
+        let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
+        let many = ["vertices", "texture coordinates", "normals"];
+        for (kind, ((value, line), count)) in self.max_index.into_iter().zip(counts).enumerate() {
+            if value > 0 && count == 0 && kind > 0 {
+                // Taken out of the file, or never written, by some programs; the shape is whole without them.
+                let (one, many) = (INDEX_NAMES[kind], many[kind]);
+                obj.polygons.drop_attribute(kind);
+                obj.notices.push(format!(
+                    "{shown}:{line}: f: {one} {value}, but the file has no {many}; it is shown without them"
+                ));
+            } else if value > count as i64 {
+                let (one, many) = (INDEX_NAMES[kind], many[kind]);
+                let message = format!("f: {one} {value}, but the file has {count} {many}");
+                return Err(FormatError::line(path, line, message));
+            }
+        }
+        if obj.polygons.len() == 0 {
+            let vertices = obj.positions.len();
+            let message = format!("no faces (f), only {vertices} vertices: nothing to see");
+            return Err(FormatError::whole(path, message));
+        }
+        if let Some(last) = self.unterminated_line {
+            obj.notices.push(format!(
+                "{shown}:{last}: the last line has no line end; the file may be cut off"
+            ));
+        }
+        if let Some(line) = self.invalid_color_line {
+            obj.notices.push(format!(
+                "{shown}:{line}: a vertex colour outside 0..=1; all vertex colours of the file are ignored"
+            ));
+            obj.colors.clear();
+        } else if self.colored > 0 {
+            let without = obj.positions.len() - self.colored;
+            if without > 0 {
+                obj.notices.push(format!(
+                    "{shown}: {without} vertices without a colour are white"
+                ));
+            }
+            obj.colors.resize(obj.positions.len(), [1.0; 3]);
+        }
+        obj.notices.extend(self.degenerate.notice(path));
+        if let Some(ignored) = self.ignored.message() {
+            obj.notices.push(format!("{shown}: not used: {ignored}"));
+        }
+        Ok(obj)
+    }
+}
+
+fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
+    if count <= MAX_NAMES {
+        return Ok(());
+    }
+    Err((line, format!("more than {MAX_NAMES} {what} in one file")))
+}
+
+/// Several names, which end in `.mtl` and may have spaces, or one of any kind.
+fn libraries(names: &[u8], known: &mut Vec<String>) {
+    let (mut start, mut ends) = (0, Vec::new());
+    for (at, window) in names.windows(5).enumerate() {
+        if window[..4].eq_ignore_ascii_case(b".mtl") && window[4].is_ascii_whitespace() {
+            ends.push(at + 4);
+        }
+    }
+    ends.push(names.len());
+    for end in ends {
+        let name = lexer::name(&names[start..end]);
+        if !name.is_empty() && !known.contains(&name) {
+            known.push(name);
+        }
+        start = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Everything that a file says, however it is cut into pieces.
+    fn said(text: &str, size: usize) -> String {
+        match parse(Path::new("a.obj"), text.as_bytes(), size) {
+            Err(error) => error.to_string(),
+            Ok(obj) => {
+                let polygons: Vec<_> = (0..obj.polygons.len())
+                    .map(|p| obj.polygons.get(p).collect::<Vec<_>>())
+                    .collect();
+                let mut runs = obj.runs;
+                runs.dedup_by(|b, a| {
+                    StateRun {
+                        start: a.start,
+                        ..*b
+                    } == *a
+                });
+                runs.retain(|run| run.start < polygons.len());
+                runs.reverse();
+                runs.dedup_by_key(|run| run.start);
+                format!(
+                    "{:?} {:?} {:?} {:?} {polygons:?} {runs:?} {:?} {:?} {:?} {:?} {:?}",
+                    obj.positions,
+                    obj.colors,
+                    obj.uvs,
+                    obj.normals,
+                    obj.materials,
+                    obj.parts,
+                    obj.groups,
+                    obj.libraries,
+                    obj.notices
+                )
+            }
+        }
+    }
+
+    #[test]
+    fn where_a_file_is_cut_changes_nothing() {
+        let good = "mtllib a.mtl b.mtl\r\nv 0 0 0\nv 1 0 0\rv 1 1 0 1 0 0\nvt 0 1\nvn 0 0 2\n\no one\ng x y\n\
+            s 3\nf -3 -2 -1\nusemtl red\nf 1/1/1 2/1/1 \\\n 3//-1\n# \\\nusemtl blue\nv 0 1 0\nf 1 2 3 4\ns off\n\
+            o two\nusemtl red\nl 1 2\nf -1 -2 -3\ng x y\nf 4 3 2 1";
+        let bad = [
+            "v 0 0 0\nv 0 0 1\nv 0 1 0\nf 1 2 3\nf 1 2 -4\nf 0 1 2\n",
+            "v 0 0 0\nv 0 0 1\nv 0 1 0\nf 1 2 3\nf 1 2 9\nf 1 2 10\nf 1 10 2\n",
+            "v 0 0 0\nv 0 0 1\r\nv 0 1 0\n\rf 1 2 3\nv 1 2\n",
+        ];
+        for text in [good].into_iter().chain(bad) {
+            let whole = said(text, 1 << 20);
+            for size in 2..text.len() {
+                assert_eq!(said(text, size), whole, "{size}");
+            }
+        }
+        assert!(said(bad[0], 8).starts_with("a.obj:5: f: vertex -4, but only 3"));
+        assert!(said(bad[1], 8).starts_with("a.obj:6: f: vertex 10, but the file has 3"));
+        assert!(said(bad[2], 8).starts_with("a.obj:6: v has 2 numbers"));
+    }
+}
