@@ -171,26 +171,26 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
 pub fn select_children(
     tree: &[BinaryNode],
     at: usize,
-    places: usize,
+    slots: usize,
     opened: bool,
 ) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];
     let mut n = 0;
     // All entries together have eight slots, and each has at least one.
-    let mut open = [(at, places); 8];
+    let mut open = [(at, slots); 8];
     let mut left = 1;
     let mut opened = opened;
     while left > 0 {
         left -= 1;
-        let (at, mut places) = open[left & 7];
+        let (at, mut slots) = open[left & 7];
         let node = &tree[at];
         if !std::mem::take(&mut opened) {
             // Slots that do not lower the cost are dropped.
-            while places > 1 && node.cost[places - 1] == node.cost[places - 2] {
-                places -= 1;
+            while slots > 1 && node.cost[slots - 1] == node.cost[slots - 2] {
+                slots -= 1;
             }
-            if places == 1 || node.left == 0 {
-                found[n & 7] = (at, places);
+            if slots == 1 || node.left == 0 {
+                found[n & 7] = (at, slots);
                 n += 1;
                 continue;
             }
@@ -198,13 +198,13 @@ pub fn select_children(
         let child = node.left as usize;
         let [a, b] = [0, 1].map(|side| &tree[child + side].cost);
         let (mut take, mut least) = (1, f32::INFINITY);
-        for left_takes in 1..places {
-            let cost = a[left_takes - 1] + b[places - left_takes - 1];
+        for left_takes in 1..slots {
+            let cost = a[left_takes - 1] + b[slots - left_takes - 1];
             if cost < least {
                 (take, least) = (left_takes, cost);
             }
         }
-        open[left & 7] = (child + 1, places - take);
+        open[left & 7] = (child + 1, slots - take);
         open[(left + 1) & 7] = (child, take);
         left += 2;
     }

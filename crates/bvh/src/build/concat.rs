@@ -52,11 +52,11 @@ impl<'a> OrderedWriter<'a> {
     /// Assigns output ranges to a treelet and to those after it that are finished.
     fn reserve<L: LeafBuilder>(
         &mut self,
-        number: usize,
+        index: usize,
         treelet: Treelet,
     ) -> Vec<ReservedTreelet<'a>> {
-        self.out_of_order.insert(number, treelet);
-        let mut placed = vec![];
+        self.out_of_order.insert(index, treelet);
+        let mut reserved = vec![];
         while let Some(mut treelet) = self.out_of_order.remove(&self.next) {
             self.next += 1;
             let starts = self.used;
@@ -68,7 +68,7 @@ impl<'a> OrderedWriter<'a> {
                 let (here, rest) = take(blocks).split_at_mut(lengths[0]);
                 let (ids_here, ids_rest) = take(ids).split_at_mut(lengths[1]);
                 self.spare = (rest, ids_rest);
-                placed.push(ReservedTreelet {
+                reserved.push(ReservedTreelet {
                     treelet,
                     starts,
                     spare: (here, ids_here),
@@ -82,7 +82,7 @@ impl<'a> OrderedWriter<'a> {
                 self.overflow.push(overflow);
             }
         }
-        placed
+        reserved
     }
 }
 
@@ -112,17 +112,17 @@ pub fn build_and_concat<L: LeafBuilder>(
     let work = || {
         let mut scratch = None;
         loop {
-            let Some((number, job)) = lock(&jobs).next() else {
+            let Some((index, job)) = lock(&jobs).next() else {
                 return;
             };
             let mut treelet = lock(&output).free_list.pop().unwrap_or_default();
             treelet.build(job, shared, scratch.get_or_insert_with(Scratch::default));
-            let placed = lock(&output).reserve::<L>(number, treelet);
-            for mut placed in placed {
-                placed.treelet.relocate::<L>(placed.starts);
-                copy_to_uninit(placed.spare.0, &placed.treelet.blocks);
-                copy_to_uninit(placed.spare.1, &placed.treelet.ids);
-                lock(&output).free_list.push(placed.treelet);
+            let reserved = lock(&output).reserve::<L>(index, treelet);
+            for mut reserved in reserved {
+                reserved.treelet.relocate::<L>(reserved.starts);
+                copy_to_uninit(reserved.spare.0, &reserved.treelet.blocks);
+                copy_to_uninit(reserved.spare.1, &reserved.treelet.ids);
+                lock(&output).free_list.push(reserved.treelet);
             }
         }
     };

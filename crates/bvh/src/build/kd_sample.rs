@@ -28,7 +28,7 @@ enum KdNode {
         axis: usize,
         /// Centroids below this coordinate are on the left.
         at: f32,
-        halves: Box<[KdNode; 2]>,
+        children: Box<[KdNode; 2]>,
     },
     Leaf(PackedBounds),
 }
@@ -93,7 +93,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
         true => whole,
         false => parallel_split::prim_info(shared.dispatch, &sample),
     };
-    let cut = build_kd(&mut sample, range, 1, (rate, shared));
+    let node = build_kd(&mut sample, range, 1, (rate, shared));
     drop(sample);
     let mut tree = KdTree::default();
     let everywhere = CellBounds {
@@ -101,7 +101,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
         upper: [f32::INFINITY; 3],
     };
     tree.steps.push(KdStep::EMPTY);
-    tree.add(&cut, 0, everywhere, 0);
+    tree.add(&node, 0, everywhere, 0);
     let size = source.count().div_ceil(MAX_CHUNKS).max(16 * TREELET_SIZE);
     let chunks: Vec<_> = (0..source.count().div_ceil(size))
         .into_par_iter()
@@ -119,7 +119,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     };
     // The cell of large primitives comes last, see [`KdTree::bin_by_cell`].
     let large = finish.cell(tree.regions.len(), whole.bounds, 1);
-    let top = match (large, finish.top(&cut, 1)) {
+    let top = match (large, finish.top(&node, 1)) {
         (Some(large), Some(rest)) => Some(TopNode::Split(whole.bounds, Box::new([large, rest]))),
         (large, rest) => large.or(rest),
     };
@@ -163,7 +163,7 @@ fn build_kd<L: LeafBuilder>(
                 bounds: range.bounds,
                 axis: plane.axis,
                 at: plane.position(&mapping),
-                halves: Box::new([a, b]),
+                children: Box::new([a, b]),
             };
         }
     }
@@ -182,11 +182,13 @@ struct CellFinisher<'a, 'b, L: LeafBuilder, S: ?Sized> {
 
 impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
     /// The binary tree over the cells; `None` if all are empty.
-    fn top(&mut self, cut: &KdNode, depth: usize) -> Option<TopNode> {
-        match cut {
-            KdNode::Split { bounds, halves, .. } => {
-                let left = self.top(&halves[0], depth + 1);
-                let right = self.top(&halves[1], depth + 1);
+    fn top(&mut self, node: &KdNode, depth: usize) -> Option<TopNode> {
+        match node {
+            KdNode::Split {
+                bounds, children, ..
+            } => {
+                let left = self.top(&children[0], depth + 1);
+                let right = self.top(&children[1], depth + 1);
                 match (left, right) {
                     (Some(left), Some(right)) => {
                         Some(TopNode::Split(*bounds, Box::new([left, right])))
@@ -250,10 +252,10 @@ impl KdStep {
 
 impl KdTree {
     /// Adds a subtree at `depth`.
-    fn add(&mut self, cut: &KdNode, step: usize, region: CellBounds, depth: usize) {
+    fn add(&mut self, node: &KdNode, step: usize, region: CellBounds, depth: usize) {
         let KdNode::Split {
-            axis, at, halves, ..
-        } = cut
+            axis, at, children, ..
+        } = node
         else {
             self.steps[step] = KdStep {
                 next: step as u32,
@@ -274,8 +276,8 @@ impl KdTree {
         };
         let (mut left, mut right) = (region, region);
         (left.upper[*axis], right.lower[*axis]) = (*at, *at);
-        self.add(&halves[0], next, left, depth + 1);
-        self.add(&halves[1], next + 1, right, depth + 1);
+        self.add(&children[0], next, left, depth + 1);
+        self.add(&children[1], next + 1, right, depth + 1);
     }
 
     /// The cells of some centroids, all advanced level by level so that their loads overlap.
@@ -298,13 +300,13 @@ impl KdTree {
         prims: std::ops::Range<usize>,
         large: LargePrimFilter,
     ) -> SortedChunk {
-        let apart = self.regions.len() as u32;
+        let large_cell = self.regions.len() as u32;
         let mut starts = vec![0; self.regions.len() + 2];
         let mut cells = Vec::with_capacity(prims.len());
         let (mut cell, mut scattered) = (0, false);
         for first in prims.clone().step_by(SEARCH_BATCH) {
             let here = first..prims.end.min(first + SEARCH_BATCH);
-            let (mut found, mut moves) = ([apart; SEARCH_BATCH], 0);
+            let (mut found, mut changes) = ([large_cell; SEARCH_BATCH], 0);
             if scattered {
                 let prim = |i: usize| source.prim(here.end.min(first + i + 1) - 1);
                 let made: [_; SEARCH_BATCH] = array::from_fn(prim);
@@ -312,7 +314,7 @@ impl KdTree {
                     self.find_cells(&array::from_fn(|i| made[i].centroid().array()));
                 for ((found, prim), of_this) in found.iter_mut().zip(&made).zip(of_all) {
                     if !large.matches::<Portable>(prim) {
-                        moves += usize::from(cell != of_this);
+                        changes += usize::from(cell != of_this);
                         cell = of_this;
                         *found = cell;
                     }
@@ -325,13 +327,13 @@ impl KdTree {
                         // Neighbours are mostly in one cell.
                         if !self.regions[cell as usize].contains(&centroid) {
                             [cell] = self.find_cells(&[centroid]);
-                            moves += 1;
+                            changes += 1;
                         }
                         *found = cell;
                     }
                 }
             }
-            scattered = moves > MAX_CELL_CHANGES;
+            scattered = changes > MAX_CELL_CHANGES;
             for cell in &found[..here.len()] {
                 cells.push(*cell);
                 starts[*cell as usize] += 1;

@@ -21,9 +21,9 @@ impl LargePrimFilter {
     #[inline(always)]
     pub fn from_info<I: Isa>(range: &PrimInfo) -> LargePrimFilter {
         // SAFETY: a box has eight floats.
-        let whole = unsafe { I::F32x8::load(range.bounds.as_ptr()) };
+        let bounds = unsafe { I::F32x8::load(range.bounds.as_ptr()) };
         LargePrimFilter {
-            min_half_area: LARGE_AREA_RATIO * half_area::<I>(whole),
+            min_half_area: LARGE_AREA_RATIO * half_area::<I>(bounds),
         }
     }
 

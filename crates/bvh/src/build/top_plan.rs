@@ -7,7 +7,7 @@ use crate::build::collapse::{
 use crate::build::concat::{ConcatenatedTree, build_and_concat};
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimRef, unpack_bounds};
 use crate::build::traits::{BuildContext, BuiltBvh, LeafBuilder};
-use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletPrims};
+use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletJob, TreeletPrims};
 use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 
@@ -127,17 +127,23 @@ impl TopPlan {
             match input {
                 TreeletInput::Deferred(make) => {
                     let made = next.next();
-                    jobs.extend(made.map(|(part, child_slots)| {
-                        (TreeletPrims::Deferred(make), part, child_slots)
+                    jobs.extend(made.map(|(desc, child_slots)| TreeletJob {
+                        prims: TreeletPrims::Deferred(make),
+                        desc,
+                        child_slots,
                     }));
                 }
                 TreeletInput::Prims(prims) => {
                     let mut prims = prims.as_mut_slice();
                     while !prims.is_empty()
-                        && let Some((part, child_slots)) = next.next()
+                        && let Some((desc, child_slots)) = next.next()
                     {
-                        let (here, rest) = prims.split_at_mut(part.count);
-                        jobs.push((TreeletPrims::Refs(here), part, child_slots));
+                        let (here, rest) = prims.split_at_mut(desc.count);
+                        jobs.push(TreeletJob {
+                            prims: TreeletPrims::Refs(here),
+                            desc,
+                            child_slots,
+                        });
                         prims = rest;
                     }
                 }

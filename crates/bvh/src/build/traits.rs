@@ -21,18 +21,18 @@ pub trait LeafBuilder: Sync {
     /// Scratch memory of one thread for one treelet.
     type Scratch: Default + Send;
     /// Prepares a treelet. May merge primitives and renumber them; returns how many are left.
-    fn begin_treelet(&self, prims: &mut [PrimRef], notes: &mut Self::Scratch) -> usize;
+    fn begin_treelet(&self, prims: &mut [PrimRef], scratch: &mut Self::Scratch) -> usize;
     /// True if the primitives, which are few, belong to one mesh: leaves do not span meshes.
-    fn same_geometry(&self, _items: &[PrimRef], _notes: &Self::Scratch) -> bool {
+    fn same_geometry(&self, _items: &[PrimRef], _scratch: &Self::Scratch) -> bool {
         true
     }
     /// True if the primitives fit into one leaf. A single primitive always fits.
-    fn fits(&self, prims: &[PrimRef], notes: &mut Self::Scratch) -> bool;
+    fn fits(&self, prims: &[PrimRef], scratch: &mut Self::Scratch) -> bool;
     /// Writes a leaf of `prims`, whose ids go to `ids`; returns its reference. May push blocks.
     fn create_leaf(
         &self,
         prims: &[PrimRef],
-        notes: &mut Self::Scratch,
+        scratch: &mut Self::Scratch,
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
     ) -> NodeRef;

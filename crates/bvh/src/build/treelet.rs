@@ -21,7 +21,11 @@ pub struct TreeletDesc {
 }
 
 /// A treelet to build: primitives, description, and child slots in the node above.
-pub type TreeletJob<'a> = (TreeletPrims<'a>, &'a TreeletDesc, usize);
+pub struct TreeletJob<'a> {
+    pub prims: TreeletPrims<'a>,
+    pub desc: &'a TreeletDesc,
+    pub child_slots: usize,
+}
 
 /// The primitives of a treelet.
 pub enum TreeletPrims<'a> {
@@ -61,8 +65,8 @@ pub struct Scratch<N> {
 
 kernel! {
     /// [`build_generic`] for each instruction set.
-    fn build_treelet[L: LeafBuilder](prims: &mut [PrimRef], above: (&TreeletDesc, usize), shared: &BuildContext<L>,
-        scratch: (&mut Scratch<L::Scratch>, &mut Treelet)) = build_generic
+    fn build_treelet[L: LeafBuilder](prims: &mut [PrimRef], desc: &TreeletDesc, child_slots: usize,
+        shared: &BuildContext<L>, scratch: &mut Scratch<L::Scratch>, treelet: &mut Treelet) = build_generic
 }
 
 impl Treelet {
@@ -73,17 +77,36 @@ impl Treelet {
         shared: &BuildContext<L>,
         scratch: &mut Scratch<L::Scratch>,
     ) {
-        let (batch, desc, child_slots) = job;
-        let above = (desc, child_slots);
-        match batch {
+        let TreeletJob {
+            prims,
+            desc,
+            child_slots,
+        } = job;
+        match prims {
             TreeletPrims::Refs(prims) => {
-                build_treelet(shared.dispatch, prims, above, shared, (scratch, self));
+                build_treelet(
+                    shared.dispatch,
+                    prims,
+                    desc,
+                    child_slots,
+                    shared,
+                    scratch,
+                    self,
+                );
             }
             TreeletPrims::Deferred(make) => {
                 let mut prims = std::mem::take(&mut scratch.prims);
                 prims.clear();
                 make(&mut prims);
-                build_treelet(shared.dispatch, &mut prims, above, shared, (scratch, self));
+                build_treelet(
+                    shared.dispatch,
+                    &mut prims,
+                    desc,
+                    child_slots,
+                    shared,
+                    scratch,
+                    self,
+                );
                 scratch.prims = prims;
             }
         }
@@ -91,11 +114,11 @@ impl Treelet {
 
     /// The roots after the blocks have moved back by `base`.
     pub fn relocated_roots<L: LeafBuilder>(&self, [base, _]: [usize; 2]) -> Vec<SubtreeRoot> {
-        let moved = |root: &SubtreeRoot| SubtreeRoot {
+        let relocate = |root: &SubtreeRoot| SubtreeRoot {
             reference: relocated::<L>(root.reference, base),
             ..*root
         };
-        self.roots.iter().map(moved).collect()
+        self.roots.iter().map(relocate).collect()
     }
 
     /// Moves every reference to behind `base` blocks and `first` ids, except the roots.
@@ -132,9 +155,11 @@ fn relocated<L: LeafBuilder>(child: NodeRef, base: usize) -> NodeRef {
 #[inline(always)]
 fn build_generic<I: Isa, L: LeafBuilder>(
     prims: &mut [PrimRef],
-    (desc, child_slots): (&TreeletDesc, usize),
+    desc: &TreeletDesc,
+    child_slots: usize,
     shared: &BuildContext<L>,
-    (scratch, treelet): (&mut Scratch<L::Scratch>, &mut Treelet),
+    scratch: &mut Scratch<L::Scratch>,
+    treelet: &mut Treelet,
 ) {
     let leaves = shared.leaves;
     let Scratch {

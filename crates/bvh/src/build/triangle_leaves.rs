@@ -72,9 +72,9 @@ impl LeafScratch {
             triangles: 0,
         };
         for prim in prims {
-            let piece = &self.pairs.pairs[prim.id as usize];
-            let mut places = [0; 4];
-            for (place, &vertex) in places.iter_mut().zip(&piece.vertices) {
+            let pair = &self.pairs.pairs[prim.id as usize];
+            let mut lanes = [0; 4];
+            for (lane, &vertex) in lanes.iter_mut().zip(&pair.vertices) {
                 let mut at = (vertex.wrapping_mul(0x9e37_79b1) >> 22) as usize % VERTEX_TABLE_SIZE;
                 let key = u64::from(vertex) << 32 | leaf << 4;
                 loop {
@@ -84,26 +84,26 @@ impl LeafScratch {
                         at = (at + 1) % VERTEX_TABLE_SIZE;
                         continue;
                     }
-                    *place = if here {
+                    *lane = if here {
                         found as usize & 15
                     } else {
                         shared.count
                     };
                     shared.vertices[shared.count] = vertex;
                     shared.count += usize::from(!here);
-                    self.vertex_table[at] = key | (*place as u64 & 15);
+                    self.vertex_table[at] = key | (*lane as u64 & 15);
                     break;
                 }
             }
             if shared.count > MAX_LEAF_TRIANGLES {
                 return None;
             }
-            let place = |k: u8| places[k as usize & 3] as u8;
-            shared.corners[shared.triangles] = [place(0), place(1), place(2)];
-            if piece.count == 2 {
-                shared.corners[shared.triangles + 1] = piece.second_corners.map(place);
+            let lane = |k: u8| lanes[k as usize & 3] as u8;
+            shared.corners[shared.triangles] = [lane(0), lane(1), lane(2)];
+            if pair.count == 2 {
+                shared.corners[shared.triangles + 1] = pair.second_corners.map(lane);
             }
-            shared.triangles += piece.count as usize;
+            shared.triangles += pair.count as usize;
         }
         Some(shared)
     }
@@ -165,11 +165,11 @@ impl LeafBuilder for TrianglePrims<'_> {
     type Scratch = LeafScratch;
 
     #[inline(always)]
-    fn begin_treelet(&self, prims: &mut [PrimRef], notes: &mut LeafScratch) -> usize {
-        notes.candidate_leaves.clear();
-        notes.candidate_of_prim.clear();
-        notes.candidate_of_prim.resize(prims.len(), 0);
-        notes.pairs.pair_triangles(self.triangles, prims)
+    fn begin_treelet(&self, prims: &mut [PrimRef], scratch: &mut LeafScratch) -> usize {
+        scratch.candidate_leaves.clear();
+        scratch.candidate_of_prim.clear();
+        scratch.candidate_of_prim.resize(prims.len(), 0);
+        scratch.pairs.pair_triangles(self.triangles, prims)
     }
 
     fn max_binary_leaf_prims(&self) -> usize {
@@ -198,11 +198,11 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     #[inline(always)]
-    fn same_geometry(&self, prims: &[PrimRef], notes: &LeafScratch) -> bool {
+    fn same_geometry(&self, prims: &[PrimRef], scratch: &LeafScratch) -> bool {
         if self.mesh_offsets.len() < 2 {
             return true;
         }
-        let triangle = |prim: &PrimRef| notes.pairs.pairs[prim.id as usize].triangles[0];
+        let triangle = |prim: &PrimRef| scratch.pairs.pairs[prim.id as usize].triangles[0];
         let mesh = |prim| {
             self.mesh_offsets
                 .partition_point(|first| *first <= triangle(prim))
@@ -212,15 +212,15 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     #[inline(always)]
-    fn fits(&self, prims: &[PrimRef], notes: &mut LeafScratch) -> bool {
-        if prims.len() > MAX_LEAF_TRIANGLES || !self.same_geometry(prims, notes) {
+    fn fits(&self, prims: &[PrimRef], scratch: &mut LeafScratch) -> bool {
+        if prims.len() > MAX_LEAF_TRIANGLES || !self.same_geometry(prims, scratch) {
             return false;
         }
-        let shared = notes.dedup_vertices(prims);
+        let shared = scratch.dedup_vertices(prims);
         let fits = shared.is_some();
-        notes.candidate_leaves.extend(shared);
+        scratch.candidate_leaves.extend(shared);
         if fits {
-            notes.candidate_of_prim[prims[0].id as usize] = notes.candidate_leaves.len() as u32;
+            scratch.candidate_of_prim[prims[0].id as usize] = scratch.candidate_leaves.len() as u32;
         }
         fits
     }
@@ -229,17 +229,17 @@ impl LeafBuilder for TrianglePrims<'_> {
     fn create_leaf(
         &self,
         prims: &[PrimRef],
-        notes: &mut LeafScratch,
+        scratch: &mut LeafScratch,
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
     ) -> NodeRef {
         // A binary leaf has at most 4 pairs and so 16 vertices; larger leaves were tested by `fits`.
         let made;
-        let known = (notes.candidate_of_prim[prims[0].id as usize] as usize).wrapping_sub(1);
-        let shared = match notes.candidate_leaves.get(known) {
+        let known = (scratch.candidate_of_prim[prims[0].id as usize] as usize).wrapping_sub(1);
+        let shared = match scratch.candidate_leaves.get(known) {
             Some(shared) => shared,
             None => {
-                made = notes.dedup_vertices(prims);
+                made = scratch.dedup_vertices(prims);
                 let Some(shared) = &made else {
                     unreachable!("a leaf that does not fit")
                 };
@@ -250,7 +250,7 @@ impl LeafBuilder for TrianglePrims<'_> {
             shared.triangles,
             prims
                 .iter()
-                .map(|prim| notes.pairs.pairs[prim.id as usize].count as usize)
+                .map(|prim| scratch.pairs.pairs[prim.id as usize].count as usize)
                 .sum()
         );
         let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
@@ -263,8 +263,8 @@ impl LeafBuilder for TrianglePrims<'_> {
             leaf: LeafNode::new(&vertices[..shared.count], corners, ids.len() as u32),
         });
         for prim in prims {
-            let piece = &notes.pairs.pairs[prim.id as usize];
-            ids.extend_from_slice(&piece.triangles[..piece.count as usize]);
+            let pair = &scratch.pairs.pairs[prim.id as usize];
+            ids.extend_from_slice(&pair.triangles[..pair.count as usize]);
         }
         leaf
     }

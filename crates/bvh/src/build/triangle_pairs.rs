@@ -43,9 +43,9 @@ impl TrianglePair {
         let [a, b, c, _] = self.vertices;
         let (mut fourth, mut strangers) = (c, 0);
         let mut second_corners = [0; 3];
-        for (place, &vertex) in second_corners.iter_mut().zip(&other.vertices) {
+        for (slot, &vertex) in second_corners.iter_mut().zip(&other.vertices) {
             let known = vertex == a || vertex == b || vertex == c;
-            *place = match vertex {
+            *slot = match vertex {
                 _ if vertex == a => 0,
                 _ if vertex == b => 1,
                 _ if vertex == c => 2,
@@ -99,25 +99,25 @@ impl PairFinder {
                 prefetch(triangles.as_ptr().wrapping_add(later.id as usize));
             }
             next += 1;
-            let piece = alone(&prim);
+            let single = alone(&prim);
             let mut best: Option<(f32, usize, TrianglePair)> = None;
-            let mut places = [usize::MAX; 3];
+            let mut slots = [usize::MAX; 3];
             let tag = |hash: u64| (hash >> 16) as u32 & 0xffff_0000;
-            let [a, b, c, _] = piece.vertices;
+            let [a, b, c, _] = single.vertices;
             let hashes = [edge_hash(a, b), edge_hash(b, c), edge_hash(c, a)];
             for k in 0..3 {
                 let (first, tag) = ((hashes[k] >> (64 - bits)) as usize, tag(hashes[k]));
-                for place in first..first + MAX_PROBES {
-                    let place = place & (edge_table.len() - 1);
-                    let found = edge_table[place];
+                for slot in first..first + MAX_PROBES {
+                    let slot = slot & (edge_table.len() - 1);
+                    let found = edge_table[slot];
                     if found == 0 {
-                        places[k] = place;
+                        slots[k] = slot;
                         break;
                     }
                     let other = (found as u16 - 1) as usize;
                     if (found ^ tag) >> 16 == 0
                         && pairs[other].count == 1
-                        && let Some(pair) = pairs[other].try_pair(&piece)
+                        && let Some(pair) = pairs[other].try_pair(&single)
                     {
                         let ratio = prims[other].merge_area_ratio(&prim);
                         if ratio <= best.map_or(MAX_PAIR_AREA_RATIO, |b| b.0) {
@@ -132,13 +132,13 @@ impl PairFinder {
                 continue;
             }
             for k in 0..3 {
-                if let Some(place) = edge_table.get_mut(places[k]) {
-                    *place = tag(hashes[k]) | (n as u32 + 1);
+                if let Some(slot) = edge_table.get_mut(slots[k]) {
+                    *slot = tag(hashes[k]) | (n as u32 + 1);
                 }
             }
             prim.id = n as u32;
             prims[n] = prim;
-            pairs.push(piece);
+            pairs.push(single);
             n += 1;
         }
         n
@@ -186,8 +186,8 @@ mod tests {
         let n = pairs.pair_triangles(triangles, &mut prims);
         assert_eq!(pairs.pairs.len(), n);
         let mut seen = vec![0; triangles.len()];
-        for (i, (prim, piece)) in prims.iter().zip(&pairs.pairs).enumerate() {
-            let ids = &piece.triangles[..piece.count as usize];
+        for (i, (prim, single)) in prims.iter().zip(&pairs.pairs).enumerate() {
+            let ids = &single.triangles[..single.count as usize];
             ids.iter().for_each(|&id| seen[id as usize] += 1);
             let (lower, upper) = around(ids);
             let expected = PrimRef::new(lower, upper, i as u32);

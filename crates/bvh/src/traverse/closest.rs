@@ -88,8 +88,8 @@ struct ClosestQuery<'a, 'b, const MAY_DIVERGE: bool> {
 impl<const MAY_DIVERGE: bool> ClosestQuery<'_, '_, MAY_DIVERGE> {
     /// The index in the batch of a ray of the chunk.
     #[inline(always)]
-    fn ray_id(&self, number: usize) -> usize {
-        self.chunk.ray_ids[number] as usize
+    fn ray_id(&self, index: usize) -> usize {
+        self.chunk.ray_ids[index] as usize
     }
 }
 
@@ -106,15 +106,15 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
     }
 
     #[inline(always)]
-    fn to_instance_space(&self, ray: &Ray, number: usize, instance: &InstanceRecord) -> Ray {
+    fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray {
         let mut ray = *ray;
-        ray.clip_t_max(self.hits[self.ray_id(number)].t);
+        ray.clip_t_max(self.hits[self.ray_id(index)].t);
         instance.ray_to_mesh(&ray)
     }
 
     #[inline(always)]
-    fn t_max(&self, number: usize, t_max: f32) -> f32 {
-        t_max.min(self.hits[self.ray_id(number)].t)
+    fn t_max(&self, index: usize, t_max: f32) -> f32 {
+        t_max.min(self.hits[self.ray_id(index)].t)
     }
 
     #[inline(always)]

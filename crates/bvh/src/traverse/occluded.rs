@@ -52,8 +52,8 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
             packets.trace::<I, _>(&mut query, scene, scaled, None);
             let met = query.occluded;
             if coherence == Coherence::Incoherent {
-                for (i, number) in ray_ids.iter().enumerate() {
-                    occluded[*number as usize] = met >> i & 1 != 0;
+                for (i, index) in ray_ids.iter().enumerate() {
+                    occluded[*index as usize] = met >> i & 1 != 0;
                 }
             } else {
                 let first = ray_ids[0] as usize;
@@ -108,8 +108,8 @@ impl PacketQuery for OcclusionQuery<'_> {
     }
 
     #[inline(always)]
-    fn t_max(&self, number: usize, t_max: f32) -> f32 {
-        match self.occluded >> number & 1 {
+    fn t_max(&self, index: usize, t_max: f32) -> f32 {
+        match self.occluded >> index & 1 {
             0 => t_max,
             _ => -1.0,
         }

@@ -7,7 +7,7 @@ use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::Isa;
-use crate::traverse::exact::rays::RaySoa64;
+use crate::traverse::exact::rays::{OriginClass, RaySoa64};
 use crate::traverse::exact::single::{
     ClippedRay, conservative_candidates, coordinate_error, intersect_subtree, intersect_tlas,
     to_mesh_space,
@@ -62,14 +62,14 @@ pub fn closest_exact_chunk<I: Isa>(
     near.clear();
     let (mut distance, mut origin_error) = (0.0f32, 0.0f64);
     for (i, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate() {
-        match exact.starts_near(i) {
-            None => {}
-            Some(true) => {
+        match exact.origin_class(i) {
+            OriginClass::Misses => {}
+            OriginClass::Near => {
                 let (ray, farthest, off) = exact.local_ray_f32(scene, i);
                 near.push(ray, i);
                 (distance, origin_error) = (distance.max(farthest), origin_error.max(off));
             }
-            Some(false) => {
+            OriginClass::Far => {
                 if let Some(mut clipped) = ClippedRay::new(scene, ray) {
                     intersect_tlas::<I>(scene, &mut clipped, triangles);
                     *hit = clipped.to_hit();
@@ -93,7 +93,7 @@ pub fn closest_exact_chunk<I: Isa>(
     };
     packets.trace::<I, _>(&mut query, scene, some, indices);
     for i in 0..rays.len() {
-        if exact.starts_near(i) == Some(true) {
+        if exact.origin_class(i) == OriginClass::Near {
             exact.to_hit(i, &mut hits[i]);
         }
     }
@@ -118,13 +118,13 @@ impl PacketQuery for ExactQuery<'_> {
     fn make_packet<I: Isa>(
         &self,
         rays: &[Ray],
-        placed: Option<&InstanceRecord>,
+        record: Option<&InstanceRecord>,
         packet: &mut Packet,
     ) -> bool {
-        let (bounds, pad) = match placed {
-            Some(placed) => {
-                let off = coordinate_error(self.scene, placed, self.distance, self.origin_error);
-                (placed.bvh.bounds(), off / placed.bvh.max_abs_coord())
+        let (bounds, pad) = match record {
+            Some(record) => {
+                let off = coordinate_error(self.scene, record, self.distance, self.origin_error);
+                (record.bvh.bounds(), off / record.bvh.max_abs_coord())
             }
             None => {
                 let bounds = &self.scene.bounds;
@@ -136,9 +136,9 @@ impl PacketQuery for ExactQuery<'_> {
     }
 
     #[inline(always)]
-    fn to_instance_space(&self, _: &Ray, number: usize, placed: &InstanceRecord) -> Ray {
+    fn to_instance_space(&self, _: &Ray, number: usize, record: &InstanceRecord) -> Ray {
         let line = self.rays.local_ray_f64(self.scene, number);
-        let (origin, direction) = to_mesh_space(self.scene, placed, line);
+        let (origin, direction) = to_mesh_space(self.scene, record, line);
         Ray {
             origin,
             direction,
@@ -179,9 +179,9 @@ impl PacketQuery for ExactQuery<'_> {
         packet: &mut Packet,
         indices: RayIndices,
     ) {
-        let placed = &self.scene.instances[subtree.instance as usize];
-        let mesh = &*placed.bvh;
-        let off = coordinate_error(self.scene, placed, self.distance, self.origin_error)
+        let record = &self.scene.instances[subtree.instance as usize];
+        let mesh = &*record.bvh;
+        let off = coordinate_error(self.scene, record, self.distance, self.origin_error)
             + 8.0
                 * MACHINE_EPSILON
                 * (packet.max_abs_origin().max(mesh.max_abs_coord()) + mesh.max_abs_coord());

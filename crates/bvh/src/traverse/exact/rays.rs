@@ -32,9 +32,17 @@ pub struct RaySoa64 {
     shared_major_axis: Option<usize>,
 }
 
-/// Classes of a ray: it misses, starts near the scene, or starts far away.
-const NOWHERE: u8 = 0;
-const NEAR: u8 = 1;
+/// The class of a ray by its origin. Rows hold the discriminants, for vectorised code.
+#[repr(u8)]
+#[derive(Clone, Copy, PartialEq)]
+pub enum OriginClass {
+    /// The ray misses by definition.
+    Misses,
+    /// The origin is near the scene.
+    Near,
+    /// The origin is far away: the ray is clipped first.
+    Far,
+}
 
 /// The axis after each axis.
 const NEXT_AXES: [usize; 3] = [1, 2, 0];
@@ -50,7 +58,7 @@ impl RaySoa64 {
         origin_f32: [[0.0; PACKET_SIZE]; 3],
         direction_f32: [[0.0; PACKET_SIZE]; 3],
         max_abs_origin: [0.0; PACKET_SIZE],
-        origin_class: [NOWHERE; PACKET_SIZE],
+        origin_class: [OriginClass::Misses as u8; PACKET_SIZE],
         shared_major_axis: None,
     };
 
@@ -66,7 +74,7 @@ impl RaySoa64 {
         }
         let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &mut self.direction);
         let [sx, sy] = &mut self.shear;
-        let ([wx, wy, wz], unit) = (scene.origin(), scene.scale);
+        let ([wx, wy, wz], scale) = (scene.origin(), scene.scale);
         let ([px, py, pz], [ax, ay, az]) = (&mut self.origin_f32, &mut self.direction_f32);
         // Branch-free, so that it is vectorised.
         for i in 0..PACKET_SIZE {
@@ -109,18 +117,18 @@ impl RaySoa64 {
                 2
             };
             let start = [
-                (ox[i] - wx) * unit,
-                (oy[i] - wy) * unit,
-                (oz[i] - wz) * unit,
+                (ox[i] - wx) * scale,
+                (oy[i] - wy) * scale,
+                (oz[i] - wz) * scale,
             ];
             let farthest = max_f64(max_f64(start[0].abs(), start[1].abs()), start[2].abs());
             self.max_abs_origin[i] = farthest;
             self.origin_class[i] = (sane as u8) * (2 - (farthest <= reach) as u8);
             (px[i], py[i], pz[i]) = (start[0] as f32, start[1] as f32, start[2] as f32);
             (ax[i], ay[i], az[i]) = (
-                (d[0] * unit) as f32,
-                (d[1] * unit) as f32,
-                (d[2] * unit) as f32,
+                (d[0] * scale) as f32,
+                (d[1] * scale) as f32,
+                (d[2] * scale) as f32,
             );
         }
         let first = self.major_axis[0];
@@ -130,11 +138,14 @@ impl RaySoa64 {
         self.shared_major_axis = same.then_some(usize::from(first));
     }
 
-    /// True if ray `i` starts near, false if far; `None` if it misses.
+    /// The class of ray `i`.
     #[inline(always)]
-    pub fn starts_near(&self, i: usize) -> Option<bool> {
-        let state = self.origin_class[i & (PACKET_SIZE - 1)];
-        (state != NOWHERE).then_some(state == NEAR)
+    pub fn origin_class(&self, i: usize) -> OriginClass {
+        match self.origin_class[i & (PACKET_SIZE - 1)] {
+            0 => OriginClass::Misses,
+            1 => OriginClass::Near,
+            _ => OriginClass::Far,
+        }
     }
 
     /// The ray in scaled scene coordinates, its largest coordinate, and the error bound of its origin.

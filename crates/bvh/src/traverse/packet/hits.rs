@@ -47,8 +47,8 @@ pub fn closest_in_leaf<I: Isa, const COMMON_ORIGIN: bool>(
         while groups != 0 {
             let group = groups.trailing_zeros() as usize;
             groups &= groups - 1;
-            let met = intersect_lanes::<I, false>(leaf, packet, group, potential);
-            let first = nearest.merge::<I>(mesh, leaf, met, group, packet);
+            let found = intersect_lanes::<I, false>(leaf, packet, group, potential);
+            let first = nearest.merge::<I>(mesh, leaf, found, group, packet);
             closer |= u64::from(first) << (I::RAY_LANES * group);
         }
         potential.next_triangle();
@@ -93,10 +93,14 @@ impl PacketHits {
         for group in 0..PACKET_SIZE / 16 {
             let prim = load::<I>(&self.prim_index, group);
             // As a float, `NO_PRIM` is NaN, and no other index is: there are too few triangles.
-            let met = prim.eq(prim);
+            let found = prim.eq(prim);
             let known = load::<I>(&packet.t_max, group);
-            store::<I>(&mut t, group, I::F32x16::select(met, known, far));
-            store::<I>(&mut instances, group, I::F32x16::select(met, here, nowhere));
+            store::<I>(&mut t, group, I::F32x16::select(found, known, far));
+            store::<I>(
+                &mut instances,
+                group,
+                I::F32x16::select(found, here, nowhere),
+            );
         }
         for (four, hits) in hits.chunks_exact_mut(4).enumerate() {
             let columns = [&t, &self.u, &self.v, &instances];
@@ -119,15 +123,15 @@ impl PacketHits {
         &mut self,
         mesh: &Bvh,
         leaf: &LeafNode,
-        met: LaneIntersections<I::RayVec>,
+        found: LaneIntersections<I::RayVec>,
         group: usize,
         packet: &mut Packet,
     ) -> u32 {
         let LaneIntersections {
             hit, t, u, v, det, ..
-        } = met;
+        } = found;
         let known = load_rays::<I>(&packet.t_max, group);
-        let prim = I::add_u32_bits(met.triangle, leaf.first_prim);
+        let prim = I::add_u32_bits(found.triangle, leaf.first_prim);
         let ties = <I::RayVec as Vector>::to_bitmask(t.eq(known)) & hit;
         let mut first = hit & !ties;
         if ties != 0 {

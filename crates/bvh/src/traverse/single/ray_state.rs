@@ -157,20 +157,20 @@ impl<'a> RayState<'a> {
         instance: u32,
         t_max: f32,
     ) -> bool {
-        let placed = &scene.instances[instance as usize];
-        let mesh = &*placed.bvh;
+        let record = &scene.instances[instance as usize];
+        let mesh = &*record.bvh;
         // The next subtree may belong to the same instance.
         if SINGLE_LEVEL || self.current_instance != instance {
             let runs = if SINGLE_LEVEL {
                 scene.setup_ray(&mut self.ray, &self.world_ray)
             } else if let (Some([x, y, z]), true) =
-                (placed.translation_only, self.direction_reusable)
+                (record.translation_only, self.direction_reusable)
             {
                 let [a, b, c] = self.world_ray.origin;
                 self.ray.translate([a + x, b + y, c + z], mesh.bounds())
             } else {
                 self.direction_reusable = false;
-                setup_instance_ray(&mut self.ray, scene, placed, &self.world_ray)
+                setup_instance_ray(&mut self.ray, scene, record, &self.world_ray)
             };
             if !runs {
                 return false;

@@ -36,9 +36,9 @@ impl SingleRayQueue {
     /// Removes all queued tasks.
     #[inline(always)]
     pub fn drain(&mut self, rays: &[Ray]) -> impl Iterator<Item = RayTask> {
-        let whole = self.full_rays.drain(..).map(|number| RayTask {
-            ray: rays[number as usize],
-            ray_id: number as usize,
+        let whole = self.full_rays.drain(..).map(|ray_id| RayTask {
+            ray: rays[ray_id as usize],
+            ray_id: ray_id as usize,
             instance: 0,
             start_node: NodeRef::EMPTY,
         });
@@ -95,14 +95,14 @@ impl<'a> RayChunk<'a> {
     /// rays.
     #[inline(always)]
     fn defer_incoherent(&mut self, mut lanes: u64, indices: RayIndices) {
-        let apart = match self.coherence {
+        let incoherent = match self.coherence {
             Coherence::Unknown => &mut *self.incoherent,
             Coherence::Coherent | Coherence::Incoherent => &mut self.singles.full_rays,
         };
         while lanes != 0 {
             let i = ray_index(lanes.trailing_zeros(), indices);
             lanes &= lanes - 1;
-            apart.push(self.ray_ids[i]);
+            incoherent.push(self.ray_ids[i]);
         }
     }
 
@@ -134,12 +134,12 @@ impl<'a> RayChunk<'a> {
     pub fn make_packet<I: Isa>(
         &self,
         rays: &[Ray],
-        placed: Option<&InstanceRecord>,
+        instance: Option<&InstanceRecord>,
         apex: Apex,
         packet: &mut Packet,
     ) -> bool {
-        let (bounds, pad) = match placed {
-            Some(placed) => (placed.bvh.bounds(), 0.0),
+        let (bounds, pad) = match instance {
+            Some(instance) => (instance.bvh.bounds(), 0.0),
             None => {
                 let within = |ray: &Ray| self.scene.is_within_reach(ray.origin);
                 let (bounds, reach) = (&self.scene.bounds, self.scene.max_abs_coord);
@@ -189,44 +189,48 @@ impl<'a> RayChunker<'a> {
     /// Advances to the next chunk; false at the end. May queue single rays, and takes those of `apart` for the octant
     /// sort.
     #[inline(always)]
-    pub fn advance<I: Isa>(&mut self, aside: &mut SingleRayQueue, apart: &mut Vec<u32>) -> bool {
+    pub fn advance<I: Isa>(
+        &mut self,
+        singles: &mut SingleRayQueue,
+        incoherent: &mut Vec<u32>,
+    ) -> bool {
         loop {
-            self.from_sorter = self.sorter.next_packet(self.rays, &mut aside.full_rays);
+            self.from_sorter = self.sorter.next_packet(self.rays, &mut singles.full_rays);
             if self.from_sorter {
                 return true;
             }
             let left = self.rays.len() - self.consumed;
             if self.coherence == Coherence::Incoherent {
                 let most = self.sorter.block_size();
-                while self.consumed < self.rays.len() && apart.len() + TRIAL_RAYS <= most {
+                while self.consumed < self.rays.len() && incoherent.len() + TRIAL_RAYS <= most {
                     let end = self.rays.len().min(self.consumed + TRIAL_RAYS);
-                    let from = apart.len();
-                    apart.extend(self.consumed as u32..end as u32);
-                    self.root_cull.cull::<I>(self.rays, apart, from);
+                    let from = incoherent.len();
+                    incoherent.extend(self.consumed as u32..end as u32);
+                    self.root_cull.cull::<I>(self.rays, incoherent, from);
                     self.consumed = end;
                 }
-            } else if left > 0 && apart.len() <= MAX_BLOCK - PACKET_SIZE {
+            } else if left > 0 && incoherent.len() <= MAX_BLOCK - PACKET_SIZE {
                 self.len = left.min(PACKET_SIZE);
-                for (i, number) in self.ray_ids[..self.len].iter_mut().enumerate() {
-                    *number = (self.consumed + i) as u32;
+                for (i, ray_id) in self.ray_ids[..self.len].iter_mut().enumerate() {
+                    *ray_id = (self.consumed + i) as u32;
                 }
                 self.consumed += self.len;
                 self.prefetch::<I>();
                 return true;
             }
-            if apart.is_empty() {
+            if incoherent.is_empty() {
                 return false;
             }
             if self.coherence == Coherence::Unknown {
-                self.root_cull.cull::<I>(self.rays, apart, 0);
+                self.root_cull.cull::<I>(self.rays, incoherent, 0);
             }
             if I::WIDE {
                 self.sorter
-                    .sort_block::<I>(self.rays, apart, &mut aside.full_rays);
+                    .sort_block::<I>(self.rays, incoherent, &mut singles.full_rays);
             } else {
-                aside.full_rays.extend_from_slice(apart);
+                singles.full_rays.extend_from_slice(incoherent);
             }
-            apart.clear();
+            incoherent.clear();
         }
     }
 
@@ -256,8 +260,8 @@ impl<'a> RayChunker<'a> {
     pub fn chunk<'b>(
         &'b self,
         scene: &'b Scene,
-        aside: &'b mut SingleRayQueue,
-        apart: &'b mut Vec<u32>,
+        singles: &'b mut SingleRayQueue,
+        incoherent: &'b mut Vec<u32>,
     ) -> RayChunk<'b> {
         let (rays, ray_ids, coherence) = if self.from_sorter {
             let (rays, ray_ids) = self.sorter.current_packet();
@@ -271,8 +275,8 @@ impl<'a> RayChunker<'a> {
             coherence,
             rays,
             ray_ids,
-            singles: aside,
-            incoherent: apart,
+            singles: singles,
+            incoherent: incoherent,
         }
     }
 }

@@ -69,9 +69,9 @@ impl<'a> OctantSorter<'a> {
 
     /// Sorts another block of at most [`MAX_BLOCK`] rays; or queues them as single rays during the back-off.
     #[inline(always)]
-    pub fn sort_block<I: Isa>(&mut self, rays: &[Ray], ray_ids: &[u32], alone: &mut Vec<u32>) {
+    pub fn sort_block<I: Isa>(&mut self, rays: &[Ray], ray_ids: &[u32], singles: &mut Vec<u32>) {
         if self.backoff.should_skip() {
-            alone.extend_from_slice(ray_ids);
+            singles.extend_from_slice(ray_ids);
             return;
         }
         self.order.resize(ray_ids.len(), 0);
@@ -88,9 +88,9 @@ impl<'a> OctantSorter<'a> {
         for end in &mut ends {
             (*end, sum) = (sum, sum + *end);
         }
-        for (class, number) in classes.iter().zip(ray_ids) {
+        for (class, ray_id) in classes.iter().zip(ray_ids) {
             let end = &mut ends[usize::from(*class) % DIRECTION_CLASSES];
-            self.order[*end] = *number;
+            self.order[*end] = *ray_id;
             *end += 1;
         }
         self.class_ends = ends;
@@ -98,13 +98,13 @@ impl<'a> OctantSorter<'a> {
 
     /// Advances to up to 64 rays of one class; false at the end. Small classes are queued as single rays.
     #[inline(always)]
-    pub fn next_packet(&mut self, rays: &[Ray], alone: &mut Vec<u32>) -> bool {
+    pub fn next_packet(&mut self, rays: &[Ray], singles: &mut Vec<u32>) -> bool {
         if self.packet_rays >= TRIAL_RAYS {
             let answered = self.packet_rays.saturating_sub(self.single_count);
             self.is_profitable = self.visits <= MAX_VISITS_PER_RAY * answered;
             if !self.is_profitable {
                 self.backoff.record(false);
-                alone.extend_from_slice(&self.order[self.cursor..]);
+                singles.extend_from_slice(&self.order[self.cursor..]);
                 (self.cursor, self.packet_rays) = (self.order.len(), 0);
             }
         }
@@ -117,7 +117,7 @@ impl<'a> OctantSorter<'a> {
                 .count();
             let end = self.class_ends[class % DIRECTION_CLASSES];
             if class == usize::from(UNGROUPED) || end - start < MIN_PACKET_RAYS {
-                alone.extend_from_slice(&self.order[start..end]);
+                singles.extend_from_slice(&self.order[start..end]);
                 self.cursor = end;
                 continue;
             }
@@ -125,7 +125,7 @@ impl<'a> OctantSorter<'a> {
             let ray_ids = &self.order[start..self.cursor];
             self.packet_rays += ray_ids.len();
             self.packet.clear();
-            let some = ray_ids.iter().map(|number| rays[*number as usize]);
+            let some = ray_ids.iter().map(|ray_id| rays[*ray_id as usize]);
             self.packet.extend(some);
             return true;
         }
@@ -137,8 +137,8 @@ impl<'a> OctantSorter<'a> {
 
     /// Reports single rays and visits of the current packet.
     #[inline(always)]
-    pub fn report_cost(&mut self, alone: usize, visits: usize) {
-        self.single_count += alone;
+    pub fn report_cost(&mut self, singles: usize, visits: usize) {
+        self.single_count += singles;
         self.visits += visits;
     }
 
@@ -174,23 +174,23 @@ mod tests {
         let rays = rays(1500);
         let ray_ids: Vec<u32> = (0..1500).step_by(2).collect();
         let skip = Backoff::default();
-        let (mut sorter, mut alone) = (OctantSorter::new(&skip), vec![]);
-        sorter.sort_block::<Portable>(&rays, &ray_ids, &mut alone);
+        let (mut sorter, mut singles) = (OctantSorter::new(&skip), vec![]);
+        sorter.sort_block::<Portable>(&rays, &ray_ids, &mut singles);
         let (mut seen, mut packets) = (vec![], 0);
-        while sorter.next_packet(&rays, &mut alone) {
+        while sorter.next_packet(&rays, &mut singles) {
             let (some, ray_ids) = sorter.current_packet();
             assert!((MIN_PACKET_RAYS..=PACKET_SIZE).contains(&some.len()));
             let signs = |ray: &Ray| ray.direction.map(|d| d < 0.0);
-            for (ray, number) in some.iter().zip(ray_ids) {
-                assert_eq!(*ray, rays[*number as usize]);
+            for (ray, ray_id) in some.iter().zip(ray_ids) {
+                assert_eq!(*ray, rays[*ray_id as usize]);
                 assert_eq!(signs(ray), signs(&some[0]));
             }
             seen.extend_from_slice(ray_ids);
             packets += 1;
         }
-        let flat = |number: &u32| rays[*number as usize].direction[0] == 0.0;
+        let flat = |ray_id: &u32| rays[*ray_id as usize].direction[0] == 0.0;
         assert!(packets > 5 && !seen.iter().any(flat), "{packets}");
-        seen.extend(alone);
+        seen.extend(singles);
         seen.sort();
         assert_eq!(seen, ray_ids);
     }
@@ -200,14 +200,14 @@ mod tests {
         let rays = rays(1000);
         let ray_ids: Vec<u32> = (0..1000).collect();
         let packets = |sorter: &mut OctantSorter, visits| {
-            let (mut alone, mut taken, mut packets) = (vec![], 0, 0);
-            sorter.sort_block::<Portable>(&rays, &ray_ids, &mut alone);
-            while sorter.next_packet(&rays, &mut alone) {
+            let (mut singles, mut taken, mut packets) = (vec![], 0, 0);
+            sorter.sort_block::<Portable>(&rays, &ray_ids, &mut singles);
+            while sorter.next_packet(&rays, &mut singles) {
                 taken += sorter.current_packet().0.len();
                 sorter.report_cost(0, visits * sorter.current_packet().0.len());
                 packets += 1;
             }
-            assert_eq!(taken + alone.len(), rays.len());
+            assert_eq!(taken + singles.len(), rays.len());
             packets
         };
         let skip = Backoff::default();

@@ -103,13 +103,13 @@ impl RayBatch {
         &'a mut self,
         rays: &'a [Ray],
         indices: RayIndices<'a>,
-        part: u64,
+        group: u64,
         whole: bool,
     ) -> (&'a [Ray], RayIndices<'a>) {
         if whole {
             return (rays, indices);
         }
-        self.gather(rays, indices, part);
+        self.gather(rays, indices, group);
         self.all()
     }
 }
@@ -239,30 +239,30 @@ mod tests {
     }
 
     #[test]
-    fn every_ray_is_in_one_part_with_its_like() {
+    fn every_ray_is_in_one_group_with_its_like() {
         let kinds = [[1.0, 0.5, 0.25], [1.0, -0.5, 0.25], [0.5, 1.0, 0.25]];
         let mut rays: Vec<Ray> = (0..PACKET_SIZE).map(|i| ray(kinds[i * i % 3])).collect();
         rays[5] = ray([1.0, 0.0, 0.25]);
         rays[6] = ray([1.0, f32::NAN, 0.25]);
-        let mut parts = OctantGroups::new(&rays[..60]);
-        assert_eq!(parts.next(), Some((u64::MAX >> 4, true)));
-        assert_eq!(parts.next(), None);
-        parts.sort(&rays[..60]);
+        let mut groups = OctantGroups::new(&rays[..60]);
+        assert_eq!(groups.next(), Some((u64::MAX >> 4, true)));
+        assert_eq!(groups.next(), None);
+        groups.sort(&rays[..60]);
         let (mut seen, mut members) = (0, RayBatch::EMPTY);
-        while let Some((part, pays)) = parts.next() {
-            assert_eq!(seen & part, 0);
-            seen |= part;
-            members.gather(&rays, None, part);
+        while let Some((group, pays)) = groups.next() {
+            assert_eq!(seen & group, 0);
+            seen |= group;
+            members.gather(&rays, None, group);
             let all = u64::MAX >> (PACKET_SIZE - members.len);
             let indices = members.all().1;
-            assert_eq!(ray_mask(all, indices), part);
-            assert_eq!(members.len, part.count_ones() as usize);
+            assert_eq!(ray_mask(all, indices), group);
+            assert_eq!(members.len, group.count_ones() as usize);
             for (lane, ray) in members.all().0.iter().enumerate() {
-                assert!(part >> members.indices[lane] & 1 != 0);
+                assert!(group >> members.indices[lane] & 1 != 0);
                 let (y, x) = (ray.direction[1], members.rays[0].direction[1]);
                 assert!(y == x || !pays, "they run alike");
             }
-            let odd = part & 0b110_0000 != 0;
+            let odd = group & 0b110_0000 != 0;
             assert_eq!(pays, !odd && members.len >= MIN_GROUP_RAYS as usize);
         }
         assert_eq!(seen, u64::MAX >> 4);

@@ -62,7 +62,7 @@ impl<'a> RootCull<'a> {
             let some = &ray_ids[start..ray_ids.len().min(start + 16)];
             let every = u32::MAX >> (32 - some.len());
             let some = std::array::from_fn(|i| *some.get(i).unwrap_or(&some[0]));
-            let asked = some.map(|number| &rays[number as usize]);
+            let asked = some.map(|ray_id| &rays[ray_id as usize]);
             let mut staying = self.intersects_root::<I>(root, asked) & every;
             while staying != 0 {
                 ray_ids[kept] = some[staying.trailing_zeros() as usize & 15];

@@ -17,15 +17,15 @@ pub trait PacketQuery {
     fn make_packet<I: Isa>(
         &self,
         rays: &[Ray],
-        placed: Option<&InstanceRecord>,
+        instance: Option<&InstanceRecord>,
         packet: &mut Packet,
     ) -> bool;
 
     /// A ray in instance coordinates, clipped at its closest hit.
-    fn to_instance_space(&self, ray: &Ray, number: usize, placed: &InstanceRecord) -> Ray;
+    fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
 
     /// The largest valid t of a ray, given that at the start of the TLAS traversal; negative if it is done.
-    fn t_max(&self, number: usize, t_max: f32) -> f32;
+    fn t_max(&self, index: usize, t_max: f32) -> f32;
 
     /// Traverses a subtree of an instance by a packet.
     fn intersect_subtree<I: Isa>(
@@ -136,13 +136,13 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
             }
         } else {
             let subtree = &scene.subtree_refs[at.index()];
-            let placed = &scene.instances[subtree.instance as usize];
+            let instance = &scene.instances[subtree.instance as usize];
             let mut entered = 0;
             if !scene.is_single_mesh {
                 entered = packet.intersect_box::<I>(|row| subtree.bounds.plane(row), packet.active);
                 local.gather(rays, indices, entered);
-                for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.indices) {
-                    *ray = query.to_instance_space(ray, usize::from(*number), placed);
+                for (ray, index) in local.rays[..local.len].iter_mut().zip(&local.indices) {
+                    *ray = query.to_instance_space(ray, usize::from(*index), instance);
                 }
             }
             if scene.is_single_mesh || entered != 0 {
@@ -152,7 +152,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
                 };
                 intersect_subtree::<I, Q>(
                     query,
-                    placed,
+                    instance,
                     subtree,
                     some,
                     some_indices,
@@ -181,7 +181,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
 #[inline(always)]
 fn intersect_subtree<I: Isa, Q: PacketQuery>(
     query: &mut Q,
-    placed: &InstanceRecord,
+    instance: &InstanceRecord,
     subtree: &SubtreeRef,
     rays: &[Ray],
     indices: RayIndices,
@@ -191,7 +191,7 @@ fn intersect_subtree<I: Isa, Q: PacketQuery>(
     let mut groups = OctantGroups::new(rays);
     while let Some((lanes, pays)) = groups.next() {
         let (some, some_indices) = inner.subset(rays, indices, lanes, groups.is_whole);
-        if pays && query.make_packet::<I>(some, Some(placed), packet) {
+        if pays && query.make_packet::<I>(some, Some(instance), packet) {
             query.intersect_subtree::<I>(subtree, packet, some_indices);
         } else if groups.is_whole {
             groups.sort(rays);
