@@ -1,12 +1,20 @@
-# make demo    pictures and a video in demo/
-# make test    lint, then all tests            (what CI runs)
-# make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
-# make bench   the figures in benchmarks/results/
-# make leak    a thousand million rays aimed at edges and vertices, none may leak; Embree beside them
-# make fuzz    a minute of damaged files for each reader; needs nightly Rust and cargo-fuzz
-# make docs    the documentation in docs/_build/html
-# make wheel   a wheel and the source archive in dist/
-# make clean   removes everything that was made
+# Daily work
+#   make check   formatting, ruff, mypy, cargo check: half a minute
+#   make test    what CI runs: lints as errors, then every test in its short form
+#   make proof   what takes long: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
+#
+# Things to look at
+#   make demo    pictures and a video in demo/
+#   make docs    the documentation in docs/_build/html
+#
+# Measurements
+#   make bench   the figures in benchmarks/results/
+#   make leak    a thousand million rays aimed at edges and vertices, none may leak; Embree beside them
+#   make fuzz    a minute of damaged files for each reader; needs nightly Rust and cargo-fuzz
+#
+# Releases
+#   make wheel   a wheel and the source archive in dist/
+#   make clean   removes everything that was made
 #
 # Each target installs what it needs into .venv. PYTHON chooses the interpreter the .venv is made from.
 
@@ -24,6 +32,9 @@ SHELL := /bin/bash
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# nextest runs the tests of all crates at once; cargo's own runner does where it is not installed.
+CARGO_TEST := $(shell cargo nextest --version >/dev/null 2>&1 && echo 'cargo nextest run --locked && cargo test --locked --doc' || echo cargo test --locked)
+
 # Whatever builds something is preceded by .ci/prerequisites, which says here what toolchain to use.
 ifneq ($(filter-out help clean,$(MAKECMDGOALS)),)
 include $(DONE)/toolchain.mk
@@ -31,17 +42,17 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help demo test lint bench leak fuzz docs wheel clean
+.PHONY: help check lint test proof demo bench leak fuzz docs wheel clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p;/^$$/q' Makefile
+	@sed -n '/^PYTHON/q;s/^# \{0,1\}//p' Makefile
 
-demo: $(DONE)/build
-	$(BIN)/raycam demo demo
-
-test: lint
-	cargo test --locked
-	$(BIN)/python -m pytest -n 2
+check: $(DONE)/lint
+	cargo fmt --check
+	cargo check --locked --workspace --all-targets
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
 
 lint: $(DONE)/build $(DONE)/develop
 	cargo fmt --check
@@ -51,7 +62,18 @@ lint: $(DONE)/build $(DONE)/develop
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest raycam._core
 
-bench: $(DONE)/build $(DONE)/develop
+test: lint
+	$(CARGO_TEST)
+	$(BIN)/python -m pytest -n 2 --durations=20
+
+proof: $(DONE)/build $(DONE)/develop
+	RAYCAM_PROOF=1 cargo test --locked
+	$(BIN)/python -m pytest -n 2 --durations=20 -m 'proof or not proof'
+
+demo: $(DONE)/build
+	$(BIN)/raycam demo demo
+
+bench: $(DONE)/release $(DONE)/develop
 	@for script in benchmarks/bench_*.py benchmarks/embree_race.py; do echo "== $$script"; $(BIN)/python $$script; done
 
 leak: $(DONE)/develop
@@ -86,6 +108,10 @@ $(DONE)/builder: $(DONE)/toolchain.mk pyproject.toml
 	$(BIN)/python -m pip install -q --group build
 	@touch $@
 
+$(DONE)/lint: $(DONE)/builder
+	$(BIN)/python -m pip install -q --group lint
+	@touch $@
+
 $(DONE)/develop: $(DONE)/builder
 	$(BIN)/python -m pip install -q --group dev
 	@touch $@
@@ -94,7 +120,14 @@ $(DONE)/documentation: $(DONE)/builder
 	$(BIN)/python -m pip install -q --group docs
 	@touch $@
 
+# The extension of the profile that the tests have: one compilation serves both.
 $(DONE)/build: $(DONE)/builder $(RUST_SOURCES)
-	rm -f python/raycam/_core*.so
+	rm -f python/raycam/_core*.so $(DONE)/release
+	$(BIN)/maturin develop -q --locked
+	@touch $@
+
+# The extension as in a wheel, with optimisation across crates: what is measured.
+$(DONE)/release: $(DONE)/builder $(RUST_SOURCES)
+	rm -f python/raycam/_core*.so $(DONE)/build
 	$(BIN)/maturin develop -q --release --locked
 	@touch $@

@@ -1,8 +1,8 @@
-"""Are pictures the same as those of Cycles? See `same_pictures.py`; `--python` is a Python that has `bpy`."""
+"""Are pictures the same as those of Cycles? See `radiance_agreement.py`; `--python` is a Python that has `bpy`."""
 
 from __future__ import annotations
 
-from same_pictures import compare
+from radiance_agreement import compare
 
 if __name__ == "__main__":
     compare("cycles", "Cycles", __doc__, {})

@@ -1,8 +1,8 @@
-"""Are pictures the same as Mitsuba 3's? See `same_pictures.py`; `--python` is a Python that has Mitsuba."""
+"""Are pictures the same as Mitsuba 3's? See `radiance_agreement.py`; `--python` is a Python that has Mitsuba."""
 
 from __future__ import annotations
 
-from same_pictures import compare
+from radiance_agreement import compare
 
 if __name__ == "__main__":
     compare("mitsuba", "Mitsuba 3", __doc__, {"variant": "scalar_rgb"})

@@ -1,110 +1,272 @@
-"""Are pictures the same as another renderer's? Mean radiance, and a test of every pixel.
+"""Compares every channel of many pictures, byte for byte, between this build of raycam and another.
 
-Each renderer makes a number of independent pictures of each scene: their mean, and from their spread the standard error
-of each pixel; from the spread of the pictures' means that of the whole, because the pixels of one picture, and its
-channels, are not independent of each other. Per pixel and colour, the difference over its standard error is Student's t
-where both are right (Welch). 0.25 % of them should lie beyond the quantile of 99.75 %, and 99.75 % of the pixels must
-pass at the level 0.01 with Sidak's correction, which is how Mitsuba tests itself.
+    python benchmarks/same_pictures.py --against PYTHON [--isa avx512 avx2 portable] [--models FOLDER ...]
+
+PYTHON is an interpreter that has the other build. Each build renders the same list of pictures in a process of its own,
+once per instruction set; a picture counts as different if one byte of one channel differs. Exit status 1 if any does.
+The list holds the scenes of the path-tracing benchmark, all materials, lights and lenses, cameras that move, and every
+glTF, OBJ, PLY, STL and OFF file below the folders given.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
+import os
+import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import path_raycam
-import path_scenes
-import path_worker
-import report
+SIZE = (64, 48)
+SAMPLES = 4
+ISA = ("avx512", "avx2", "portable")
+ENDINGS = {".gltf", ".glb", ".obj", ".ply", ".stl", ".off"}
 
-PICTURES = 16
-# Far apart: Mitsuba's pixels take the seeds that follow a picture's.
-SEED_STEP = 100_003
+K = [[60.0, 0.0, 31.5], [0.0, 60.0, 23.5], [0.0, 0.0, 1.0]]
+LENSES: dict[str, list[float] | None] = {
+    "opencv": [-0.2, 0.05, 1e-3, -1e-3, 0.01],
+    "fisheye": [0.02, -0.005, 1e-3, 0.0],
+    "thin_prism_fisheye": [0.02, -0.005, 1e-3, -1e-3, 1e-3, 0.0, 1e-4, 1e-4],
+    "fov": [0.9],
+    "division": [-0.1],
+    "eucm": [0.6, 1.1],
+    "ds": [-0.2, 0.6],
+    "equirectangular": None,
+}
+MATERIALS: dict[str, dict[str, Any]] = {
+    "lecture": {"diffuse": 0.8, "specular": 0.2, "shininess": 40},
+    "matte": {"type": "matte", "color": [0.7, 0.3, 0.2]},
+    "unlit": {"type": "unlit", "color": [0.2, 0.6, 0.4]},
+    "gold": {"type": "metal", "metal": "gold"},
+    "brushed copper": {"type": "metal", "metal": "copper", "roughness": 0.3},
+    "glass": {"type": "glass", "ior": 1.5},
+    "frosted": {"type": "glass", "ior": 1.45, "roughness": 0.3},
+    "prism": {"type": "glass", "ior": 1.6, "dispersion": 0.5},
+    "tinted": {
+        "type": "glass",
+        "ior": 1.3,
+        "attenuation_color": [0.2, 0.7, 0.9],
+        "attenuation_distance": 0.4,
+    },
+    "thin": {"type": "glass", "ior": 1.5, "thin": True},
+    "plastic": {"type": "principled", "color": [0.1, 0.4, 0.7], "roughness": 0.35},
+    "steel": {"type": "principled", "metallic": 1.0, "roughness": 0.2, "anisotropy": 0.6},
+    "car paint": {
+        "type": "principled",
+        "color": [0.6, 0.1, 0.1],
+        "clearcoat": 1.0,
+        "clearcoat_roughness": 0.1,
+    },
+    "cloth": {"type": "principled", "sheen_color": [0.8, 0.7, 0.6], "sheen_roughness": 0.4},
+    "film": {"type": "principled", "metallic": 1.0, "iridescence": 1.0, "roughness": 0.1},
+    "leaf": {"type": "principled", "diffuse_transmission": 0.6},
+    "half open": {"color": [0.5, 0.5, 0.5], "opacity": 0.5},
+    "ember": {"color": [0.0, 0.0, 0.0], "emission": [3.0, 1.0, 0.2]},
+}
+LIGHTS: dict[str, list[dict[str, Any]]] = {
+    "sky": [{"type": "sky", "radiance": [0.4, 0.5, 0.7]}],
+    "gradient": [{"type": "sky", "zenith": [0.2, 0.3, 0.8], "horizon": [0.8, 0.7, 0.6]}],
+    "sun": [
+        {"type": "sun", "direction": [-1, 0.5, -2], "irradiance": [3, 2.8, 2.5], "angular_diameter": 0.53}
+    ],
+    "bulb": [{"type": "bulb", "position": [1.5, -1, 2], "intensity": [6, 5, 4]}],
+    "globe": [{"type": "bulb", "position": [1.5, -1, 2], "power": [60, 55, 50], "radius": 0.2}],
+    "spot": [
+        {
+            "type": "spot",
+            "position": [0, -1, 3],
+            "direction": [0, 0.3, -1],
+            "power": [90, 80, 70],
+            "outer": 40,
+        }
+    ],
+    "area": [{"type": "area", "position": [0, 0, 3], "u": [1, 0, 0], "v": [0, -1, 0], "radiance": [8, 8, 7]}],
+    "disk": [
+        {"type": "disk", "position": [0, 0, 3], "direction": [0, 0, -1], "radius": 0.6, "radiance": [8, 7, 6]}
+    ],
+    "daylight": [{"type": "daylight", "direction": [-1, 0.5, -1], "turbidity": 3}],
+    "several": [
+        {"type": "sky", "radiance": [0.1, 0.1, 0.15]},
+        {"type": "bulb", "position": [1.5, -1, 2], "intensity": [6, 5, 4]},
+        {"type": "area", "position": [-1, 0, 3], "u": [1, 0, 0], "v": [0, -1, 0], "radiance": [4, 4, 7]},
+    ],
+}
+
+Picture = Callable[[], Any]
 
 
-def spread(picture: Any, samples: int) -> tuple[Any, Any, float]:
-    """The mean of independent pictures, its standard error, and that of the mean of all pixels."""
-    seeds = range(1, SEED_STEP * PICTURES, SEED_STEP)
-    pictures = np.array([picture(samples, seed)[0] for seed in seeds], np.float64)
-    means = pictures.mean(axis=(1, 2, 3))
-    of_pixels = pictures.std(axis=0, ddof=1) / np.sqrt(PICTURES)
-    return pictures.mean(axis=0), of_pixels, float(means.std(ddof=1) / np.sqrt(PICTURES))
+def table(raycam: Any, material: dict[str, Any], lights: list[dict[str, Any]]) -> Any:
+    """A ball of a material, a box and a floor."""
+    world = raycam.World()
+    world.add_object(sphere={"radius": 0.6}, **material)
+    world.add_object(box={"size": [0.5, 0.4, 0.7]}, location=[0.9, 0.3, -0.25], yaw=30, color=[0.3, 0.6, 0.3])
+    world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.6], color=[0.6, 0.55, 0.5])
+    for light in lights:
+        world.add_light(light)
+    return world
 
 
-def judge(a: Any, b: Any) -> tuple[float, float, float]:
-    """The difference of the means, the share of pixels within 99.75 %, and the share that passes Mitsuba's own test."""
-    from scipy import stats
-
-    (mine, my_error, _), (its, its_error, _) = a, b
-    v = my_error**2 + its_error**2
-    freedom = v**2 / np.maximum((my_error**4 + its_error**4) / (PICTURES - 1), 1e-300)
-    # Where both have no noise there is rounding alone.
-    floor = 1e-5 * np.maximum(np.abs(its), 1e-3)
-    t = (mine - its) / np.sqrt(v + floor**2)
-    p = 2 * stats.t.sf(np.abs(t), np.maximum(freedom, PICTURES - 1))
-    level = 1 - 0.99 ** (1 / p.size)
-    off = float(mine.mean() / its.mean() - 1)
-    return off, float((p > 0.0025).mean()), float((p > level).mean())
+def camera_of(raycam: Any, **more: Any) -> Any:
+    return raycam.Camera.look_at([1.8, -2.6, 1.1], [0.2, 0, -0.1], [0, 0, 1], size=SIZE, fov=45, **more)
 
 
-def save(path: Path, image: Any) -> None:
-    """A picture to look at, in sRGB."""
-    from PIL import Image
-
-    x = np.clip(image, 0, 1)
-    srgb = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    size = (image.shape[1] * 5, image.shape[0] * 5)
-    Image.fromarray((srgb * 255 + 0.5).astype(np.uint8)).resize(size, Image.Resampling.NEAREST).save(path)
+def lens_camera(raycam: Any, lens: str) -> Any:
+    pose = camera_of(raycam)
+    return raycam.Camera(K, pose.R, pose.C, size=SIZE, distortion=LENSES[lens], model=lens)
 
 
-def compare(renderer: str, name: str, doc: str | None, settings: dict[str, str]) -> None:
-    """The command line of a comparison; `settings` become options, whose values are given to the renderer."""
-    parser = argparse.ArgumentParser(description=doc)
-    parser.add_argument("--python", default=sys.executable, help=f"a Python that has {name}")
-    parser.add_argument("--samples", type=int, default=128, help=f"of each of {PICTURES} pictures")
-    parser.add_argument("--size", type=int, nargs=2, default=[96, 72])
-    parser.add_argument("--scenes", nargs="+", metavar="NAME")
-    parser.add_argument("--pictures", metavar="FOLDER", type=Path, help="where to keep what both see")
-    for key, default in settings.items():
-        parser.add_argument(f"--{key}", default=default)
+def pictures(raycam: Any, folder: Path, models: list[Path]) -> Iterator[tuple[str, Picture]]:
+    """The list: a name, and a function that renders the picture."""
+    import path_raycam
+    import path_scenes
+
+    for name, scene in path_scenes.scenes(folder).items():
+        for seed in (0, 7):
+            render = path_raycam.picture(scene, SIZE)
+            yield f"scene {name} {seed}", lambda render=render, seed=seed: {"color": render(SAMPLES, seed)[0]}
+    camera = camera_of(raycam)
+    for name, material in MATERIALS.items():
+        for lights in ("several", "sun"):
+            world = table(raycam, material, LIGHTS[lights])
+            for integrator in ("flat", "direct", "path", "ao"):
+                yield (
+                    f"{name} under {lights}, {integrator}",
+                    lambda w=world, i=integrator: raycam.render(
+                        w, camera, integrator=i, samples=SAMPLES, channels="all"
+                    ),
+                )
+    for name, lights in LIGHTS.items():
+        world = table(raycam, MATERIALS["plastic"], lights)
+        yield f"light {name}", lambda w=world: raycam.render(w, camera, integrator="path", samples=SAMPLES)
+        glass = table(raycam, MATERIALS["glass"], lights)
+        yield (
+            f"light {name}, glass",
+            lambda w=glass: raycam.render(
+                w, camera, integrator="path", samples=SAMPLES, filter="blackman-harris"
+            ),
+        )
+    world = table(raycam, MATERIALS["lecture"], LIGHTS["several"])
+    for lens in LENSES:
+        yield (
+            f"lens {lens}",
+            lambda lens=lens: raycam.render(
+                world, lens_camera(raycam, lens), samples=SAMPLES, channels="all"
+            ),
+        )
+    x, y, z = camera.C
+    further = camera.at_pose(camera.R, [x + 0.2, y + 0.1, z])
+    cameras = {
+        "thin lens": camera.with_aperture(0.1, focus=2.5, blades=6),
+        "exposed while it moves": camera.moving(further, exposure=0.02),
+        "rolling": camera.moving(further, exposure=0.01, readout=0.02),
+    }
+    for name, moved in cameras.items():
+        yield f"camera {name}", lambda c=moved: raycam.render(world, c, samples=SAMPLES, channels="all")
+    yield (
+        "noise",
+        lambda: raycam.render(
+            world, camera, integrator="path", **noise_option(raycam), channels=["color", "error"]
+        ),
+    )
+    yield (
+        "region",
+        lambda: raycam.render(world, camera, samples=SAMPLES, region=(5, 7, 31, 17), channels="all"),
+    )
+    for path in sorted(
+        file for folder in models for file in folder.rglob("*") if file.suffix.lower() in ENDINGS
+    ):
+        yield (
+            f"file {path.name}",
+            lambda path=path: raycam.render(
+                raycam.load(path),
+                raycam.load(path).default_camera(SIZE),
+                integrator="path",
+                samples=SAMPLES,
+                channels="all",
+            ),
+        )
+
+
+def noise_option(raycam: Any) -> dict[str, float]:
+    """The option under the name that the build knows."""
+    import inspect
+
+    known = inspect.signature(raycam.render).parameters
+    return {"noise_threshold" if "noise_threshold" in known else "noise": 0.05}
+
+
+def digest(frame: Any) -> dict[str, str]:
+    """The hash of each channel."""
+    import numpy as np
+
+    names = frame if isinstance(frame, dict) else frame.channels
+    return {
+        name: hashlib.sha256(np.ascontiguousarray(frame[name]).tobytes()).hexdigest()[:16] for name in names
+    }
+
+
+def worker(folder: str, models: list[str]) -> None:
+    """Renders the whole list and prints a line of JSON a picture."""
+    import warnings
+
+    import raycam
+
+    warnings.simplefilter("ignore")
+    print(json.dumps(["build", {"raycam": str(Path(raycam.__file__).parent)}]), flush=True)
+    for name, picture in pictures(raycam, Path(folder), [Path(model) for model in models]):
+        try:
+            result = digest(picture())
+        except Exception as error:  # the other build must fail in the same way
+            result = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps([name, result]), flush=True)
+
+
+def run(python: str, isa: str, folder: str, models: list[str]) -> dict[str, dict[str, str]] | None:
+    """All pictures of one build with one instruction set; None where the processor lacks it."""
+    environment = os.environ | {"RAYCAM_ISA": isa}
+    command = [python, __file__, "--worker", folder, *models]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if done.returncode:
+        if "RAYCAM_ISA" in done.stderr:
+            return None
+        raise SystemExit(done.stderr)
+    return dict(map(json.loads, done.stdout.splitlines()))
+
+
+def main() -> None:
+    if sys.argv[1:2] == ["--worker"]:
+        return worker(sys.argv[2], sys.argv[3:])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--against", metavar="PYTHON", required=True, help="an interpreter that has the other build"
+    )
+    parser.add_argument("--isa", nargs="+", default=list(ISA))
+    parser.add_argument("--models", metavar="FOLDER", nargs="*", default=[])
     options = parser.parse_args()
-    chosen = {key: getattr(options, key) for key in settings}
-    size = tuple(options.size)
-    rows = []
+    different = 0
     with tempfile.TemporaryDirectory() as folder:
-        for scene, parts in path_scenes.scenes(Path(folder)).items():
-            if options.scenes and scene not in options.scenes:
-                continue
-            mine = spread(path_raycam.picture(parts, size), options.samples)
-            with path_worker.picture(renderer, options.python, parts, size, **chosen) as picture:
-                its = spread(picture, options.samples)
-            off, within, passed = judge(mine, its)
-            noise = np.hypot(mine[2], its[2]) / mine[0].mean()
-            rows.append(
-                [
-                    scene,
-                    f"{mine[0].mean():.5f}",
-                    f"{its[0].mean():.5f}",
-                    f"{100 * off:+.3f} %",
-                    f"{100 * noise:.3f} %",
-                    f"{off / noise:+.1f}",
-                    f"{100 * within:.2f} %",
-                    f"{100 * passed:.2f} %",
-                ]
+        for isa in options.isa:
+            mine, other = (
+                run(python, isa, folder, options.models) for python in (sys.executable, options.against)
             )
-            print(*rows[-1], file=sys.stderr)
-            if options.pictures:
-                options.pictures.mkdir(parents=True, exist_ok=True)
-                save(options.pictures / f"{renderer}-{scene}.png", np.hstack([mine[0], its[0]]))
-    notes = [f"{name}: {', '.join(chosen.values())}."] if chosen else []
-    notes += [
-        f"{size[0]} x {size[1]}, {PICTURES * options.samples} samples per pixel in {PICTURES} independent pictures, "
-        f"paths of at most {path_scenes.DEPTH} segments, box filter.",
-    ]
-    head = ["scene", "raycam", name, "difference", "standard error", "standard errors"]
-    head += ["t within 99.75 %", "Sidak test passed"]
-    report.write(renderer, f"The same pictures as {name}", notes, head, rows)
+            if mine is None or other is None:
+                print(f"{isa}: this processor lacks it")
+                continue
+            print(isa, mine.pop("build")["raycam"], "and", other.pop("build")["raycam"])
+            names = [name for name in {**mine, **other} if mine.get(name) != other.get(name)]
+            for name in names:
+                print(f"  {name}: {mine.get(name)} and {other.get(name)}")
+            failed = sum("error" in result and len(result) == 1 for result in mine.values())
+            print(f"{isa}: {len(mine)} pictures ({failed} refused by both), {len(names)} differ", flush=True)
+            different += len(names)
+    sys.exit(bool(different))
+
+
+if __name__ == "__main__":
+    main()
