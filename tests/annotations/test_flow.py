@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import raycam
 import scipy.optimize
-from bending_plate import FACES, bending_plate, plate_at
 from raycam.flow import disparity, flow
 from scipy.spatial.transform import Rotation, Slerp
+from support.bending_plate import FACES, bending_plate, plate_at
 
 SIZE = (160, 120)
 

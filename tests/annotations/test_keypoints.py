@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import raycam
 import scipy.optimize
-from bending_plate import FACES, bending_plate, plate_at
 from raycam.camera_optics import Readout
 from raycam.keypoints import keypoints
 from scipy.spatial.transform import Rotation, Slerp
-from three_lenses import SIZE, cameras
+from support.bending_plate import FACES, bending_plate, plate_at
+from support.three_lenses import SIZE, cameras
 
 
 def crates() -> raycam.World:

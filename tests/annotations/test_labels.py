@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.labels import box3d, label
-from three_lenses import SIZE, cameras
+from support.three_lenses import SIZE, cameras
 
 
 def add_all(world: raycam.World, only: int | None = None) -> None:

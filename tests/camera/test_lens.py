@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import raycam
+from support.points_seen import points_seen
 
 K = np.array([[535.9, 0, 342.3], [0, 530.1, 235.6], [0, 0, 1]])
 SIZE = (640, 480)
@@ -43,14 +44,6 @@ REAL = {
         "fisheye",
     ),
 }
-
-
-def points_seen(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
-    """World points on the rays of random pixels in and around the picture."""
-    rng = np.random.default_rng(seed)
-    origins, directions = camera.rays(rng.uniform([-60, -60], [700, 540], (count, 2)))
-    points = origins + rng.uniform(0.2, 50, (count, 1)) * directions
-    return points[np.isfinite(points).all(axis=1)]
 
 
 @pytest.mark.parametrize("distortion", OPENCV, ids=len)

@@ -7,7 +7,7 @@ import numpy as np
 import pycolmap
 import pytest
 import raycam
-from test_lens import points_seen
+from support.points_seen import points_seen
 
 SIZE = (640, 480)
 R = raycam.Camera.look_at([1, 2, 3], [4, 1, 0], fov=50).R

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from gltf_document import Document
 from PIL import Image
 from raycam import FORMATS, dataset
 from raycam.cli import COMMANDS, main
+from support.gltf_document import Document
 
 BOX = """
 [camera]

@@ -12,11 +12,11 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from job_frames import Pool, blind, film, package, results
 from raycam import workers
 from raycam.cluster import Here, pool_of
 from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job
+from support.job_frames import Pool, blind, film, package, results
 
 
 def make(folder: Path, where: object) -> dict[str, bytes]:

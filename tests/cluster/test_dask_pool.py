@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cluster_faults import poison, scheduler_lost, storm
 from raycam import dask_cluster, dispatch
+from support.cluster_faults import poison, scheduler_lost, storm
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 

@@ -12,13 +12,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from job_frames import Pool, film, package, results
 from raycam import dispatch, memory, processes
 from raycam.dispatch import PoolLost, WorkerDied
 from raycam.errors import JobError
 from raycam.jobs import Job
 from raycam.processes import Processes
 from raycam.workers import Task
+from support.job_frames import Pool, film, package, results
 
 # Workers are other processes: what they do differently is said in a file that Python runs when it starts.
 POISON = """

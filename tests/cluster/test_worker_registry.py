@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cluster_faults import Engine, connected
-from job_frames import BLIND, Pool, package, results
 from raycam import dask_cluster, dask_worker, workers
 from raycam.dask_cluster import Dask
 from raycam.errors import JobError
 from raycam.jobs import Job
+from support.cluster_faults import Engine, connected
+from support.job_frames import BLIND, Pool, package, results
 
 NO_RAYCAM = """
 import sys

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from box_table import picture, ring, table, truth
 from pycocotools.coco import COCO
 from raycam.dataset import write
+from support.box_table import picture, ring, table, truth
 
 
 def test_bop(tmp_path: Path) -> None:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from bending_plate import FACES, bending_plate, plate_at
-from box_table import SIZE, ring, table, truth
 from PIL import Image
 from pycocotools.coco import COCO
 from raycam.dataset import write
+from support.bending_plate import FACES, bending_plate, plate_at
+from support.box_table import SIZE, ring, table, truth
 
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools

@@ -9,8 +9,8 @@ import numpy as np
 import pycolmap
 import pytest
 import raycam
-from box_table import SIZE, ring, table, truth
 from raycam.dataset import write
+from support.box_table import SIZE, ring, table, truth
 
 
 @pytest.mark.parametrize(

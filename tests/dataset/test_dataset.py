@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import raycam
 import raycam.dataset
-from box_table import ring, table
 from raycam.dataset import FORMATS, views, write
 from raycam.jobs import Job
+from support.box_table import ring, table
 
 
 def quick(tmp_path: Path, **options: Any) -> raycam.dataset.Written:

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from box_table import SIZE, picture, ring, table, truth
 from raycam.dataset import write
+from support.box_table import SIZE, picture, ring, table, truth
 
 
 def test_kitti(tmp_path: Path) -> None:

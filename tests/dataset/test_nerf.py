@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 import raycam
-from box_table import picture, ring, table, truth
 from raycam.dataset import write
+from support.box_table import picture, ring, table, truth
 
 NERF_LENS = ("k1", "k2", "k3", "k4", "p1", "p2")
 

@@ -12,9 +12,9 @@ import pytest
 import raycam
 import raycam.cli
 import raycam.dataset
-from box_table import SIZE, picture, ring, table, truth
 from pycocotools.coco import COCO
 from raycam.dataset import FORMATS, write
+from support.box_table import SIZE, picture, ring, table, truth
 
 RECIPE: dict[str, Any] = {
     "object": [

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from box_table import picture, ring, table, truth
 from raycam.dataset import views, write
+from support.box_table import picture, ring, table, truth
 
 
 def test_tum(tmp_path: Path) -> None:

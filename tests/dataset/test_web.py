@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import raycam
-from box_table import ring, table, truth
 from raycam.dataset import write
+from support.box_table import ring, table, truth
 
 
 def test_webdataset(tmp_path: Path) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
-from gltf_document import (
+from scipy.spatial.transform import Rotation
+from support.gltf_document import (
     ARROWS,
     SQUARE,
     SQUARE_CORNERS,
@@ -21,7 +22,6 @@ from gltf_document import (
     png,
     seen,
 )
-from scipy.spatial.transform import Rotation
 
 DATA = Path(__file__).parent / "data" / "gltf"
 

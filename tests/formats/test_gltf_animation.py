@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gltf_document import TRIANGLE, Document, animated, load
 from scipy.spatial.transform import Rotation
+from support.gltf_document import TRIANGLE, Document, animated, load
 
 
 def test_interpolation(tmp_path: Path) -> None:

@@ -10,8 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from gltf_document import ARROWS, SQUARE, SQUARE_CORNERS, SQUARE_UVS, TRIANGLE, Document, load, png, seen
 from PIL import Image
+from support.gltf_document import (
+    ARROWS,
+    SQUARE,
+    SQUARE_CORNERS,
+    SQUARE_UVS,
+    TRIANGLE,
+    Document,
+    load,
+    png,
+    seen,
+)
 
 
 def textured(document: Document, pixels: Any, info: dict[str, Any] | None = None, **keys: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from gltf_document import SQUARE, Document, animated, load
+from support.gltf_document import SQUARE, Document, animated, load
 
 
 def _float(d: Document) -> None:

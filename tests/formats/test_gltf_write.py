@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
-from gltf_document import SQUARE, SQUARE_CORNERS, SQUARE_UVS, TRIANGLE, Document, parse, values
 from PIL import Image
+from support.gltf_document import SQUARE, SQUARE_CORNERS, SQUARE_UVS, TRIANGLE, Document, parse, values
 
 TURN = [0.2, -0.4, 0.1, np.sqrt(1 - 0.21)]
 

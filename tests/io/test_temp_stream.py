@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from job_frames import Pool, package, results
 from raycam import dispatch, spool, video, workers
 from raycam.cluster import Here, pool_of
 from raycam.jobs import Job
 from raycam.package import Package
 from raycam.processes import Processes
 from raycam.spool import Spool, SpoolError
+from support.job_frames import Pool, package, results
 
 # Each picture of a film three times: in pieces, at once, and in pieces. Workers are other processes, and read it
 # when they start.

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 import raycam
-from job_frames import Pool, check_intact, film, in_child, killing_at, package, results
 from raycam.errors import JobError
 from raycam.jobs import Job, Status
 from raycam.lock import locked
+from support.job_frames import Pool, check_intact, film, in_child, killing_at, package, results
 
 COUNT = 8
 

@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from job_frames import Pool, package, results
 from raycam import files
 from raycam.errors import JobError
 from raycam.jobs import Job
+from support.job_frames import Pool, package, results
 
 
 @pytest.mark.parametrize("name", ["../a", "/a", "", ".raycam/x", "a/../../b"])

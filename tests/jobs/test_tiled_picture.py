@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from job_frames import Pool
 from raycam import tiles
 from raycam.cli import main
 from raycam.cluster import pool_of
 from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job
+from support.job_frames import Pool
 
 
 def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from job_frames import film, package
 from raycam import video, workers
 from raycam.errors import JobError
 from raycam.package import Package
 from raycam.workers import NoPackage, Task, Unfit, make
+from support.job_frames import film, package
 
 
 @pytest.fixture(autouse=True)

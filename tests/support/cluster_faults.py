@@ -24,11 +24,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from job_frames import Pool, check_intact, film, results
 from raycam import dask_cluster, dispatch
 from raycam.errors import JobError
 from raycam.jobs import Job
 from raycam.workers import Made, Task
+
+from support.job_frames import Pool, check_intact, film, results
 
 SHARE = 0.3
 """Of the workers, killed in one storm."""

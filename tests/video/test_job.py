@@ -14,7 +14,6 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from job_frames import Pool, film, package, results, world
 from raycam import memory, tiles
 from raycam.cli import main
 from raycam.errors import FormatError, JobError
@@ -22,7 +21,8 @@ from raycam.jobs import Job
 from raycam.video import write_video
 from raycam.video_audio import RATE
 from raycam.video_job import job_folder, make_video
-from test_video_audio import heard, tone, write_wave
+from support.job_frames import Pool, film, package, results, world
+from support.sound import heard, tone, write_wave
 
 WORLD = """
 [camera]

@@ -9,7 +9,7 @@ import raycam
 from PIL import Image
 from raycam.video import Film, frame_range, write_video
 from raycam.video_codecs import CODECS, encoded
-from test_flow import bending_plate
+from support.bending_plate import bending_plate
 
 SIZE = (64, 48)
 FLAT = {"integrator": "flat", "samples": 4}
