@@ -23,7 +23,7 @@ import numpy as np
 import report
 from raycam import Camera
 from raycam.bench import tiled
-from raycam.bench_scenes import SCENES, generate
+from raycam.bench.scenes import SCENES, generate
 
 ROOT = Path(__file__).resolve().parent.parent
 REPLAY = ROOT / "target/release/examples/replay"

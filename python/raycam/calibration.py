@@ -9,7 +9,7 @@ from pathlib import Path
 from . import _core
 from .arrays import size_of
 from .camera import Camera
-from .camera_arguments import Size, Up
+from .camera._arguments import Size, Up
 from .errors import CameraError, FormatError, nearest
 from .rig import Rig
 
@@ -144,7 +144,7 @@ def save_cameras(
     Raises `FormatError` where the format cannot hold a camera, and names what it cannot (a lens, skew, ...), before
     anything is written; `OSError`.
     """
-    from .files import write
+    from .io.atomic_files import write
 
     if not isinstance(cameras, Camera | Mapping):
         raise TypeError(

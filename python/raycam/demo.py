@@ -6,8 +6,8 @@ import shlex
 from importlib import resources
 from pathlib import Path
 
-from . import files
 from .errors import Error
+from .io import atomic_files
 
 __all__ = ["demo"]
 
@@ -24,10 +24,10 @@ def demo(folder: Path) -> None:
     (folder / "spot").mkdir(parents=True, exist_ok=True)
     assets = resources.files(__package__) / "assets"
     for name in ("CREDITS.md", *(f"spot/{name}" for name in MESH)):
-        files.write(folder / name, assets.joinpath(name).read_bytes())
+        atomic_files.write(folder / name, assets.joinpath(name).read_bytes())
     world = folder / "spot.toml"
     if not world.exists():
-        files.write(world, assets.joinpath("spot.toml").read_bytes())
+        atomic_files.write(world, assets.joinpath("spot.toml").read_bytes())
     print(f"{world}: the world, to be changed and rendered again\n")
 
     for command in commands(folder):

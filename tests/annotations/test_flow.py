@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import raycam
 import scipy.optimize
-from raycam.flow import disparity, flow
+from raycam.annotations.flow import disparity, flow
 from scipy.spatial.transform import Rotation, Slerp
 from support.bending_plate import FACES, bending_plate, plate_at
 
@@ -242,7 +242,7 @@ def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("moving", [False, True])
 def test_flow_to_a_picture_that_is_read_line_by_line(
-    direction: raycam.camera_optics.Readout, moving: bool
+    direction: raycam.camera._optics.Readout, moving: bool
 ) -> None:
     """Which line sees a point depends on where it is then: solved here for each point by SciPy."""
     world = sliding()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import raycam
 import scipy.optimize
-from raycam.camera_optics import Readout
-from raycam.keypoints import keypoints
+from raycam.annotations.keypoints import keypoints
+from raycam.camera._optics import Readout
 from scipy.spatial.transform import Rotation, Slerp
 from support.bending_plate import FACES, bending_plate, plate_at
 from support.three_lenses import SIZE, cameras

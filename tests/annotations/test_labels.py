@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from raycam.labels import box3d, label
+from raycam.annotations.labels import box3d, label
 from support.three_lenses import SIZE, cameras
 
 
@@ -131,7 +131,7 @@ def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: di
 
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
-def test_labels_fit_a_picture_that_is_read_line_by_line(direction: raycam.camera_optics.Readout) -> None:
+def test_labels_fit_a_picture_that_is_read_line_by_line(direction: raycam.camera._optics.Readout) -> None:
     """A bar that turns and slides meanwhile: each line's part of the mask is that of the world at the line's time."""
     world = raycam.World()
     world.add_object(box={"size": [2, 0.4, 0.2]}, name="bar", location=[0, 0, 5])

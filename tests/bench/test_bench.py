@@ -13,7 +13,7 @@ import pytest
 import raycam
 import trimesh
 from raycam import bench
-from raycam.bench_scenes import SCENES, generate
+from raycam.bench.scenes import SCENES, generate
 from raycam.cli import main
 
 SMALL: dict[str, Any] = {"triangles": 5000, "size": (48, 40), "repeat": 1}

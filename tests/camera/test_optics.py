@@ -89,7 +89,7 @@ def test_smear_of_a_moving_camera() -> None:
 
 @pytest.mark.parametrize(("direction", "sign"), [("down", 1), ("up", -1)])
 def test_rolling_shutter_by_rows_skews_upright_lines(
-    direction: raycam.camera_optics.Readout, sign: int
+    direction: raycam.camera._optics.Readout, sign: int
 ) -> None:
     """The row at the fraction g sees the camera g of the way: an upright line at depth z leans by f d / z in all."""
     world = world_of([0.05, 9.0, 1e-4], [0, 0, 4])
@@ -104,7 +104,7 @@ def test_rolling_shutter_by_rows_skews_upright_lines(
 
 
 @pytest.mark.parametrize(("direction", "sign"), [("right", 1), ("left", -1)])
-def test_rolling_shutter_by_columns(direction: raycam.camera_optics.Readout, sign: int) -> None:
+def test_rolling_shutter_by_columns(direction: raycam.camera._optics.Readout, sign: int) -> None:
     """Each column is taken where the camera is then: a level line leans as an upright one does by rows."""
     world = world_of([9.0, 0.05, 1e-4], [0, 0, 4])
     rolling = camera_at(0, -0.1).moving(camera_at(0, 0.1), readout=0.02, direction=direction)
@@ -172,7 +172,7 @@ def test_points_seen_are_where_they_were_seen(far: float) -> None:
     world.add_object(sphere={"radius": 1}, location=np.add(shift, [0.2, 0.1, 4]).tolist())
     world.add_object(box={"size": [20, 20, 0.1]}, location=np.add(shift, [0, 0, 8]).tolist())
     place = raycam.Camera(K, EYE, shift, SIZE)
-    models: list[tuple[raycam.camera_arguments.Model, list[float]]] = [
+    models: list[tuple[raycam.camera._arguments.Model, list[float]]] = [
         ("opencv", [-0.2, 0.05, 1e-3, -1e-3, 0.01]),
         ("opencv", [-0.2, 0.05, 1e-3, -1e-3, 0.01, 0.02, 0.01, 1e-3, 1e-3, -1e-3, 1e-3, 1e-3, 0.02, -0.01]),
         ("fisheye", [0.02, -0.01, 0.002, 0]),

@@ -12,10 +12,9 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from raycam import workers
 from raycam.cluster import Here, pool_of
 from raycam.errors import JobError, SettingsError
-from raycam.jobs import Job
+from raycam.jobs import Job, worker
 from support.job_frames import Pool, blind, film, package, results
 
 
@@ -90,8 +89,8 @@ def test_workers_of_another_version_end_the_run_and_no_frame_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = Job(tmp_path, package())
-    workers.forget()
-    monkeypatch.setattr("raycam.package.__version__", "99.0")
+    worker.forget()
+    monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
     error = pytest.raises(JobError, match=r"the workers are gone .*made by raycam [\d.]+, this is 99\.0")
     with ThreadPoolExecutor(2) as executor, pool_of(executor) as pool, error:
         job.run(pool)

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from raycam import dask_cluster, dispatch
+from raycam.cluster import dask_pool as module
+from raycam.jobs import scheduler
 from support.cluster_faults import poison, scheduler_lost, storm
 
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -20,18 +21,18 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 def dask_pool() -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        pool = dask_cluster.connect("local:3")
+        pool = module.connect("local:3")
         yield pool
         pool.close()
 
 
-def test_it_listens_to_this_machine_alone(dask_pool: dask_cluster.Dask) -> None:
+def test_it_listens_to_this_machine_alone(dask_pool: module.Dask) -> None:
     addresses = [dask_pool._client.scheduler.address, *dask_pool._client.run(os.getpid)]
     assert all(address.startswith("tcp://127.0.0.1:") for address in addresses)
     assert dask_pool.notices == []
-    assert not dask_cluster._is_private("tcp://10.0.0.8:8786")
-    assert dask_cluster._is_private("tls://10.0.0.8:8786")
-    assert dask_cluster._is_private("tcp://localhost:8786")
+    assert not module._is_private("tcp://10.0.0.8:8786")
+    assert module._is_private("tls://10.0.0.8:8786")
+    assert module._is_private("tcp://localhost:8786")
 
 
 def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
@@ -46,14 +47,14 @@ def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
 
 
 def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
-    tmp_path: Path, dask_pool: dask_cluster.Dask, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, dask_pool: module.Dask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dispatch, "PATIENCE", 1.0)
+    monkeypatch.setattr(scheduler, "PATIENCE", 1.0)
     seen = storm(tmp_path, dask_pool, frames=40, each=0.1, pause=3.0)
     assert seen.killed >= 1
 
 
-def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: dask_cluster.Dask) -> None:
+def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: module.Dask) -> None:
     poison(tmp_path, dask_pool, frames=8, number=3)
 
 
@@ -62,6 +63,6 @@ def test_losing_the_scheduler_loses_no_finished_frame(tmp_path: Path) -> None:
 
 
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dask_cluster, "CONNECT", 0.5)
+    monkeypatch.setattr(module, "CONNECT", 0.5)
     with pytest.raises(OSError, match=r"no Dask scheduler answers at tcp://127"):
-        dask_cluster.connect("tcp://127.0.0.1:1")
+        module.connect("tcp://127.0.0.1:1")

@@ -12,18 +12,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from raycam import dispatch, memory, processes
-from raycam.dispatch import PoolLost, WorkerDied
+from raycam.cluster import process_pool
+from raycam.cluster.process_pool import Processes
 from raycam.errors import JobError
-from raycam.jobs import Job
-from raycam.processes import Processes
-from raycam.workers import Task
+from raycam.io import memory_limits
+from raycam.jobs import Job, scheduler
+from raycam.jobs.scheduler import PoolLost, WorkerDied
+from raycam.jobs.worker import Task
 from support.job_frames import Pool, film, package, results
 
 # Workers are other processes: what they do differently is said in a file that Python runs when it starts.
 POISON = """
 import os, sys
-if "raycam.processes" in sys.orig_argv:
+if "raycam.cluster.process_pool" in sys.orig_argv:
     from raycam import video
     real = video.Film.frame
     def frame(self, number, progress=None):
@@ -50,7 +51,7 @@ def expected(tmp_path: Path) -> dict[str, bytes]:
 def test_many_make_the_bytes_of_one_while_they_are_killed_and_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dispatch, "PATIENCE", 1.0)
+    monkeypatch.setattr(scheduler, "PATIENCE", 1.0)
     one = film(seconds=4.0, samples=64).package()
     Job(tmp_path / "one", one).run(Pool())
     pool = Processes(3)
@@ -129,13 +130,13 @@ def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> No
 
 
 def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "left", lambda share: int(share * (1 << 30)) - (500 << 20))
+    monkeypatch.setattr(memory_limits, "left", lambda share: int(share * (1 << 30)) - (500 << 20))
     pool = Processes(8)
     pool.open(package(), "")
     assert pool.slots() == 2 * 2  # 150 MiB each within 90 %
     pool.close()
     pool = Processes(8)
-    monkeypatch.setattr(memory, "left", lambda share: -1)
+    monkeypatch.setattr(memory_limits, "left", lambda share: -1)
     assert pool.slots() == 2  # one always
     pool.close()
     assert pool.notices == ["1 of 8 workers were started: the memory that is left would not hold more"]
@@ -164,8 +165,8 @@ def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
     one = film(samples=1_000_000).package()
     job = Job(tmp_path, one)
     program = f"""
-from raycam.processes import Processes
-from raycam.workers import Task
+from raycam.cluster.process_pool import Processes
+from raycam.jobs.worker import Task
 pool = Processes(2)
 pool.slots()
 for frame in range(2):
@@ -189,8 +190,8 @@ input()
 
 
 def test_how_a_worker_ended_is_known() -> None:
-    worker = processes._Worker()
+    worker = process_pool._Worker()
     os.kill(worker.process.pid, signal.SIGKILL)
     with pytest.raises(WorkerDied, match=r"signal SIGKILL .perhaps for want of memory"):
         worker.make(Task("0", "", 0))
-    assert processes._Worker().end() == "a worker ended with exit status 0"
+    assert process_pool._Worker().end() == "a worker ended with exit status 0"

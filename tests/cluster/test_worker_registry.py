@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from raycam import dask_cluster, dask_worker, workers
-from raycam.dask_cluster import Dask
+from raycam.cluster import dask_pool, dask_worker
+from raycam.cluster.dask_pool import Dask
 from raycam.errors import JobError
-from raycam.jobs import Job
+from raycam.jobs import Job, worker
 from support.cluster_faults import Engine, connected
 from support.job_frames import BLIND, Pool, package, results
 
@@ -23,8 +23,8 @@ class Hidden:
 sys.meta_path.insert(0, Hidden())
 """
 OTHER_VERSION = """
-import raycam.package
-raycam.package.__version__ = "99.0"
+import raycam.jobs.job_package
+raycam.jobs.job_package.__version__ = "99.0"
 """
 
 
@@ -51,8 +51,8 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     tmp_path: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())
-    monkeypatch.setattr(dask_cluster, "SILENCE", 0.3)
-    monkeypatch.setattr(dask_cluster, "REFRESH", 0.1)
+    monkeypatch.setattr(dask_pool, "SILENCE", 0.3)
+    monkeypatch.setattr(dask_pool, "REFRESH", 0.1)
     told: list[str] = []
 
     def tell(notice: str) -> None:
@@ -76,9 +76,9 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     )
     assert 2 <= len(waiting) < 14  # seldom: each time after twice as long
     assert results(job.folder) == results(tmp_path / "one")
-    for worker in engine.workers:
-        worker.kill()
-        worker.wait()
+    for process in engine.workers:
+        process.kill()
+        process.wait()
     engine.workers.clear()
     while pool._client.scheduler_info(n_workers=-1)["workers"]:
         time.sleep(0.05)
@@ -91,7 +91,7 @@ def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
     engine = Engine(tmp_path, 0)
     pool = connected(engine.address, lambda _: engine.close())
     pool._client._timeout = 1.0  # for which it tries to come back
-    monkeypatch.setattr(dask_cluster, "SILENCE", 0.1)
+    monkeypatch.setattr(dask_pool, "SILENCE", 0.1)
     try:
         with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
             Job(tmp_path / "a", package()).run(pool)
@@ -138,7 +138,7 @@ def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
         if done == 2:
             for number in range(dask_worker.KEPT):
                 pool._client.submit(dask_worker.keep_package, f"other{number}", b"").result()
-            pool._client.submit(workers.forget).result()
+            pool._client.submit(worker.forget).result()
 
     engine.workers[others].wait()
     for other in engine.workers[:others]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 import raycam
 from PIL import Image
+from raycam.render.frame import VIEWS
 
 Floats = npt.NDArray[np.float64]
 
@@ -72,7 +73,7 @@ def test_views_are_what_was_published(name: str, view: object, stops: float) -> 
 
 
 def test_grey_stays_grey_and_white_is_d65() -> None:
-    for name in raycam.frame.VIEWS:
+    for name in VIEWS:
         greys = frame(COLORS[:10]).to_srgb8(view=name)[0].astype(int)
         assert np.ptp(greys, axis=1).max() <= 1, name
         assert (np.diff(greys[:, 1]) >= 0).all(), name

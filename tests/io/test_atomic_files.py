@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from raycam.files import atomic_path, check_writable, write
+from raycam.io.atomic_files import atomic_path, check_writable, write
 
 
 def test_the_file_appears_when_the_block_ends(tmp_path: Path) -> None:
@@ -44,7 +44,7 @@ def test_an_error_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> Non
 
 IN_PIECES = """
 import sys
-from raycam.files import atomic_path
+from raycam.io.atomic_files import atomic_path
 with atomic_path({path!r}) as temporary:
     temporary.write_bytes(b"half")
     print(temporary, flush=True)
@@ -52,7 +52,7 @@ with atomic_path({path!r}) as temporary:
 """
 AT_ONCE = """
 import os, sys
-from raycam.files import write
+from raycam.io.atomic_files import write
 sync = os.fsync
 def wait(file):
     os.fsync = sync
@@ -150,7 +150,7 @@ def test_a_write_that_hits_a_real_limit_leaves_the_old_file(tmp_path: Path) -> N
     (tmp_path / "a").write_bytes(b"old")
     program = """
 import resource, sys
-from raycam.files import write
+from raycam.io.atomic_files import write
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 try:
     write("a", bytes(100_000))

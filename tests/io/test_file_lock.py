@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 from raycam.errors import JobError
-from raycam.lock import holder, locked
+from raycam.io.file_lock import holder, locked
 
 PROGRAM = """
 import sys, pathlib
-from raycam.lock import locked
+from raycam.io.file_lock import locked
 with locked(pathlib.Path(sys.argv[1]), pathlib.Path("there")):
     print("held", flush=True)
     sys.stdin.read()

@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 import trimesh
-from raycam.glb import Glb
+from raycam.io.glb import Glb
 
 
 def test_others_read_what_is_put_together() -> None:

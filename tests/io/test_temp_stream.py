@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from raycam import dispatch, spool, video, workers
+from raycam import video
 from raycam.cluster import Here, pool_of
-from raycam.jobs import Job
-from raycam.package import Package
-from raycam.processes import Processes
-from raycam.spool import Spool, SpoolError
+from raycam.cluster.process_pool import Processes
+from raycam.io import temp_stream
+from raycam.io.temp_stream import Spool, SpoolError
+from raycam.jobs import Job, scheduler, worker
+from raycam.jobs.job_package import Package
 from support.job_frames import Pool, package, results
 
 # Each picture of a film three times: in pieces, at once, and in pieces. Workers are other processes, and read it
@@ -43,20 +44,20 @@ video.maker = maker
 @pytest.fixture
 def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, bytes]]:
     """The files of a job whose pictures are made in pieces from now on."""
-    workers.forget()  # of makers that are kept, in this test's or another's way
+    worker.forget()  # of makers that are kept, in this test's or another's way
     Job(tmp_path / "at once", package()).run(Pool())
     (tmp_path / "site").mkdir()
     (tmp_path / "site/sitecustomize.py").write_text(
-        f"import sys\nif 'raycam.processes' in sys.orig_argv:\n    exec({IN_PIECES!r})"
+        f"import sys\nif 'raycam.cluster.process_pool' in sys.orig_argv:\n    exec({IN_PIECES!r})"
     )
     path = [str(tmp_path / "site"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
     monkeypatch.setattr(video, "maker", video.maker)  # which puts it back at the end
     exec(IN_PIECES, {})
-    workers.forget()
+    worker.forget()
     found = results(tmp_path / "at once")
     yield {f"{where}/{name}": data for where in "abc" for name, data in found.items()}
-    workers.forget()
+    worker.forget()
 
 
 def run(folder: Path, one: Package, pool: Any) -> Job:
@@ -110,7 +111,7 @@ def test_files_in_pieces_come_back_from_other_executors(tmp_path: Path, expected
 def test_a_full_disk_is_no_fault_of_the_frame(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, pool: Callable[[], Any]
 ) -> None:
-    real, written = spool.TemporaryFile, []
+    real, written = temp_stream.TemporaryFile, []
 
     class Full:
         def __init__(self, **where: Any) -> None:
@@ -125,7 +126,7 @@ def test_a_full_disk_is_no_fault_of_the_frame(
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             return self.file.write(data)
 
-    monkeypatch.setattr(spool, "TemporaryFile", Full)
+    monkeypatch.setattr(temp_stream, "TemporaryFile", Full)
     with pytest.raises(OSError, match=r"No space left on device: .*raycam"):
         run(tmp_path / "a", package(), pool())
     job = Job(tmp_path / "a")
@@ -138,7 +139,7 @@ def test_a_full_disk_is_no_fault_of_the_frame(
 def test_workers_killed_amid_pieces_lose_nothing(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dispatch, "PATIENCE", 1.0)
+    monkeypatch.setattr(scheduler, "PATIENCE", 1.0)
     real, killed = Spool.add, []
     pool = Processes(2)
 

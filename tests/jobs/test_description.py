@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 import raycam
 from raycam.errors import JobError
-from raycam.job_description import differences, read_description, refusal, world_differences
-from raycam.package import Package
+from raycam.jobs.description import differences, read_description, refusal, world_differences
+from raycam.jobs.job_package import Package
 
 
 def room(**changed: Any) -> raycam.World:

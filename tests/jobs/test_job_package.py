@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from raycam import package as module
-from raycam.package import Package
+from raycam.jobs import job_package as module
+from raycam.jobs.job_package import Package
 
 
 def world() -> raycam.World:

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 import raycam
 from raycam.errors import JobError
+from raycam.io.file_lock import locked
 from raycam.jobs import Job, Status
-from raycam.lock import locked
 from support.job_frames import Pool, check_intact, film, in_child, killing_at, package, results
 
 COUNT = 8
@@ -98,7 +98,7 @@ def test_another_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest
     told = r"world was \"[0-9a-f]{20}.*; light\.\d was not given, is \{\"type\": \"sky\""
     with pytest.raises(JobError, match=told):
         Job(tmp_path / "a", other.package())
-    monkeypatch.setattr("raycam.package.__version__", "99.0")
+    monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
     with pytest.raises(JobError, match=r'raycam was "[\d.]+", is "99\.0"'):
         Job(tmp_path / "a", package())
 

@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 
 import pytest
-from raycam import ledger
 from raycam.errors import JobError
-from raycam.ledger import Entry, Ledger
+from raycam.jobs import journal
+from raycam.jobs.journal import Entry, Ledger
 
 ENTRIES = [
     Entry(3, {"a/b.png": (5, "aa" * 32), "c.json": (0, "bb" * 32)}, seconds=0.25),
@@ -27,15 +27,15 @@ def path(tmp_path: Path) -> Path:
 
 
 def entries(path: Path) -> list[Entry]:
-    return [entry for _, entry in ledger.read(path) if entry is not None]
+    return [entry for _, entry in journal.read(path) if entry is not None]
 
 
 def test_entries_come_back_and_have_places(path: Path) -> None:
     assert entries(path) == ENTRIES
-    for place, entry in ledger.read(path):
-        assert ledger.entry_at(path, place) == entry
+    for place, entry in journal.read(path):
+        assert journal.entry_at(path, place) == entry
     with pytest.raises(JobError, match="changed by somebody"):
-        ledger.entry_at(path, 1)
+        journal.entry_at(path, 1)
     assert entries(path.with_name("none")) == []
 
 
@@ -53,7 +53,7 @@ def test_half_a_line_at_any_byte_loses_that_line_alone(path: Path) -> None:
 
 
 def damaged(path: Path) -> list[int]:
-    return [place for place, entry in ledger.read(path) if entry is None]
+    return [place for place, entry in journal.read(path) if entry is None]
 
 
 def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> None:
@@ -65,8 +65,8 @@ def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> N
     assert places == [0, 5, 8, 36, 49]
     for left in range(len(places), 0, -1):
         assert len(damaged(path)) == left
-        ledger.blank(path, places[left - 1])
-    ledger.blank(path, len(nonsense))  # what is right stays
+        journal.blank(path, places[left - 1])
+    journal.blank(path, len(nonsense))  # what is right stays
     assert damaged(path) == []
     assert entries(path) == ENTRIES
     assert path.read_bytes()[len(nonsense) :] == right + b'{"fra'

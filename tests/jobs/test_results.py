@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from raycam import files
 from raycam.errors import JobError
+from raycam.io import atomic_files
 from raycam.jobs import Job
 from support.job_frames import Pool, package, results
 
@@ -26,7 +26,7 @@ def test_a_frame_may_make_files_in_folders(tmp_path: Path, monkeypatch: pytest.M
     job = Job(tmp_path / "a", package())
     job.run(Pool(), frames=[0, 3])
     assert list(results(tmp_path / "a")) == ["left/0/a.png", "left/3/a.png"]
-    files.write(tmp_path / "a/left/mine.txt", b"")
+    atomic_files.write(tmp_path / "a/left/mine.txt", b"")
     job.remove()
     assert [path.relative_to(tmp_path).as_posix() for path in sorted(tmp_path.rglob("*"))] == [
         "a",

@@ -10,10 +10,10 @@ from concurrent.futures import BrokenExecutor, CancelledError, Future
 from typing import Any
 
 import pytest
-from raycam import dispatch as module
-from raycam.dispatch import Failed, PoolLost, WorkerDied, dispatch, shared_threads
 from raycam.errors import JobError, WorldError
-from raycam.workers import Made, Task, Unfit
+from raycam.jobs import scheduler as module
+from raycam.jobs.scheduler import Failed, PoolLost, WorkerDied, dispatch, shared_threads
+from raycam.jobs.worker import Made, Task, Unfit
 
 
 class Pool:

@@ -6,18 +6,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from raycam import video, workers
+from raycam import video
 from raycam.errors import JobError
-from raycam.package import Package
-from raycam.workers import NoPackage, Task, Unfit, make
+from raycam.jobs import worker
+from raycam.jobs.job_package import Package
+from raycam.jobs.worker import NoPackage, Task, Unfit, make
 from support.job_frames import film, package
 
 
 @pytest.fixture(autouse=True)
 def forgetful() -> Iterator[None]:
-    workers.forget()
+    worker.forget()
     yield
-    workers.forget()
+    worker.forget()
 
 
 def put(folder: Path, one: Package) -> str:
@@ -50,7 +51,7 @@ def test_it_makes_frames_and_fetches_the_package_once(
 def test_it_looks_where_packages_were_delivered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = package()
     (tmp_path / one.id).write_bytes(one.to_bytes())
-    monkeypatch.setattr(workers, "PLACES", [tmp_path])
+    monkeypatch.setattr(worker, "PLACES", [tmp_path])
     assert make(Task(one.id, "nowhere", 1)).frame == 1
 
 
@@ -73,14 +74,14 @@ def test_what_is_missing_or_strange_is_named(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(JobError, match="unknown kind of job 'vidoe'; did you mean 'video'"):
         make(Task(strange.id, put(tmp_path, strange), 0))
     path = put(tmp_path, one)
-    monkeypatch.setattr("raycam.package.__version__", "99.0")
+    monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
     with pytest.raises(Unfit, match=r"made by raycam [\d.]+, this is 99\.0.*seen from"):
         make(Task(one.id, path, 1))
 
 
 def test_stopping_is_asked_for_through_progress() -> None:
     one = package(samples=4096)
-    workers.keep(one)
+    worker.keep(one)
 
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt

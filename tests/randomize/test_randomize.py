@@ -11,9 +11,9 @@ import pytest
 import raycam
 import trimesh
 from raycam import _core
-from raycam.sample_draw import Draw
-from raycam.sample_place import Prism, outline
-from raycam.sample_world import Recipe, sample
+from raycam.randomize import Recipe, sample
+from raycam.randomize.draws import Draw
+from raycam.randomize.placement import Prism, outline
 
 RECIPE: dict[str, Any] = {
     "seed": 3,
@@ -213,7 +213,7 @@ def test_a_world_without_room_is_drawn_again(monkeypatch: pytest.MonkeyPatch) ->
             ]
         }
     )
-    monkeypatch.setattr("raycam.sample_place.TRIES", 64)
+    monkeypatch.setattr("raycam.randomize.placement.TRIES", 64)
     worlds = [recipe.world(number) for number in range(6)]
     assert all(len(world.objects) == 2 for world in worlds)
     assert recipe.world(3).to_bytes() == worlds[3].to_bytes()

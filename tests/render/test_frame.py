@@ -12,7 +12,7 @@ import OpenEXR
 import pytest
 import raycam
 from PIL import Image
-from raycam.frame import CHANNELS, SAVERS, check_save
+from raycam.render.frame import CHANNELS, SAVERS, check_save
 
 SIZE = (7, 5)
 

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from raycam.frame import CHANNELS
 from raycam.render import INTEGRATORS, channel_names
+from raycam.render.frame import CHANNELS
 
 
 def box_world() -> raycam.World:

@@ -24,10 +24,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from raycam import dask_cluster, dispatch
+from raycam.cluster import dask_pool
 from raycam.errors import JobError
-from raycam.jobs import Job
-from raycam.workers import Made, Task
+from raycam.jobs import Job, scheduler
+from raycam.jobs.worker import Made, Task
 
 from support.job_frames import Pool, check_intact, film, results
 
@@ -48,7 +48,7 @@ class Stormy:
 
     apart = True
 
-    def __init__(self, pool: dask_cluster.Dask, pause: float) -> None:
+    def __init__(self, pool: dask_pool.Dask, pause: float) -> None:
         self._pool, self._pause = pool, pause
         self.threads = pool.threads
         self.asked = 0
@@ -62,15 +62,15 @@ class Stormy:
         def slowly(task: Any) -> Any:
             import time
 
-            from raycam import workers
+            from raycam.jobs import worker
 
             time.sleep(pause)
-            return workers.make(task)
+            return worker.make(task)
 
         self.asked += 1
         theirs = self._pool._executor.submit(slowly, task)
         ours: Future[Made] = Twice()
-        theirs.add_done_callback(lambda done: dask_cluster._answer(ours, done))
+        theirs.add_done_callback(lambda done: dask_pool._answer(ours, done))
         return ours
 
     def slots(self) -> int:
@@ -96,7 +96,7 @@ class Storm:
 
 def storm(
     folder: Path,
-    pool: dask_cluster.Dask,
+    pool: dask_pool.Dask,
     *,
     frames: int,
     each: float,
@@ -157,12 +157,12 @@ def storm(
     return happened
 
 
-def _nannies(pool: dask_cluster.Dask) -> list[Any]:
+def _nannies(pool: dask_pool.Dask) -> list[Any]:
     """Who looks after the workers: they know the process even while it starts or stands still."""
     return list(pool._cluster.workers.values())
 
 
-def poison(folder: Path, pool: dask_cluster.Dask, *, frames: int, number: int) -> None:
+def poison(folder: Path, pool: dask_pool.Dask, *, frames: int, number: int) -> None:
     """One frame kills every worker that tries it. It fails, the others are finished."""
     package = film(seconds=1.0, fps=frames, seed=4).package()
     real = pool._executor.submit
@@ -170,22 +170,22 @@ def poison(folder: Path, pool: dask_cluster.Dask, *, frames: int, number: int) -
     def kills(task: Any) -> Any:
         import os
 
-        from raycam import workers
+        from raycam.jobs import worker
 
         if task.frame == number:
             os.kill(os.getpid(), 9)
-        return workers.make(task)
+        return worker.make(task)
 
     job = Job(folder / "poison", package)
     try:
         pool._executor.submit = lambda _, task, **where: real(kills, task, **where)
-        with pytest.raises(JobError, match=rf"frame {number}: {dispatch.ATTEMPTS} workers died of it"):
+        with pytest.raises(JobError, match=rf"frame {number}: {scheduler.ATTEMPTS} workers died of it"):
             job.run(pool)
     finally:
         pool._executor.submit = real
     assert job.status().finished == frames - 1
     assert list(job.status().failed) == [number]
-    assert job.log(number).read_text().count("attempt ") >= dispatch.ATTEMPTS
+    assert job.log(number).read_text().count("attempt ") >= scheduler.ATTEMPTS
     # What killed it is gone: it is made when it is asked for again, and all is as on one machine.
     Job(folder / "poison").run(pool, retry_failed=True)
     Job(folder / "clean", package).run(Pool())
@@ -301,8 +301,8 @@ orbit = {{ target = [0, 0, 0] }}
 """
 
 
-def connected(address: str, tell: Callable[[str], object] = print) -> dask_cluster.Dask:
+def connected(address: str, tell: Callable[[str], object] = print) -> dask_pool.Dask:
     """A pool; what Dask says of killed workers is not for here."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return dask_cluster.connect(address, tell=tell)
+        return dask_pool.connect(address, tell=tell)

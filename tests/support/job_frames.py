@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import raycam
-from raycam import workers
-from raycam.jobs import Job
-from raycam.package import Package
+from raycam.jobs import Job, worker
+from raycam.jobs.job_package import Package
+from raycam.jobs.worker import Made, Task
 from raycam.video import Film
-from raycam.workers import Made, Task
 
 
 def world() -> raycam.World:
@@ -46,7 +45,7 @@ class Pool:
 
     def open(self, package: Package, path: str) -> None:
         self.path = path
-        workers.keep(package)
+        worker.keep(package)
 
     def threads(self, left: int) -> int:
         return 1
@@ -56,7 +55,7 @@ class Pool:
         try:
             self.before(task.frame)
             self.made.append(task.frame)
-            future.set_result(workers.make(task))
+            future.set_result(worker.make(task))
         except Exception as fault:
             future.set_exception(fault)
         return future

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import av
 import numpy as np
-from raycam.video_audio import RATE
+from raycam.video.audio import RATE
 
 
 def write_wave(path: Path, samples: np.ndarray, rate: int = RATE) -> Path:

@@ -8,8 +8,8 @@ import av
 import numpy as np
 import pytest
 from raycam.errors import FormatError, SettingsError
-from raycam.video_audio import RATE, check_audio
-from raycam.video_files import open_video
+from raycam.video.audio import RATE, check_audio
+from raycam.video.files import open_video
 from support.sound import heard, tone, write_wave
 
 

@@ -8,7 +8,7 @@ import av
 import numpy as np
 import pytest
 from raycam.errors import SettingsError
-from raycam.video_codecs import CODECS, codec_of, encoded
+from raycam.video.codecs import CODECS, codec_of, encoded
 
 SIZE = (64, 48)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
-from raycam.video_files import ENDINGS, check_video, open_video, read_picture
+from raycam.video.files import ENDINGS, check_video, open_video, read_picture
 
 
 def test_endings_say_what_they_have(tmp_path: Path) -> None:

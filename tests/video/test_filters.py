@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from raycam.video_filters import Filters, as_rate
+from raycam.video.filters import Filters, as_rate
 
 
 @pytest.mark.parametrize(("components", "format"), [(3, "rgb24"), (4, "rgba")])

@@ -8,7 +8,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.video import Film, frame_range, write_video
-from raycam.video_codecs import CODECS, encoded
+from raycam.video.codecs import CODECS, encoded
 from support.bending_plate import bending_plate
 
 SIZE = (64, 48)

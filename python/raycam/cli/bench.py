@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .options import Command, size_of
+from ._options import Command, size_of
 
 
 def _add(command: argparse.ArgumentParser) -> None:

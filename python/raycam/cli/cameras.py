@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from ..calibration import FORMATS, Cameras, save_cameras
-from .options import Command, add_known, calibration_file, tell
-from .rigs import cameras_in
+from ._options import Command, add_known, calibration_file, tell
+from ._rigs import cameras_in
 
 ENDINGS = {
     "opencv": ".yaml",

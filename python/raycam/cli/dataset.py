@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
-from .job_options import add_job, job_options, shard_of
-from .options import Command, add_rendering, add_world, load_world, rendering, size_of, tell
-from .rigs import add_rig, rig_of
+from ._job_options import add_job, job_options, shard_of
+from ._options import Command, add_rendering, add_world, load_world, rendering, size_of, tell
+from ._rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
     from ..calibration import Cameras
     from ..camera import Camera
+    from ..randomize import Recipe
     from ..rig import Rig
-    from ..sample_world import Recipe
     from ..world import World
 
 
@@ -73,7 +73,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..dataset import write
     from ..progress import frames_bar
-    from ..sample_world import Recipe
+    from ..randomize import Recipe
 
     chosen = dict(_option(text) for text in options.option)
     shard = shard_of(options)
@@ -107,7 +107,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
     if options.cameras is None:
         return None, None
     from ..calibration import load_cameras
-    from ..world_load import load
+    from ..world.load import load
 
     times = None
     if str(options.cameras).endswith((".toml", ".glb", ".gltf")):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .options import Command
+from ._options import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:

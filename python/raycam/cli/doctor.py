@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .options import Command
+from ._options import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:

@@ -8,13 +8,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
-from .job_options import add_job, job_pool, lower_priority, shard_of
-from .options import Command, add_camera, add_rendering, add_world, load_world, numbers, rendering, tell, view
-from .rigs import add_rig, rig_alone, save_all
+from ._job_options import add_job, job_pool, lower_priority, shard_of
+from ._options import (
+    Command,
+    add_camera,
+    add_rendering,
+    add_world,
+    load_world,
+    numbers,
+    rendering,
+    tell,
+    view,
+)
+from ._rigs import add_rig, rig_alone, save_all
 
 if TYPE_CHECKING:
     from ..camera import Camera
-    from ..frame import Frame
+    from ..render.frame import Frame
     from ..rig import Rig
     from ..world import World
 
@@ -54,9 +64,9 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..frame import check_save
     from ..progress import bar
     from ..render import DEFAULT_CHANNELS, channel_names, render
+    from ..render.frame import check_save
 
     output = Path(options.output or Path(options.world).with_suffix(".png").name)
     names: Sequence[str] = ("color",) if output.suffix.lower() in (".png", ".hdr") else DEFAULT_CHANNELS
@@ -144,13 +154,15 @@ def _by_job(
     save: Callable[[Frame], object],
 ) -> Frame | None:
     """Saves the picture from tiles, or gives None where other shards are at some of them."""
-    from .. import tiles
+    from ..jobs import tiled_picture
     from ..progress import frames_bar
 
     shard = shard_of(options)
-    package = tiles.package(world, camera, channels=names, region=options.region, **rendering(options))
+    package = tiled_picture.package(
+        world, camera, channels=names, region=options.region, **rendering(options)
+    )
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
-        return tiles.make_picture(
+        return tiled_picture.make_picture(
             package,
             output.with_name(output.name + ".job"),  # where tiles wait until the picture is complete
             pool,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import JobError
-from .options import Command
+from ._options import Command
 
 if TYPE_CHECKING:
     from ..jobs import Job
@@ -22,7 +22,7 @@ def _add_folder(command: argparse.ArgumentParser) -> None:
 def _job(name: str) -> Job:
     """The job in a folder, or of a file that is being made."""
     from ..jobs import Job
-    from ..video_job import job_folder
+    from ..video.job import job_folder
 
     folder = Path(name)
     if not folder.is_dir() and job_folder(folder).is_dir():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .job_options import add_job, job_pool, shard_of
-from .options import Command, add_camera, add_rendering, add_world, load_world, rendering, tell, view
-from .rigs import add_rig, beside, rig_alone
+from ._job_options import add_job, job_pool, shard_of
+from ._options import Command, add_camera, add_rendering, add_world, load_world, rendering, tell, view
+from ._rigs import add_rig, beside, rig_alone
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -52,7 +52,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..progress import frames_bar
     from ..video import Film, frame_range
-    from ..video_job import make_video
+    from ..video.job import make_video
 
     frames = None if options.frames is None else frame_range(options.frames)
     shard = shard_of(options)

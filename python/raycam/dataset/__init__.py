@@ -14,22 +14,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files as stored
 from ..arrays import whole
 from ..camera import Camera
 from ..cluster import pool_of
 from ..errors import SettingsError, nearest
+from ..io import atomic_files as stored
 from ..jobs import Job
 from ..render import render
 from ..rig import Rig
 from ..world import World
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
+from .job_units import package, record_name
+from .per_world import each_index
 from .plan import Plan, Record, View, check_poses, chosen
-from .units import package, record_name
-from .worlds import each_index
 
 if TYPE_CHECKING:
-    from ..sample_world import Recipe
+    from ..randomize import Recipe
 
 __all__ = ["FORMATS", "Written", "views", "write"]
 

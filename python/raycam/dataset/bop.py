@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ..annotations.labels import Label, Region
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..labels import Label, Region
 from .bop_models import MILLIMETRES, Catalogue, models, scene
 from .coco import segmentation
+from .per_world import in_world
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, png, whole_centers
-from .worlds import in_world
 
 __all__ = ["FORMAT"]
 

@@ -8,10 +8,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..annotations.labels import box3d
 from ..arrays import Floats
-from ..labels import box3d
+from .per_world import part, world_count
 from .plan import Plan, Record
-from .worlds import part, world_count
 
 __all__ = ["MILLIMETRES", "Catalogue", "models"]
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from .. import _core
+from ..annotations.keypoints import keypoints
+from ..annotations.labels import Label
 from ..arrays import Bools
 from ..errors import SettingsError
-from ..keypoints import keypoints
-from ..labels import Label
 from .plan import Format, Index, Made, Plan, Record, Shot
 
 __all__ = ["FORMAT"]

@@ -11,10 +11,10 @@ from tempfile import TemporaryFile
 import numpy as np
 import numpy.typing as npt
 
+from ..annotations.keypoints import keypoints
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..keypoints import keypoints
 from . import colmap_rigs
 from .colmap_tracks import Tracks
 from .plan import Format, Index, Made, Plan, Record, matrix_text

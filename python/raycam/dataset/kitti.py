@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..annotations.flow import check_rectified, disparity, flow
+from ..annotations.labels import Label
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..flow import check_rectified, disparity, flow
-from ..labels import Label
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
 
 __all__ = ["FORMAT"]

@@ -13,16 +13,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..annotations.labels import Label, label
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
-from ..frame import Frame
-from ..labels import Label, label
+from ..io.temp_stream import Piece
 from ..render import render
-from ..spool import Piece
+from ..render.frame import Frame
 from ..world import Object, World
 
 if TYPE_CHECKING:
-    from ..sample_world import Recipe
+    from ..randomize import Recipe
 
 __all__ = ["NO_LENSES", "Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
 

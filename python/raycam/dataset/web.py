@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import SettingsError
-from ..spool import Piece
+from ..io.temp_stream import Piece
 from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot
 

@@ -1,0 +1,1 @@
+"""Answers about pictures beside the pictures themselves: labels, optical flow, keypoints."""

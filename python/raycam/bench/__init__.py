@@ -1,0 +1,287 @@
+"""How many rays a second this machine traces, through the array interface that everybody uses; Embree's beside them.
+
+Rays a second are the figure by which ray tracers are compared. The scenes are generated (`bench_scenes`), the rays are
+those that a picture needs: `primary` from the camera, `shadow` from what they meet to a point light, `bounce` from
+there in cosine-weighted random directions; `shuffled` are the bounce rays in no order at all. Every measurement is a
+whole call, arrays in to arrays out.
+
+Where embreex is installed, its Embree answers the same rays. It offers single rays from one thread, in float32, and so
+stands beside raycam on one thread; it builds on all threads. Embree has faster modes (packets, more threads) that no
+Python package offers; `benchmarks/embree_race.py` in raycam's source compares with those.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Floats, floats, whole
+from ..camera import Camera
+from ..doctor import processor
+from ..errors import SettingsError, nearest
+from ..world import World
+from .scenes import SCENES, BenchScene, generate
+
+__all__ = ["KINDS", "BenchReport", "BenchRow", "bench", "tiled"]
+
+KINDS = ["build", "primary", "shadow", "bounce", "shuffled"]
+"""What is measured, in this order: million triangles a second, then million rays a second."""
+
+SETTLE = 1e-4
+"""How far above the surface secondary rays start, as a part of the scene's size."""
+
+
+@dataclasses.dataclass(frozen=True)
+class BenchRow:
+    """One scene and kind; rates in millions a second."""
+
+    scene: str
+    kind: str
+    count: int
+    """Triangles or rays of one call."""
+    raycam: float
+    """On all threads that were asked for."""
+    raycam_one_thread: float
+    embree: float | None
+    """On one thread for rays, on all of the machine for builds. None where embreex is not installed."""
+    differ: int | None
+    """Rays of which Embree's answer is another: hit or miss, or t by more than 1e-4 of it. None for builds."""
+
+
+@dataclasses.dataclass(frozen=True)
+class BenchReport:
+    """What `bench` found."""
+
+    version: str
+    processor: str
+    instructions: str
+    threads: int
+    embree: str | None
+    """The version of embreex; None where it is not installed."""
+    seed: int
+    size: tuple[int, int]
+    repeat: int
+    rows: list[BenchRow]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON; the names are those of the fields."""
+        return dataclasses.asdict(self)
+
+    def _like_for_like(self, row: BenchRow) -> float:
+        return row.raycam if row.kind == "build" else row.raycam_one_thread
+
+    def __str__(self) -> str:
+        """A table for people."""
+        beside = self.embree is not None
+        lines = [f"raycam {self.version}, {self.instructions}, {self.processor}", ""]
+        head = f"{'':18}{'':>9}  {'raycam':>8}  {'raycam':>8}"
+        under = f"{'scene':8}  {'kind':8}{'count':>9}  {_threads(self.threads):>8}  {'1 thread':>8}"
+        if beside:
+            head += f"  {'Embree':>8}"
+            under += f"  {'single':>8}  {'ratio':>5}  {'differ':>6}"
+        lines += [head, under]
+        for row in self.rows:
+            line = (
+                f"{row.scene:8}  {row.kind:8}{row.count:9}  {row.raycam:8.2f}  {row.raycam_one_thread:8.2f}"
+            )
+            if row.embree is not None:
+                ratio = f"{self._like_for_like(row) / row.embree:.2f}"
+                line += f"  {row.embree:8.2f}  {ratio:>5}  {'' if row.differ is None else row.differ:6}"
+            lines.append(line)
+        lines += [
+            "",
+            f"Million rays a second, triangles for builds; best of {self.repeat} calls, arrays in to arrays out.",
+            "Scenes are generated; primary rays come in tiles of 8 x 8 pixels.",
+        ]
+        if beside:
+            lines += [
+                f"Embree is that of embreex {self.embree}, which offers single rays from one thread and builds on all.",
+                "`ratio` is raycam, watertight and with float64 hits, to it: one thread for rays, the first column for",
+                "builds. Embree's packets and threads, which embreex does not offer, are faster. `differ`: rays that",
+                "it answers otherwise.",
+            ]
+        else:
+            lines.append("For Embree's rates beside these: pip install embreex")
+        return "\n".join(lines)
+
+
+def bench(
+    scenes: Sequence[str] | None = None,
+    *,
+    triangles: int = 1_000_000,
+    size: tuple[int, int] = (640, 480),
+    repeat: int = 5,
+    threads: int | None = None,
+    seed: int = 1,
+    progress: Callable[[int, int], object] | None = None,
+) -> BenchReport:
+    """Measures the scenes of these names (all), each of about as many `triangles`, seen in `size` pixels.
+
+    Every figure is the best of `repeat` calls after one that does not count. `threads` are those of the first column
+    (None: all). `progress` is told how many of how many figures are there. Raises `SettingsError` where a name is not
+    known, or a number out of range.
+    """
+    names = list(SCENES) if scenes is None else list(scenes)
+    for name in names:
+        if name not in SCENES:
+            raise SettingsError(nearest("scene", name, list(SCENES)))
+    repeat = whole("repeat", repeat, 1, 1000)
+    used = _core.available_threads() if threads is None else whole("threads", threads, 1, 1 << 16)
+    rows: list[BenchRow] = []
+    for name in names:
+        for row in _measure(name, generate(name, triangles, seed), size, repeat, used, seed):
+            rows.append(row)
+            if progress is not None:
+                progress(len(rows), len(names) * len(KINDS))
+    return BenchReport(
+        version=_core.__version__,
+        processor=processor(),
+        instructions=_core.instruction_set(),
+        threads=used,
+        embree=_embree_version(),
+        seed=seed,
+        size=size,
+        repeat=repeat,
+        rows=rows,
+    )
+
+
+def _measure(
+    name: str, scene: BenchScene, size: tuple[int, int], repeat: int, threads: int, seed: int
+) -> Iterator[BenchRow]:
+    def world(threads: int) -> World:
+        made = World()
+        made.add_mesh(scene.vertices, scene.faces)
+        return made.prepare(threads=threads)
+
+    # A build takes long: two are as good as many rays.
+    builds = min(repeat, 2)
+    embree = None if _embree_version() is None else _Embree(scene)
+    yield BenchRow(
+        scene=name,
+        kind="build",
+        count=len(scene.faces),
+        raycam=_rate(len(scene.faces), builds, lambda: world(threads)),
+        raycam_one_thread=_rate(len(scene.faces), builds, lambda: world(1)),
+        embree=None if embree is None else _rate(len(scene.faces), builds, lambda: _Embree(scene).build()),
+        differ=None,
+    )
+    ours = world(threads)
+
+    def row(kind: str, origins: Floats, directions: Floats, t_max: float) -> BenchRow:
+        coherent = kind not in ("bounce", "shuffled")
+
+        def trace(threads: int) -> npt.NDArray[Any]:
+            if kind == "shadow":
+                return ours.occluded(origins, directions, t_max, coherent=coherent, threads=threads)
+            return ours.cast_rays(origins, directions, coherent=coherent, threads=threads)["t"]
+
+        n = len(origins)
+        theirs, differ = None, None
+        if embree is not None:
+            o, d = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
+            theirs = _rate(n, repeat, lambda: embree.trace(kind, o, d, t_max))
+            differ = _differ(trace(threads), embree.trace(kind, o, d, t_max))
+        return BenchRow(
+            scene=name,
+            kind=kind,
+            count=n,
+            raycam=_rate(n, repeat, lambda: trace(threads)),
+            raycam_one_thread=_rate(n, repeat, lambda: trace(1)),
+            embree=theirs,
+            differ=differ,
+        )
+
+    camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=size, fov=scene.fov)
+    origins, directions = (_rounded(rays) for rays in camera.rays(tiled(*camera.size)))
+    yield row("primary", origins, directions, np.inf)
+    hits = ours.cast_rays(origins, directions, threads=threads)
+    met = hits["instance"] >= 0
+    normal = hits["normal"][met].astype(np.float64)
+    starts = _rounded(hits["position"][met] + SETTLE * np.ptp(scene.vertices, 0).max() * normal)
+    yield row("shadow", starts, _rounded(np.asarray(scene.light) - starts), 1.0)
+    # A point on the unit sphere around the tip of the normal: cosine-weighted about it.
+    rng = np.random.default_rng(seed)
+    ball = rng.normal(size=starts.shape)
+    ways = _rounded(normal + ball / np.linalg.norm(ball, axis=1)[:, None])
+    yield row("bounce", starts, ways, np.inf)
+    order = rng.permutation(len(starts))
+    yield row("shuffled", starts[order], ways[order], np.inf)
+
+
+def tiled(width: int, height: int) -> Floats:
+    """The pixels of a picture in tiles of 8 x 8, the order in which neighbours stay together; [n, 2]."""
+    v, u = np.divmod(np.arange(width * height), width)
+    order = np.lexsort((u % 8, v % 8, u // 8, v // 8))
+    return floats("pixels", np.stack([u[order], v[order]], -1), ("n", 2))
+
+
+def _rounded(a: Floats) -> Floats:
+    """To float32, so that Embree sees the same rays."""
+    return a.astype(np.float32).astype(np.float64)
+
+
+def _rate(count: int, repeat: int, call: Callable[[], object]) -> float:
+    """Millions a second, the best of `repeat` calls after one that does not count."""
+    best = np.inf
+    for turn in range(repeat + 1):
+        start = time.perf_counter()
+        call()
+        if turn:
+            best = min(best, time.perf_counter() - start)
+    return count / best / 1e6
+
+
+def _differ(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> int:
+    """How many answers are not the same: bools, or t with +inf for a miss."""
+    if ours.dtype == bool:
+        return int((ours != theirs).sum())
+    hit = np.isfinite(ours)
+    apart = hit != np.isfinite(theirs)
+    both = hit & ~apart
+    apart[both] = np.abs(ours[both] - theirs[both]) > 1e-4 * ours[both]
+    return int(apart.sum())
+
+
+class _Embree:
+    """Embree through embreex: a scene of one mesh."""
+
+    def __init__(self, scene: BenchScene) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self._scene = EmbreeScene()
+        vertices, faces = scene.vertices.astype(np.float32), scene.faces.astype(np.int32)
+        # It reads its arrays when it builds.
+        self._mesh = TriangleMesh(self._scene, vertices, faces), vertices, faces
+
+    def build(self) -> None:
+        """Builds, which Embree puts off until a first ray."""
+        away = np.array([[0, 0, 1]], np.float32)
+        self._scene.run(1e6 * away, away)
+
+    def trace(
+        self, kind: str, origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32], t_max: float
+    ) -> npt.NDArray[Any]:
+        """As `World.occluded` or the t of `World.cast_rays`."""
+        if kind == "shadow":
+            dark = self._scene.run(origins, directions, t_max, query="OCCLUDED")
+            return np.asarray(dark) >= 0
+        hits = self._scene.run(origins, directions, output=True)
+        return np.where(hits["primID"] >= 0, hits["tfar"].astype(np.float64), np.inf)
+
+
+def _embree_version() -> str | None:
+    from importlib import metadata, util
+
+    return metadata.version("embreex") if util.find_spec("embreex") else None
+
+
+def _threads(n: int) -> str:
+    return f"{n} thread{'s' if n > 1 else ''}"

@@ -1,0 +1,215 @@
+"""The calibration board of the self-check: its triangles, the cameras that look at it, and its corners in a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats
+from ..camera import Camera
+from ..errors import SettingsError
+from ..world import World
+
+__all__ = ["BOARDS", "Board", "opencv"]
+
+BOARDS = ("charuco", "checkerboard")
+CELLS = 12
+"""A square of a ChArUco board is 12 x 12 cells, its marker the 6 x 6 in the middle: corners have room around them."""
+LENS_BLUR = 1.5
+"""Standard deviation in pixels of the blur that a lens would add: edges without it alias, and corners with them."""
+GOLDEN = (0.7548776662466927, 0.5698402909980532)
+"""Where each next point of an evenly spread sequence lies from the one before: M. Roberts' R2 sequence, 2018."""
+
+
+def opencv() -> Any:
+    """OpenCV; raises `SettingsError` where it is not installed, or is too old."""
+    try:
+        import cv2
+    except ImportError as error:
+        raise SettingsError(
+            f"the self-check needs OpenCV ({error}): pip install opencv-python-headless"
+        ) from None
+    if not hasattr(cv2, "aruco") or not hasattr(cv2.aruco, "CharucoDetector"):
+        raise SettingsError(
+            f"the self-check needs OpenCV 4.8 or later with its aruco module, this is {cv2.__version__}: "
+            "pip install --upgrade opencv-python-headless"
+        )
+    return cv2
+
+
+@dataclass(frozen=True)
+class Board:
+    """A ChArUco board or a checkerboard on the plane z = 0, squares of 1 m.
+
+    x is right, y down and z away from who looks at it.
+    """
+
+    kind: str = "charuco"
+    """One of `BOARDS`."""
+    columns: int = 9
+    """Squares from left to right."""
+    rows: int = 7
+    """Squares from top to bottom."""
+
+    def __post_init__(self) -> None:
+        """Raises `SettingsError` for a kind that there is not."""
+        if self.kind not in BOARDS:
+            raise SettingsError(f"board is {self.kind!r}, expected one of {', '.join(BOARDS)}")
+
+    @cached_property
+    def corners(self) -> Floats:
+        """The inner corners [n, 3], row by row: the points that are calibrated with."""
+        x, y = np.meshgrid(np.arange(1.0, self.columns), np.arange(1.0, self.rows))
+        return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+
+    @cached_property
+    def _charuco(self) -> Any:
+        cv2 = opencv()
+        markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
+        return cv2.aruco.CharucoBoard((self.columns, self.rows), 1.0, 6 / CELLS, markers)
+
+    @property
+    def _cells(self) -> npt.NDArray[np.bool_]:
+        """Which cells [rows, columns] of the whole board are white."""
+        if self.kind == "checkerboard":
+            return np.array(np.add.outer(np.arange(self.rows), np.arange(self.columns)) % 2 == 1)
+        # OpenCV's own picture of the board, 3 pixels to a cell: the middle one of each is read.
+        size = (self.columns * CELLS * 3, self.rows * CELLS * 3)
+        white: npt.NDArray[np.bool_] = self._charuco.generateImage(size)[1::3, 1::3] > 127
+        return white
+
+    @cached_property
+    def world(self) -> World:
+        """The board as triangles: edges of colour are edges of geometry, so no texture filter has a say."""
+        cells = np.pad(self._cells, CELLS // 2 if self.kind == "charuco" else 1, constant_values=True)
+        rows, columns = cells.shape
+        margin, step = (0.5, 1.0 / CELLS) if self.kind == "charuco" else (1.0, 1.0)
+        x, y = np.meshgrid(np.arange(columns + 1) * step - margin, np.arange(rows + 1) * step - margin)
+        vertices = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+        first = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+        one = np.column_stack([first, first + columns + 1, first + columns + 2])
+        two = np.column_stack([first, first + columns + 2, first + 1])
+        faces = np.stack([one, two], axis=1).reshape(-1, 3)
+        # As printed: the paper is not quite white, the ink not quite black.
+        shades = np.where(cells.ravel(), 0.9, 0.02).repeat(2)
+        world = World()
+        world.add_mesh(vertices, faces, name="board", face_colors=np.repeat(shades[:, None], 3, axis=1))
+        return world
+
+    def cameras(self, camera: Camera, count: int) -> list[Camera]:
+        """`camera` in `count` places from which it sees the board in all parts of the picture, tilted up to 40 degrees.
+
+        They depend on nothing but the arguments. Raises `SettingsError` where the camera has no view of the board.
+        """
+        if camera.is_parallel:
+            raise SettingsError("a camera with parallel rays cannot be calibrated by views of a board")
+        found: list[Camera] = []
+        for number in range(1, 40 * count):
+            placed = self._placed(camera, number)
+            if placed is not None:
+                found.append(placed)
+            if len(found) == count:
+                return found
+        raise SettingsError(f"the camera sees the board from {len(found)} places only, expected {count}")
+
+    def _placed(self, camera: Camera, number: int) -> Camera | None:
+        """One of the places; None where too little of the board would be seen."""
+        still = _placed(camera, np.eye(3), np.zeros(3))
+        size = np.array(camera.size, float)
+        spread = np.array(GOLDEN) * number % 1.0
+        pixel = size * (0.2 + 0.6 * spread) + camera.corner
+        reach = 0.3 * size.min()
+        around = pixel + reach * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
+        ways = still.rays(around)[1]
+        if not np.isfinite(ways).all():
+            return None
+        # The board spans about twice `reach` pixels, its near side more.
+        opening = min(np.arccos(np.clip(ways[i] @ ways[i + 1], -1, 1)) for i in (1, 3))
+        distance = self.rows / (2 * np.tan(opening / 2)) * (0.85 + 0.3 * (number * 0.41421356 % 1.0))
+        tilt, around_z = (
+            np.radians(40 * np.sqrt(number * 0.7320508 % 1.0)),
+            2 * np.pi * (number * 0.618034 % 1.0),
+        )
+        turn = np.radians(60 * (number * 0.2360679 % 1.0) - 30)
+        board_axes = _facing(ways[0]) @ _about_z(around_z) @ _about_x(tilt) @ _about_z(turn - around_z)
+        middle = np.array([self.columns / 2, self.rows / 2, 0.0])
+        # camera_from_world X = board_axes X + (way - board_axes middle)
+        center = middle - board_axes.T @ (ways[0] * distance)
+        placed = _placed(camera, board_axes, center)
+        pixels, seen = placed.project(self.corners)
+        inside = seen & ((pixels > 8) & (pixels < size - 9)).all(axis=1)
+        enough = len(inside) if self.kind == "checkerboard" else 0.6 * len(inside)
+        return placed if inside.sum() >= enough else None
+
+    def find(self, picture: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.int64], Floats]:
+        """The numbers [n] of the corners that OpenCV finds in a grey picture [h, w], and where [n, 2].
+
+        Pixel centres are whole numbers. Corners are refined in a window that holds nothing but their own edges, in the
+        picture blurred as by a lens.
+        """
+        cv2 = opencv()
+        if self.kind == "checkerboard":
+            flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+            found, corners = cv2.findChessboardCornersSB(
+                picture, (self.columns - 1, self.rows - 1), flags=flags
+            )
+            numbers = np.arange(len(self.corners) if found else 0)
+            places = np.reshape(corners, (-1, 2)) if found else np.empty((0, 2))
+            if found and np.linalg.norm(places[0]) > np.linalg.norm(places[-1]):
+                places = places[::-1]  # the board has no mark that says which end is first
+        else:
+            corners, ids, _, _ = cv2.aruco.CharucoDetector(self._charuco).detectBoard(picture)
+            numbers = np.empty(0, np.int64) if ids is None else np.ravel(ids).astype(np.int64)
+            places = np.empty((0, 2)) if ids is None else np.reshape(corners, (-1, 2))
+        if len(numbers) == 0:
+            return numbers, np.empty((0, 2))
+        blurred = cv2.GaussianBlur(picture, (0, 0), LENS_BLUR)
+        return numbers, refined(blurred, places, self._window(numbers, places))
+
+    def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
+        """Half the side of a window in which a corner's square edges end nowhere: a part of the shortest edge."""
+        grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
+        grid.reshape(-1, 2)[numbers] = places
+        steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])
+        lengths = np.linalg.norm(steps, axis=1)
+        shortest = float(np.nanmin(lengths)) if np.isfinite(lengths).any() else 16.0
+        # A marker begins a quarter of a square away from the square's edges: less along the diagonal, less by blur.
+        return max(3, min(8, int(shortest * (0.15 if self.kind == "charuco" else 0.3)) - 1))
+
+
+def refined(picture: npt.NDArray[np.uint8], places: Floats, window: int) -> Floats:
+    """Corners where the gradients around them point to, by OpenCV: Förstner and Gülch 1987."""
+    cv2 = opencv()
+    until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-5)
+    start = np.ascontiguousarray(places, np.float32).reshape(-1, 1, 2)
+    found = cv2.cornerSubPix(picture, start, (window, window), (-1, -1), until)
+    return np.asarray(found, np.float64).reshape(-1, 2)
+
+
+def _placed(camera: Camera, rotation: Floats, center: Floats) -> Camera:
+    """Its K and lens elsewhere, without aperture, vignetting and motion: a calibration tells nothing of these."""
+    made = Camera(camera.K, rotation, center, camera.size, pixel_center=camera.pixel_center, up=camera.up)
+    return Camera._of(made._core, camera.up, camera._lens)
+
+
+def _facing(way: Floats) -> Floats:
+    """Axes [3, 3] in columns of a board that faces a camera along its ray `way`: z away from it."""
+    across = np.cross([0.0, 1.0, 0.0], way)
+    if np.linalg.norm(across) < 1e-6:
+        across = np.array([1.0, 0.0, 0.0])
+    x = across / np.linalg.norm(across)
+    return np.column_stack([x, np.cross(way, x), way])
+
+
+def _about_z(angle: float) -> Floats:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _about_x(angle: float) -> Floats:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])

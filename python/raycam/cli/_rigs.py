@@ -1,0 +1,95 @@
+"""Rigs on the command line: of a world, or of a calibration file."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import SettingsError, nearest
+from ._options import load_calibration
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..render.frame import Frame
+    from ..rig import Rig
+    from ..world import World
+
+WORLDS = (".toml", ".glb", ".gltf")
+"""The files of worlds that have cameras."""
+
+
+def add_rig(command: argparse.ArgumentParser) -> None:
+    """Which rig."""
+    command.add_argument(
+        "--rig",
+        metavar="NAME|FILE",
+        help="a rig of the world, or of a calibration (kalibr, kitti, colmap, opencv stereo): all its cameras",
+    )
+
+
+def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
+    """The rig that `--rig` asks for: of the world, or the first one of a calibration file."""
+    if options.rig is None:
+        return None
+    rigs = world.rigs
+    if options.rig in rigs:
+        return rigs[options.rig]
+    if not Path(options.rig).exists():
+        raise SettingsError(
+            nearest("rig", options.rig, list(rigs)) if rigs else f"the world has no rig {options.rig!r}"
+        )
+    return next(iter(rigs_in(options.rig, options).values()))
+
+
+def rig_alone(world: World, options: argparse.Namespace) -> Rig | None:
+    """The rig that `--rig` asks for, in a command that has `--camera` and `--size` for others."""
+    rig = rig_of(world, options)
+    if rig is not None and (options.camera is not None or options.size is not None):
+        raise SettingsError(
+            "--rig renders all cameras of a rig as they are: it goes without --camera and --size"
+        )
+    return rig
+
+
+def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
+    """The rigs of a calibration or a world file."""
+    from ..world.load import load
+
+    rigs = load(path).rigs if path.endswith(WORLDS) else load_calibration(path, options).rigs
+    if not rigs:
+        raise SettingsError(f"{path} has no rig: expected several cameras of one body")
+    return rigs
+
+
+def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
+    """All cameras of a world file or a calibration; those of the rigs of a world as the rigs."""
+    from ..world.load import load
+
+    if not path.endswith(WORLDS):
+        return load_calibration(path, options)
+    world = load(path)
+    rigs = world.rigs
+    on_rigs = {f"{name}/{own}" for name, rig in rigs.items() for own in rig}
+    found: dict[str, Camera | Rig] = {
+        name: camera for name, camera in world.cameras.items() if name not in on_rigs
+    }
+    found |= rigs
+    if not found:
+        raise SettingsError(f"{path} has no cameras")
+    return found
+
+
+def beside(output: Path, name: str) -> Path:
+    """Where what a camera of a rig sees goes: room.png becomes room_left.png."""
+    return output.with_name(f"{output.stem}_{name.replace('/', '_')}{output.suffix}")
+
+
+def save_all(frames: Mapping[str, Frame], output: Path, bits: int | None, half: bool | None) -> list[Path]:
+    """Writes the picture of each camera `beside` the output."""
+    paths = []
+    for name, frame in frames.items():
+        paths.append(beside(output, name))
+        frame.save(paths[-1], bits=bits, half=half)
+    return paths

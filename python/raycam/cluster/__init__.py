@@ -1,0 +1,157 @@
+"""Where the frames of a job are made: in this process, in others on this machine, or on a cluster.
+
+`pool_of` chooses. Whatever it is, the frames come out the same, byte for byte: they are functions of the job's
+package and their number, and the bytes come back to the one process that writes final files.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+
+from ..errors import SettingsError
+from ..io.temp_stream import Spool
+from ..jobs import worker
+from ..jobs.job_package import Package
+from ..jobs.scheduler import ATTEMPTS, Pool, PoolLost
+from ..jobs.worker import Made, Task, Unfit
+
+__all__ = ["Executors", "Here", "pool_of"]
+
+
+def pool_of(
+    where: int | str | Executor | Callable[[], Executor] | None = None,
+    *,
+    threads: int | None = None,
+    tell: Callable[[str], object] = warnings.warn,
+) -> contextlib.AbstractContextManager[Pool]:
+    """The workers for `Job.run`, to be closed by `with`.
+
+    * None: this process.
+    * a number: so many processes on this machine, fewer where memory is short. One that dies takes no other along.
+    * "local:N": a Dask cluster of N processes on this machine.
+    * "tcp://HOST:PORT", "tls://HOST:PORT": the Dask cluster of the scheduler there.
+    * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again where one
+      breaks. Its workers import this version of raycam; the package of the job is read from the job's folder, and
+      comes along with a frame to a worker that does not see it.
+
+    `threads` is how many threads a worker renders with; None shares out the cores where they are known. `tell` is told
+    at once of what cannot wait for `Pool.notices`: that a cluster has no workers, and is waited for.
+
+    Raises `SettingsError` for anything else, and where Dask is not installed.
+    """
+    if where is None:
+        return contextlib.closing(Here(threads))
+    if isinstance(where, bool) or (isinstance(where, int) and where < 1):
+        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}")
+    if isinstance(where, int):
+        from .process_pool import Processes
+
+        return contextlib.closing(Processes(where, threads))
+    if isinstance(where, str):
+        from .dask_pool import connect
+
+        return contextlib.closing(connect(where, threads, tell))
+    return contextlib.closing(Executors(where, threads=threads))
+
+
+class Here:
+    """This process, a frame after the other on all `threads`; files of one are encoded while the next is rendered."""
+
+    apart = False
+    notices: tuple[str, ...] = ()
+
+    def __init__(self, threads: int | None = None) -> None:
+        self._threads = threads
+        self._executor = ThreadPoolExecutor(2, "raycam-frame")
+        self._stopped = threading.Event()
+
+    def open(self, package: Package, path: str) -> None:
+        """Remembers the package, whose world is here."""
+        worker.keep(package)
+
+    def threads(self, left: int) -> int | None:
+        """As was said: frames share them."""
+        return self._threads
+
+    def submit(self, task: Task) -> Future[Made]:
+        """Starts a frame."""
+        folder = os.path.dirname(task.package)  # the job's own, on the disk where its results will lie
+        return self._executor.submit(
+            worker.make, task, self._watch, None, lambda pieces: Spool(folder, pieces)
+        )
+
+    def _watch(self, done: int, total: int) -> None:
+        if self._stopped.is_set():
+            raise PoolLost("stopped")
+
+    def slots(self) -> int:
+        """One frame waits, for there to be always something to do."""
+        return 3
+
+    def close(self) -> None:
+        """Stops what is being rendered, within a fraction of a second."""
+        self._stopped.set()
+        self._executor.shutdown(cancel_futures=True)
+        worker.forget()
+
+
+class Executors:
+    """Any `concurrent.futures.Executor`, or a function that makes one, called again where one breaks."""
+
+    apart = True
+    notices: tuple[str, ...] = ()
+
+    def __init__(
+        self, executor: Executor | Callable[[], Executor], slots: int = 8, threads: int | None = None
+    ) -> None:
+        self._threads = threads
+        self._make = None if isinstance(executor, Executor) else executor
+        self._executor = executor if isinstance(executor, Executor) else executor()
+        self._slots = slots
+        self._unfit: Counter[int] = Counter()
+        self._reason = ""
+
+    def open(self, package: Package, path: str) -> None:
+        """Workers fetch the package by themselves; here it is for those that do not find it."""
+        self._package = package
+
+    def threads(self, left: int) -> int | None:
+        """As was said."""
+        return self._threads
+
+    def submit(self, task: Task) -> Future[Made]:
+        """Starts a frame, with the package where a worker did not find it."""
+        asked_before = self._unfit[task.frame]
+        if asked_before >= ATTEMPTS:
+            raise PoolLost(self._reason)
+        data = self._package.to_bytes() if asked_before else None
+        try:
+            future = self._executor.submit(worker.make, task, None, data)
+        except RuntimeError:  # a BrokenExecutor is one
+            if self._make is None:
+                raise
+            self._executor = self._make()
+            future = self._executor.submit(worker.make, task, None, data)
+        future.add_done_callback(lambda done: self._hear(task, done))
+        return future
+
+    def _hear(self, task: Task, done: Future[Made]) -> None:
+        fault = None if done.cancelled() else done.exception()
+        if isinstance(fault, Unfit):
+            self._reason = str(fault)
+            self._unfit[task.frame] += 1
+
+    def slots(self) -> int:
+        """As was said."""
+        return self._slots
+
+    def close(self) -> None:
+        """Ends an executor that was made here; one that was given stays open."""
+        if self._make is not None:
+            self._executor.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,139 @@
+"""The roll of a Dask cluster: which of its workers can make the frames of a job.
+
+Every worker is asked when it is seen first: it may lack raycam (a task of raycam's would end it: Dask takes what it
+cannot read for a broken connection), have another version, or not see the job's folder. To the last the package is
+brought, through the scheduler.
+"""
+
+from __future__ import annotations
+
+import importlib
+import threading
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from ..jobs.job_package import Package
+from ..jobs.scheduler import PoolLost
+from ..jobs.worker import Task
+from . import dask_worker
+
+__all__ = ["Roll"]
+
+AT_A_TIME = 4
+"""Workers that the package is on its way to: the scheduler holds it for each of them."""
+
+
+class Roll:
+    """Which workers of a client can make the frames of a package, which lies in the file `path`.
+
+    `unfit(address, reason)` is told of those that cannot.
+    """
+
+    def __init__(self, client: Any, package: Package, path: str, unfit: Callable[[str, str], object]) -> None:
+        self._client, self._package, self._unfit = client, package, unfit
+        self._task = Task(package.id, path, 0)
+        self._changed = threading.Condition()
+        self._fit: set[str] = set()
+        self._why_not: dict[str, str] = {}
+        self._blind: deque[str] = deque()
+        # Futures, which are kept because Dask takes back what nobody keeps.
+        self._asked: dict[str, Any] = {}
+        self._bringing: dict[str, Any] = {}
+
+    def look(self, addresses: Iterable[str]) -> None:
+        """Takes `addresses` as the workers that there are now, and asks those that have not been asked."""
+        there = set(addresses)
+        with self._changed:
+            self._fit &= there
+            self._blind = deque(address for address in self._blind if address in there)
+            for some in (self._why_not, self._asked, self._bringing):
+                for gone in some.keys() - there:
+                    del some[gone]
+            known = self._fit.union(self._blind, self._why_not, self._asked, self._bringing)
+            for address in sorted(there - known):
+                self._ask(address)
+            self._bring()
+
+    def forget(self, address: str) -> None:
+        """A worker could not make a frame after all: it is asked again at the next look."""
+        with self._changed:
+            self._fit.discard(address)
+
+    def fit(self, patience: float) -> list[str]:
+        """The workers that can; waits up to `patience` seconds for a first one.
+
+        Raises `PoolLost` where none of the workers can make a frame.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._fit or not self._is_open(), patience)
+            if self._why_not and not self._fit and not self._is_open():
+                raise PoolLost("; ".join(f"{where}: {why}" for where, why in self._why_not.items()))
+            return sorted(self._fit)
+
+    def wait(self, patience: float) -> None:
+        """Waits up to so many seconds until all workers have been asked and have what they need."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._is_open(), patience)
+
+    def _is_open(self) -> bool:
+        return bool(self._asked or self._blind or self._bringing)
+
+    def _ask(self, address: str) -> None:
+        """Asks a worker whether it has raycam, and then whether it sees the package."""
+
+        def further(_: Any) -> None:
+            self._start(self._asked, address, sort, dask_worker.has_package, self._task)
+
+        def sort(answer: Any) -> None:
+            (self._fit.add if answer.result() else self._blind.append)(address)
+
+        self._start(self._asked, address, further, importlib.import_module, dask_worker.__name__)
+
+    def _bring(self) -> None:
+        """Sends the package to those that wait for it, a few at a time."""
+        while self._blind and len(self._bringing) < AT_A_TIME:
+            self._bring_to(self._blind.popleft())
+
+    def _bring_to(self, address: str) -> None:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sending large graph")  # it is, and never twice to the same
+            self._start(
+                self._bringing, address, lambda _: self._fit.add(address),
+                dask_worker.keep_package, self._task.job, self._package.to_bytes(),
+            )  # fmt: skip
+
+    def _start(
+        self,
+        under_way: dict[str, Any],
+        address: str,
+        then: Callable[[Any], object],
+        work: Callable[..., object],
+        *data: Any,
+    ) -> None:
+        """Has a worker do something, and goes on with `then(future)` where it is done."""
+        future = self._client.submit(work, *data, workers=[address], pure=False, retries=0, priority=1)
+        under_way[address] = future
+        future.add_done_callback(lambda _: self._hear(under_way, address, future, then))
+
+    def _hear(
+        self, under_way: dict[str, Any], address: str, future: Any, then: Callable[[Any], object]
+    ) -> None:
+        from distributed import KilledWorker
+
+        with self._changed:
+            if address not in under_way or under_way[address] is not future:  # it went meanwhile
+                return
+            del under_way[address]
+            fault = future.exception() if future.status == "error" else None
+            if future.status == "finished":
+                then(future)
+            elif fault is not None and not isinstance(
+                fault, KilledWorker
+            ):  # one that died will be missed by itself
+                reason = f"{type(fault).__name__}: {fault}".partition("\n")[0]
+                self._why_not[address] = reason
+                self._unfit(address, reason)
+            self._bring()
+            self._changed.notify_all()

@@ -1,0 +1,148 @@
+"""What becomes a world of the meshes of other libraries."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..camera import Camera
+from ..errors import WorldError
+from ..io.glb import Glb
+from ..world import World
+
+__all__ = ["Array", "Collector", "Up", "finished", "linear_of", "pixels_of", "plain"]
+
+Up = Literal["z", "y"]
+Array = npt.NDArray[Any]
+
+
+class Collector:
+    """What becomes a world."""
+
+    def __init__(self) -> None:
+        self.glb = Glb()
+        self.notices: list[str] = []
+        self.images: dict[int, int] = {}
+        self.kept: list[Any] = []
+
+    def note(self, name: str, message: str) -> None:
+        """Something to be said about a mesh."""
+        self.notices.append(f"{name}: {message}")
+
+    def mesh(
+        self,
+        name: str,
+        vertices: Array,
+        faces: Array,
+        *,
+        normals: Array | None = None,
+        colors: Array | None = None,
+        uvs: Array | None = None,
+        materials: list[tuple[int | None, Array]] | None = None,
+    ) -> tuple[int, Array] | None:
+        """A mesh and the offset of its origin: float32 positions lie around it, unless they are float32 already.
+
+        Per-vertex arrays are as long as `vertices`; `materials` are pairs of a material and the faces [k] it has.
+        """
+        vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
+        faces = np.asarray(faces).reshape(-1, 3)
+        if not len(faces):
+            self.note(name, "no triangles: nothing to see")
+            return None
+        if not np.isfinite(vertices).all():
+            raise WorldError(f"{name}: vertices must be finite")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise WorldError(
+                f"{name}: faces from {faces.min()} to {faces.max()}, but there are {len(vertices)} vertices"
+            )
+        offset = np.zeros(3)
+        if (vertices.astype(np.float32) != vertices).any():
+            offset = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+        attributes = {"POSITION": self.glb.floats(vertices - offset)}
+        if normals is not None:
+            attributes["NORMAL"] = self.glb.floats(normals)
+        if uvs is not None:
+            # Their v runs up.
+            attributes["TEXCOORD_0"] = self.glb.floats(np.asarray(uvs) * [1, -1] + [0, 1])
+        if colors is not None:
+            attributes["COLOR_0"] = self.glb.floats(colors)
+        primitives = []
+        for material, chosen in materials or [(None, np.arange(len(faces)))]:
+            part = {"attributes": attributes, "indices": self.glb.indices(faces[chosen])}
+            primitives.append(part if material is None else {**part, "material": material})
+        return self.glb.add("meshes", name=name, primitives=primitives), offset
+
+    def place(self, name: str, mesh: tuple[int, Array] | None, matrix: Array) -> None:
+        """An object."""
+        if mesh is None:
+            return
+        index, offset = mesh
+        placed = np.array(matrix, dtype=np.float64)
+        placed[:3, 3] += placed[:3, :3] @ offset
+        self.glb.add("nodes", name=name, mesh=index, matrix=placed.T.ravel().tolist())
+
+    def texture(self, image: Any) -> dict[str, int] | None:
+        """A reference to an image: a PIL one, an Open3D one, or an array."""
+        if image is None:
+            return None
+        if id(image) not in self.images:
+            if getattr(image, "mode", None) in ("P", "1", "LA", "PA", "CMYK", "I", "F"):
+                image = image.convert("RGBA")
+            pixels = pixels_of(image)
+            if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or not pixels.size:
+                self.notices.append(
+                    f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is left out"
+                )
+                return None
+            self.images[id(image)] = self.glb.texture(pixels)
+            self.kept.append(image)
+        return {"index": self.images[id(image)]}
+
+    def world(self, name: str, up: Up, camera: tuple[str, Camera] | None = None) -> World:
+        """All of it, named after `name`."""
+        core = _core.world_from_gltf(self.glb.bytes(), name + ".glb", up, self.notices)
+        world = World._of(core)
+        if camera is not None:
+            world.add_camera(camera[1], camera[0])
+        return world
+
+
+def finished(collector: Collector, name: str, up: Up, camera: tuple[str, Camera] | None) -> World:
+    """The world; raises `WorldError` where nothing has triangles."""
+    if not collector.glb._lists.get("nodes"):
+        why = f" ({'; '.join(collector.notices)})" if collector.notices else ""
+        raise WorldError(f"{name}: there are no triangles: nothing to see{why}")
+    return collector.world(name, up, camera)
+
+
+def plain(collector: Collector, colors: Array | None) -> int:
+    """White where there are colours, else light grey; as raycam's own meshes are: matte, seen from both sides."""
+    factor = [1.0, 1.0, 1.0, 1.0] if colors is not None else [0.8, 0.8, 0.8, 1.0]
+    faint = colors is not None and colors.shape[1] == 4 and (colors[:, 3] < 1).any()
+    return collector.glb.add(
+        "materials",
+        pbrMetallicRoughness={"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 1.0},
+        doubleSided=True,
+        alphaMode="BLEND" if faint else None,
+    )
+
+
+def pixels_of(image: Any) -> Array:
+    """The array of an Open3D image, legacy or tensor, or of what is one."""
+    return image.as_tensor().cpu().numpy() if hasattr(image, "as_tensor") else np.asarray(image)
+
+
+def linear_of(colors: Any) -> Array:
+    """Linear colours [n, 3 or 4] of sRGB ones, whole numbers or 0..1; opacity stays."""
+    array = np.asarray(colors)
+    array = (
+        array / np.iinfo(array.dtype).max if array.dtype.kind == "u" else np.clip(array.astype(float), 0, 1)
+    )
+    linear = array.copy()
+    rgb = array[:, :3]
+    linear[:, :3] = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    opaque = array.shape[1] == 4 and (array[:, 3] == 1).all()
+    return linear[:, :3] if opaque else linear

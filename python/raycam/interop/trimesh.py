@@ -1,0 +1,113 @@
+"""Worlds from the meshes of trimesh, by what its objects have: it is not imported."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..camera import Camera
+from ..errors import WorldError
+from ..world import World
+from ._collector import Array, Collector, Up, finished, linear_of, plain
+
+__all__ = ["from_trimesh"]
+
+
+def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
+    """The world of a `trimesh.Trimesh` or `trimesh.Scene`.
+
+    Triangles, the colours of faces or vertices (sRGB), texture coordinates with their materials (simple and PBR) and
+    images, the scene's graph as objects that share meshes, and its camera where it has one of its own. `smooth` shades
+    by trimesh's vertex normals; otherwise faces are flat. Positions that float32 cannot hold are kept to 2^-24 of the
+    mesh's size. Paths and point clouds have no surface: they are left out, with a notice.
+
+    Raises `WorldError` for what has no triangles at all, vertices that are not finite and indices out of range.
+    """
+    collector = Collector()
+    if not hasattr(geometry, "geometry"):
+        if not hasattr(geometry, "faces"):
+            raise WorldError(f"expected a trimesh.Trimesh or trimesh.Scene, not {type(geometry).__name__}")
+        collector.place("mesh", _trimesh(collector, "mesh", geometry, smooth), np.eye(4))
+        return finished(collector, "trimesh", up, None)
+    meshes: dict[str, tuple[int, Array] | None] = {}
+    for node in geometry.graph.nodes_geometry:
+        matrix, name = geometry.graph[node]
+        if name not in meshes:
+            mesh = geometry.geometry[name]
+            if hasattr(mesh, "faces"):
+                meshes[name] = _trimesh(collector, name, mesh, smooth)
+            else:
+                collector.note(name, f"a {type(mesh).__name__} has no surface: left out")
+                meshes[name] = None
+        collector.place(str(node), meshes[name], matrix)
+    camera = None
+    if geometry.has_camera:
+        lens = geometry.camera
+        size = tuple(int(side) for side in lens.resolution)
+        pose = np.asarray(geometry.camera_transform)
+        camera = ("camera", Camera.from_opengl(lens.K, pose, size, pixel_center="half"))
+    return finished(collector, "trimesh", up, camera)
+
+
+def _trimesh(collector: Collector, name: str, mesh: Any, smooth: bool) -> tuple[int, Array] | None:
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    normals = np.asarray(mesh.vertex_normals) if smooth else None
+    colors = uvs = material = None
+    visual = mesh.visual
+    if visual.kind == "texture":
+        uvs = None if visual.uv is None or len(visual.uv) != len(vertices) else np.asarray(visual.uv)
+        material = _trimesh_material(collector, visual.material, textured=uvs is not None)
+        # Where a file has both, trimesh keeps the colours beside the texture, which they multiply.
+        beside = visual.vertex_attributes.get("color")
+        colors = None if beside is None or len(beside) != len(vertices) else linear_of(beside)
+    elif visual.kind == "vertex":
+        colors = linear_of(visual.vertex_colors)
+    elif visual.kind == "face":
+        # Faces have colours of their own where they share no corners.
+        colors = np.repeat(linear_of(visual.face_colors), 3, axis=0)
+        normals = None if normals is None else normals[faces.ravel()]
+        vertices, faces = vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3)
+    if material is None:
+        material = plain(collector, colors)
+    return collector.mesh(
+        name, vertices, faces, normals=normals, colors=colors, uvs=uvs,
+        materials=[(material, np.arange(len(faces)))],
+    )  # fmt: skip
+
+
+def _trimesh_material(collector: Collector, material: Any, *, textured: bool) -> int | None:
+    """trimesh's PBR material, which is glTF's; a simple one as trimesh converts it."""
+    if material is None:
+        return None
+    if not hasattr(material, "baseColorFactor"):
+        material = material.to_pbr()
+    image = collector.texture if textured else lambda image: None
+    pbr = {
+        "baseColorFactor": _factor(material.baseColorFactor, 4),
+        "baseColorTexture": image(material.baseColorTexture),
+        "metallicFactor": material.metallicFactor,
+        "roughnessFactor": material.roughnessFactor,
+        "metallicRoughnessTexture": image(material.metallicRoughnessTexture),
+    }
+    return collector.glb.add(
+        "materials",
+        name=material.name,
+        pbrMetallicRoughness={key: value for key, value in pbr.items() if value is not None},
+        normalTexture=image(material.normalTexture),
+        occlusionTexture=image(material.occlusionTexture),
+        emissiveTexture=image(material.emissiveTexture),
+        emissiveFactor=_factor(material.emissiveFactor, 3),
+        alphaMode=material.alphaMode,
+        alphaCutoff=material.alphaCutoff,
+        doubleSided=bool(material.doubleSided),
+    )
+
+
+def _factor(value: Any, count: int) -> list[float] | None:
+    """A factor of glTF; trimesh keeps some as bytes, 255 for 1."""
+    if value is None:
+        return None
+    array = np.asarray(value)
+    array = array / 255 if array.dtype.kind in "iu" else array.astype(float)
+    return [float(v) for v in np.append(array, np.ones(count))[:count]]

@@ -1,0 +1,382 @@
+"""Jobs: frames that survive. Videos, data sets and large pictures are made by them.
+
+A job is a folder. Its frames are pure functions of a `Package` (world, settings, version) and their number, so a job
+can be killed at any instant, go on later, be split over processes and machines, and give the same bytes:
+
+    package = Package("video", frames=96, settings={...}, world=world)
+    job = Job(folder, package)
+    job.run(pool_of("local:4"))        # raises JobError at the end where frames failed
+    for number, files in job.finished(): ...
+
+A kind of job is a module with `maker(world, settings, threads)`, which gives a function `(number, progress)` that
+returns the files of a frame as `{name: bytes}`, and notices; and a row in `workers.KINDS`. Names are relative to the
+folder, with `/` between folders. Making an index of all frames is for whoever called `run`, from `finished()`.
+
+In the folder, `.raycam/` holds `job.json` (what the job is, to be read), `package` (the same, complete), `ledger.jsonl`
+(which frames are finished, with the hashes of their files; one more for each shard), and `failed/` (logs of frames that
+were given up). Everything else are results. A final name means a complete file: results are written to a temporary
+name, synced, renamed, and their folder is synced, before the ledger says so.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import shutil
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import FormatError, JobError
+from ..io import atomic_files
+from ..io.file_lock import holder, locked
+from . import journal
+from .description import read_description, refusal
+from .job_package import Package
+from .journal import Entry, Ledger
+from .results import STATE, Results
+from .scheduler import Failed, Pool, dispatch
+from .worker import Made, Task
+
+__all__ = ["Job", "Status"]
+
+NOT_DONE = -1
+PLACE_BITS = 44  # of a ledger, at most 16 TiB long
+PLACE_MASK = (1 << PLACE_BITS) - 1
+
+Progress = Callable[[int, int, int], object]
+Shard = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far a job is."""
+
+    frames: int
+    """How many it has."""
+    finished: int
+    """How many are made."""
+    failed: Mapping[int, str]
+    """Why, of those that were given up, by number."""
+    damaged: Sequence[str] = ()
+    """Of each line of a ledger that was damaged: where. It does not count, so the next run makes its frame again."""
+
+
+class Job:
+    """A job in a folder, begun or gone on with.
+
+    `package` says what the job is; None for one that is there already. The folder is made where it is not there;
+    where it holds this very job, its finished frames stay. With `resume=False` it begins anew, and the files that the
+    job in the folder has made are removed first.
+
+    Raises `JobError` where the folder holds another job, with every difference, or where there is none and no
+    package, and `OSError` as the disk does.
+    """
+
+    def __init__(
+        self, folder: str | os.PathLike[str], package: Package | None = None, *, resume: bool = True
+    ) -> None:
+        self.folder = Path(folder)
+        """Where the results are."""
+        self._state = self.folder / STATE
+        self._results = Results(self.folder)
+        there = read_description(self._state / "job.json")
+        if package is None:
+            if there is None:
+                raise JobError(f"{self.folder}: no job is here (there is no {STATE}/job.json)")
+        elif there is not None and not resume:
+            Job(self.folder)._remove()
+            there = None
+        elif there is not None and there["job"] != package.id:
+            raise JobError(refusal(self.folder, there, self._state / "package", package))
+        self._package = package
+        if package is not None:
+            self._begin(package)
+            there = {"job": package.id, **package.describe()}
+        assert there is not None
+        self.description: dict[str, Any] = there
+        """What `job.json` says: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
+        self._ledgers: list[Path] = []
+        self._places = array("q", [NOT_DONE]) * self.description["frames"]
+        self._failed: dict[int, str] = {}
+        self._damaged: list[tuple[Path, int]] = []
+        self._read()
+
+    # What there is --------------------------------------------------------------------------------------------
+
+    @property
+    def package(self) -> Package:
+        """What the job is, complete; raises `FormatError` where it was damaged."""
+        if self._package is None:
+            path = self._state / "package"
+            self._package = Package.from_bytes(path.read_bytes(), str(path), self.description["job"])
+        return self._package
+
+    def status(self) -> Status:
+        """How far it is, as far as this object knows: others may be at it."""
+        done = sum(place != NOT_DONE for place in self._places)
+        damaged = tuple(
+            f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
+            for path, place in self._damaged
+        )
+        return Status(len(self._places), done, dict(sorted(self._failed.items())), damaged)
+
+    def runs(self) -> list[str]:
+        """Who is at it now, as far as this machine knows."""
+        who = (holder(path) for path in sorted(self._state.glob("lock*")))
+        return [one for one in who if one is not None]
+
+    def has(self, frame: int) -> bool:
+        """Whether a frame is finished."""
+        return bool(self._places[frame] != NOT_DONE)
+
+    def read(self, frame: int) -> dict[str, bytes]:
+        """The files of a finished frame, by name.
+
+        Raises `JobError` where a file is not as the ledger says, and `KeyError` where the frame is not finished.
+        """
+        return {name: self._results.read(name, stamp) for name, stamp in self._entry(frame).files.items()}
+
+    def finished(self) -> Iterator[tuple[int, dict[str, bytes]]]:
+        """All finished frames in order, each with its files as `read` gives them."""
+        for frame in range(len(self._places)):
+            if self.has(frame):
+                yield frame, self.read(frame)
+
+    def verify(self) -> dict[str, str]:
+        """Reads every file that was made, and gives those that are not as they were made, with what is wrong.
+
+        A damaged file gets the ending `.damaged`, where that is possible. The next run makes its frame again, and the
+        package of the job, which is among the files. Damaged lines of ledgers are told of until then too.
+        """
+        self._read()
+        told = zip(self._damaged, self.status().damaged, strict=True)
+        wrong = {f"{STATE}/{path.name} at {place}": text for (path, place), text in told}
+        package = self._state / "package"
+        try:
+            Package.check(package.read_bytes(), str(package), self.description["job"])
+        except FileNotFoundError:
+            wrong[f"{STATE}/package"] = f"{package}: it was made, and is not there any more"
+        except FormatError as fault:
+            wrong[f"{STATE}/package"] = str(fault)
+            with contextlib.suppress(OSError):
+                package.replace(f"{package}.damaged")
+        made = {entry.frame: place for place, entry in self._entries() if entry and entry.error is None}
+        for frame, place in sorted(made.items()):
+            for name, stamp in self._entry_at(place).files.items():
+                try:
+                    self._results.check(name, stamp)
+                except JobError as fault:
+                    wrong[name] = str(fault)
+                    self._results.set_aside(name)
+                    self._places[frame] = NOT_DONE
+        return wrong | self._results.check_joined()
+
+    def note_joined(self, names: Iterable[str]) -> None:
+        """Remembers files that were made of all frames, by their names from the folder, for `verify` to compare."""
+        with self._scratch("-join") as scratch:
+            self._results.note_joined(names, scratch)
+
+    # Making it ------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        pool: Pool,
+        *,
+        frames: Iterable[int] | None = None,
+        shard: Shard | None = None,
+        retry_failed: bool = False,
+        progress: Progress | None = None,
+        finished: Callable[[Made], object] | None = None,
+    ) -> None:
+        """Makes what is not made yet of `frames` (default: all), in any order.
+
+        `shard` (i, n) makes only every n-th frame from the i-th (from 1): n such runs, on any machines that see the
+        folder, make all of them. Frames that were given up before stay so, unless `retry_failed`.
+        `progress(done, total, failed)` counts the frames asked for, `finished(made)` is told of each new one.
+
+        Raises `JobError` where another process is at the same frames, where the workers are gone, and at the end
+        where any of the frames asked for failed; and `OSError` where the disk refuses. Whatever it raises, and
+        wherever it is killed, the frames that were finished stay.
+        """
+        tell = progress or (lambda *_: None)
+        asked = _asked(frames, shard, len(self._places))
+        name = "" if shard is None else f"-{shard[0]}-of-{shard[1]}"
+        with locked(self._state / f"lock{name}", self.folder), self._scratch(name) as scratch:
+            self._read()
+            if retry_failed:
+                self._failed.clear()
+            todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
+            failed = sum(frame in self._failed for frame in asked)
+            done = len(asked) - len(todo) - failed
+            path = self._state / f"ledger{name}.jsonl"
+            package = str((self._state / "package").resolve())
+            if todo:
+                pool.open(self.package, package)
+            job, count = self.description["job"], len(todo)
+            tasks = (Task(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
+            self._blank(path)
+            with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
+                if path not in self._ledgers:
+                    self._ledgers.append(path)
+                tell(done, len(asked), failed)
+                for outcome in outcomes:
+                    if isinstance(outcome, Failed):
+                        self._give_up(outcome, book, scratch)
+                        failed += 1
+                    else:
+                        stamps = self._results.store(outcome.files, scratch)
+                        place = book.add(Entry(outcome.frame, stamps, seconds=outcome.seconds))
+                        self._places[outcome.frame] = self._ledgers.index(path) << PLACE_BITS | place
+                        done += 1
+                        if finished is not None:
+                            finished(outcome)
+                    tell(done, len(asked), failed)
+                    del outcome  # not kept while the next one is made
+        self._check(asked)
+
+    @contextlib.contextmanager
+    def joining(self) -> Iterator[bool]:
+        """For making one thing of all frames: as it begins, the job knows what every shard has made by now.
+
+        Of shards that end at the same time one is in here, the others wait. It gives False where one of them has made
+        it all and removed the job.
+        """
+        with contextlib.ExitStack() as held:
+            with contextlib.suppress(FileNotFoundError):
+                held.enter_context(locked(self._state / "lock-join", self.folder, patience=math.inf))
+            there = (self._state / "job.json").exists()
+            if there:
+                self._read()
+            yield there
+
+    def remove(self) -> None:
+        """Removes everything that the job has made, and the folder where nothing else is in it."""
+        with locked(self._state / "lock", self.folder):
+            self._remove()
+        with contextlib.suppress(OSError):
+            self.folder.rmdir()
+
+    # Within ---------------------------------------------------------------------------------------------------
+
+    def _begin(self, package: Package) -> None:
+        """Writes what is not there yet; `job.json` is last, and means that all is."""
+        path, description = self._state / "package", self._state / "job.json"
+        begun = self._state / "scratch-begin"  # there where somebody is at it, or was killed at it
+        if description.exists() and package.is_in(path) and not begun.exists():
+            return
+        self._state.mkdir(parents=True, exist_ok=True)
+        # Many shards may begin at the same time: one of them writes, the others wait.
+        with locked(self._state / "lock-begin", self.folder, patience=60), self._scratch("-begin") as scratch:
+            there = read_description(description)
+            if there is not None and there["job"] != package.id:
+                raise JobError(refusal(self.folder, there, self._state / "package", package))
+            if not package.is_in(path):
+                if there is None:  # the ledgers of whichever job was here say nothing about this one
+                    for book in self._state.glob("ledger*.jsonl"):
+                        book.unlink()
+                atomic_files.write(path, package.to_bytes(), scratch)
+            if there is None:
+                text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
+                atomic_files.write(description, text.encode(), scratch)
+                atomic_files.sync(self.folder)
+
+    def _read(self) -> None:
+        """What the ledgers say, as far as the files are there."""
+        self._ledgers = sorted(self._state.glob("ledger*.jsonl"))
+        for index in range(len(self._places)):
+            self._places[index] = NOT_DONE
+        self._failed.clear()
+        self._damaged.clear()
+        for place, entry in self._entries():
+            if entry is None:
+                self._damaged.append((self._ledgers[place >> PLACE_BITS], place & PLACE_MASK))
+            elif entry.error is not None:
+                self._failed[entry.frame] = entry.error
+            elif all(self._results.has(name, size) for name, (size, _) in entry.files.items()):
+                self._places[entry.frame] = place
+        self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
+
+    def _blank(self, own: Path) -> None:
+        """Blanks the damaged lines of `own`, and of the ledgers that nobody else is writing to."""
+        for path, place in self._damaged:
+            with contextlib.ExitStack() as held, contextlib.suppress(JobError):
+                if path != own:
+                    lock = path.with_name(path.stem.replace("ledger", "lock"))
+                    held.enter_context(locked(lock, self.folder, patience=0.0))
+                journal.blank(path, place)
+
+    def _entries(self) -> Iterator[tuple[int, Entry | None]]:
+        """Everything that the ledgers say, oldest first, with where it is said; None for what was damaged."""
+        for number, path in enumerate(self._ledgers):
+            for place, entry in journal.read(path):
+                if entry is not None and not 0 <= entry.frame < len(self._places):
+                    raise JobError(f"{path}: frame {entry.frame} of {len(self._places)} at byte {place}")
+                yield number << PLACE_BITS | place, entry
+
+    def _entry(self, frame: int) -> Entry:
+        place = self._places[frame]
+        if place == NOT_DONE:
+            raise KeyError(frame)
+        return self._entry_at(place)
+
+    def _entry_at(self, place: int) -> Entry:
+        return journal.entry_at(self._ledgers[place >> PLACE_BITS], place & PLACE_MASK)
+
+    def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
+        path = self.log(failed.frame)
+        if not path.parent.is_dir():
+            atomic_files.make_folder(path.parent)
+        atomic_files.write(path, f"frame {failed.frame}: {failed.error}\n\n{failed.log}".encode(), scratch)
+        book.add(Entry(failed.frame, error=failed.error))
+        self._failed[failed.frame] = failed.error
+
+    def log(self, frame: int) -> Path:
+        """Where the log of a frame lies that was given up."""
+        return self._state / "failed" / f"frame_{frame:04}.log"
+
+    def _check(self, asked: Iterable[int]) -> None:
+        wanted = set(asked)
+        failed = [frame for frame in sorted(self._failed) if frame in wanted]
+        if failed:
+            first = failed[0]
+            many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
+            raise JobError(
+                f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
+                f"{self.log(first)}; --retry-failed tries again"
+            )
+
+    @contextlib.contextmanager
+    def _scratch(self, name: str) -> Iterator[Path]:
+        """A folder for temporary files, without those that a killed run has left."""
+        path = self._state / f"scratch{name}"
+        shutil.rmtree(path, ignore_errors=True)
+        path.mkdir(exist_ok=True)
+        yield path
+        shutil.rmtree(path, ignore_errors=True)
+
+    def _remove(self) -> None:
+        """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
+        done = (frame for frame in range(len(self._places)) if self.has(frame))
+        self._results.remove(name for frame in done for name in self._entry(frame).files)
+        with contextlib.suppress(JobError):
+            self._results.remove(name for name in self._results.joined() if not name.startswith(".."))
+        (self._state / "job.json").unlink(missing_ok=True)
+        shutil.rmtree(self._state)
+
+
+def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
+    """The numbers of the frames that a run is for."""
+    asked = sorted(set(range(count) if frames is None else frames))
+    if asked and not (asked[0] >= 0 and asked[-1] < count):
+        raise JobError(f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0")
+    if shard is not None:
+        i, n = shard
+        if not 1 <= i <= n:
+            raise JobError(f"shard {i}/{n}: expected I/N with I from 1 to N")
+        asked = [frame for frame in asked if frame % n == i - 1]
+    return asked

@@ -1,0 +1,111 @@
+"""What `.raycam/job.json` says of a job, and how two jobs differ: in words, for whoever gave the command."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import Error, JobError
+from .job_package import Package
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["differences", "read_description", "refusal", "world_differences"]
+
+TOLD = 8  # of a world in which very much is different
+
+
+def read_description(path: Path) -> dict[str, Any] | None:
+    """What a `job.json` says; None where there is none. Raises `JobError` where it is damaged."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except UnicodeDecodeError:
+        text = ""
+    try:
+        fields = json.loads(text)
+        if not isinstance(fields["job"], str) or not 1 <= fields["frames"] <= 1 << 31:
+            raise ValueError
+    except (ValueError, KeyError, TypeError):
+        raise JobError(
+            f"{path}: this is no description of a job, it was damaged. Remove this file and give the command that "
+            "made the job: it goes on with what is finished"
+        ) from None
+    return dict(fields)
+
+
+def refusal(folder: Path, there: dict[str, Any], stored: Path, asked: Package) -> str:
+    """Why the job in a folder, described by `there` and with its package in the file `stored`, is not gone on with."""
+    lines = list(differences(there, {"job": there["job"], **asked.describe()}))
+    if there.get("world") != asked.describe()["world"]:
+        try:
+            before = Package.from_bytes(stored.read_bytes(), str(stored), there["job"]).world
+            lines += world_differences(before, asked.world)
+        except (Error, OSError):
+            pass  # it was of another version, or damaged: the hashes above are what there is to say
+    return (
+        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and "
+        "remove what this one has made"
+    )
+
+
+def world_differences(there: World, asked: World) -> list[str]:
+    """Where two worlds differ, as `differences` says it: by object, light, camera and setting, at most `TOLD` of them.
+
+    Of shapes and materials, which are no short lines, it says that they differ.
+    """
+    found = list(differences(_parts(there), _parts(asked)))
+    if [one.triangles for one in there.objects] == [one.triangles for one in asked.objects]:
+        before, after = there.triangle_colors(), asked.triangle_colors()
+        start = 0
+        for old, new in zip(there.objects, asked.objects, strict=True):
+            part = slice(start, start := start + new.triangles)
+            moved = old.matrix.tolist() != new.matrix.tolist()
+            if not moved and (there.triangles(old.id) != asked.triangles(new.id)).any():
+                found.append(f"object.{new.name}: its mesh is another")
+            if (before[part] != after[part]).any():
+                found.append(f"object.{new.name}: its color is another")
+    if not found:
+        found.append("a material, a texture or what moves is another, all else in the world is the same")
+    more = len(found) - TOLD
+    return found if more <= 0 else [*found[:TOLD], f"and {more} more in the world"]
+
+
+def _parts(world: World) -> dict[str, Any]:
+    video = world.video
+    return {
+        "up": world.up,
+        "object": {
+            one.name: {
+                "category": one.category,
+                "triangles": one.triangles,
+                "matrix": [[float(value) for value in row] for row in one.matrix],
+            }
+            for one in world.objects
+        },
+        "light": {str(number): dict(light) for number, light in enumerate(world.lights)},
+        "camera": {name: camera.to_dict() for name, camera in world.cameras.items()},
+        "render": dict(world.render_settings),
+        "video": None if video is None else {"fps": video.fps, "seconds": video.seconds},
+        "textures": world.counts.get("textures"),
+        "materials": world.counts.get("materials"),
+    }
+
+
+def differences(there: Any, asked: Any, key: str = "") -> Iterator[str]:
+    """Where two descriptions differ: "key was 1, is 2", one after the other."""
+    if isinstance(there, dict) and isinstance(asked, dict):
+        for name in dict.fromkeys([*there, *asked]):
+            yield from differences(there.get(name), asked.get(name), f"{key}.{name}" if key else name)
+    elif there != asked:
+        before, after = (_short(value) for value in (there, asked))
+        yield f"{key} was {before}, is {after}"
+
+
+def _short(value: Any) -> str:
+    text = "not given" if value is None else json.dumps(value, default=str)
+    return text if len(text) <= 60 else f"{text[:28]} ... {text[-28:]}"

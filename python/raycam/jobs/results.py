@@ -1,0 +1,162 @@
+"""The files that a job makes, in its folder.
+
+In strings, as all that is done for each frame: pathlib keeps the parts of every name it has seen for ever.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ..errors import JobError
+from ..io import atomic_files
+from .journal import Stamp, digest
+
+__all__ = ["STATE", "Results"]
+
+STATE = ".raycam"
+"""The folder within, with what is the job's own."""
+JOINED = "joined.json"
+"""The file there that says what was made of all frames together."""
+
+
+class Results:
+    """Results in a folder, by their names: relative to it, with `/` between folders.
+
+    Raises `JobError` for a name that is not within the folder, or the job's own.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = os.fspath(folder)
+
+    def store(self, made: Mapping[str, bytes | Iterable[bytes]], scratch: Path) -> dict[str, Stamp]:
+        """Writes the files of a frame; raises `OSError` as the disk does."""
+        stamps = {}
+        for name, data in made.items():
+            path = self._path(name)
+            if not os.path.isdir(os.path.dirname(path)):
+                atomic_files.make_folder(Path(path).parent)
+            atomic_files.write(path, data, scratch)
+            stamps[name] = digest([data] if isinstance(data, bytes) else data)
+        return stamps
+
+    def has(self, name: str, size: int) -> bool:
+        """Whether a file is there, and so long."""
+        try:
+            return os.stat(self._path(name)).st_size == size
+        except FileNotFoundError:
+            return False
+
+    def read(self, name: str, stamp: Stamp) -> bytes:
+        """A file; raises `JobError` where it is not there any more, or another than it was."""
+        path = self._path(name)
+        try:
+            with open(path, "rb") as file:
+                data = file.read()
+        except FileNotFoundError:
+            raise JobError(f"{path}: it was made, and is not there any more") from None
+        _compare(path, stamp, digest([data]))
+        return data
+
+    def check(self, name: str, stamp: Stamp) -> None:
+        """Raises `JobError` as `read` does, without holding a file that may be large."""
+        path = self._path(name)
+        try:
+            found = _stamp(path)
+        except FileNotFoundError:
+            raise JobError(f"{path}: it was made, and is not there any more") from None
+        _compare(path, stamp, found)
+
+    def note_joined(self, names: Iterable[str], scratch: Path) -> None:
+        """Writes down the stamps of files that were made of all frames: index files, or a video beside the folder."""
+        stamps = {name: _stamp(self._place(name)) for name in names}
+        atomic_files.write(os.path.join(self._folder, STATE, JOINED), json.dumps(stamps).encode(), scratch)
+
+    def joined(self) -> dict[str, Stamp]:
+        """What was written down so; raises `JobError` where that was damaged."""
+        path = os.path.join(self._folder, STATE, JOINED)
+        try:
+            with open(path, "rb") as file:
+                found = json.load(file)
+            joined = {str(name): (int(size), str(sha)) for name, (size, sha) in found.items()}
+            for name in joined:
+                self._place(name)  # raises JobError where it leads elsewhere
+            return joined
+        except FileNotFoundError:
+            return {}
+        except (ValueError, TypeError, AttributeError, JobError):
+            raise JobError(f"{path}: it was damaged") from None
+
+    def check_joined(self) -> dict[str, str]:
+        """Those that are not as they were made, with what is wrong; they are set aside."""
+        wrong = {}
+        try:
+            joined = self.joined()
+        except JobError as fault:
+            return {f"{STATE}/{JOINED}": str(fault)}
+        for name, stamp in joined.items():
+            path = self._place(name)
+            try:
+                _compare(path, stamp, _stamp(path))
+            except FileNotFoundError:
+                wrong[name] = f"{path}: it was made, and is not there any more"
+            except JobError as fault:
+                wrong[name] = str(fault)
+                with contextlib.suppress(OSError):
+                    os.replace(path, path + ".damaged")
+        return wrong
+
+    def set_aside(self, name: str) -> None:
+        """Gives a damaged file the ending `.damaged`, where that is possible."""
+        path = self._path(name)
+        with contextlib.suppress(OSError):
+            os.replace(path, path + ".damaged")
+
+    def remove(self, names: Iterable[str]) -> None:
+        """Removes files, and their folders where nothing else is in them."""
+        folders: set[str] = set()
+        for name in names:
+            path = _safe(name)
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(os.path.join(self._folder, path))
+            while path := os.path.dirname(path):
+                folders.add(path)
+        for folder in sorted(folders, key=len, reverse=True):  # what is within is longer
+            with contextlib.suppress(OSError):
+                os.rmdir(os.path.join(self._folder, folder))
+
+    def _path(self, name: str) -> str:
+        return os.path.join(self._folder, _safe(name))
+
+    def _place(self, name: str) -> str:
+        """Of a file made of all frames: in the folder, or as "../NAME" right beside it."""
+        beside = name.removeprefix("../")
+        if beside == name or "/" in beside:
+            return self._path(name)
+        return os.path.normpath(os.path.join(self._folder, os.pardir, _safe(beside)))
+
+
+def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
+    if found != stamp:
+        raise JobError(
+            f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
+            f"{found[1][:12]}"
+        )
+
+
+def _stamp(path: str) -> Stamp:
+    """Of a file that may be too large for the memory."""
+    with open(path, "rb") as file:
+        return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _safe(name: str) -> str:
+    """The name of a result, which lies in the folder and is not the job's own, as this system writes it."""
+    parts = [part for part in name.split("/") if part not in ("", ".")]
+    if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
+        raise JobError(f"{name!r} is no name for a file of a job")
+    return os.path.join(*parts)

@@ -1,0 +1,173 @@
+"""Random values in descriptions: a draw's value depends on the seed, the world's number and its own place alone.
+
+A draw is a table with one of the keys of `DRAWS` in the place of a value. Nothing depends on what else is drawn, or on
+how many worlds there are: numbers are hashes, not a sequence.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ..errors import WorldError, nearest
+
+__all__ = ["DRAWS", "ONE_OF", "Draw", "NotThisTime"]
+
+ONE_OF = "one_of"
+"""The key of a list of tables, one of which lends its keys to the table that it is in."""
+DIGITS = 12
+"""Significant digits that computed numbers are rounded to: mathematical libraries differ in the last of 16."""
+
+
+class NotThisTime(WorldError):
+    """What was drawn has no room, or nothing sees it: another draw may."""
+
+
+class Draw:
+    """Random numbers of one place: a function of `seed` and the names on the way to it."""
+
+    def __init__(self, seed: int, *way: object) -> None:
+        self.seed = seed
+        """The seed of all worlds."""
+        self.way = way
+        """Names and numbers: the world's, the table's, the key's."""
+
+    def at(self, *way: object) -> Draw:
+        """A place below this one."""
+        return Draw(self.seed, *self.way, *way)
+
+    def bits(self, number: int = 0) -> int:
+        """64 random bits, the `number`-th of this place."""
+        text = "/".join(str(name) for name in (self.seed, *self.way, number))
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
+
+    def unit(self, number: int = 0) -> float:
+        """A number in [0, 1), all 53 bits of it random."""
+        return (self.bits(number) >> 11) / (1 << 53)
+
+    def between(self, low: float, high: float, number: int = 0) -> float:
+        """A number in [low, high), evenly."""
+        return low + (high - low) * self.unit(number)
+
+    def whole(self, low: int, high: int, number: int = 0) -> int:
+        """A whole number from `low` to `high`, both included."""
+        return low + self.bits(number) % (high - low + 1)
+
+    def value(self, description: Any, where: str = "") -> Any:
+        """The description with a value for every draw in it, all the way down.
+
+        Raises `WorldError`, with the key, for draws that make no sense.
+        """
+        if isinstance(description, Mapping):
+            if len(description) == 1 and (kind := next(iter(description))) in DRAWS:
+                try:
+                    drawn = DRAWS[kind](self, description[kind])
+                except (TypeError, ValueError, IndexError) as fault:
+                    raise WorldError(f"{where}: {kind} = {description[kind]!r}: {fault}") from None
+                return self.at(kind).value(drawn, where)
+            table = dict(description)
+            if ONE_OF in table:
+                lists = table.pop(ONE_OF)
+                if not isinstance(lists, list | tuple) or not all(isinstance(one, Mapping) for one in lists):
+                    raise WorldError(f"{where}: {ONE_OF} must be a list of tables, not {lists!r}")
+                if not lists:
+                    raise WorldError(f"{where}: {ONE_OF} is an empty list")
+                place = self.at(ONE_OF)
+                lent = dict(lists[place.whole(0, len(lists) - 1)])
+                if twice := sorted(lent.keys() & table.keys()):
+                    raise WorldError(f"{where}: {', '.join(twice)}: given in {ONE_OF} and beside it")
+                table |= lent
+            return {
+                key: self.at(key).value(value, f"{where}.{key}".lstrip(".")) for key, value in table.items()
+            }
+        if isinstance(description, list | tuple):
+            return [self.at(i).value(value, f"{where}[{i}]") for i, value in enumerate(description)]
+        return description
+
+
+def _uniform(draw: Draw, given: Any) -> Any:
+    """Between two numbers, or two lists of numbers: each on its own."""
+    return _each(given, lambda low, high, i: draw.between(low, high, i))
+
+
+def _log_uniform(draw: Draw, given: Any) -> Any:
+    """Between two numbers above 0, each factor as likely as any; lists of numbers have one factor in common."""
+
+    def one(low: float, high: float, _: int) -> float:
+        if low <= 0.0:
+            raise ValueError("expected numbers above 0")
+        return rounded(low * math.exp(draw.unit() * math.log(high / low)))
+
+    return _each(given, one)
+
+
+def _each(given: Any, draw: Callable[[float, float, int], float]) -> Any:
+    low, high = _pair(given)
+    if not isinstance(low, Sequence):
+        return draw(*_numbers(low, high), 0)
+    if not isinstance(high, Sequence) or len(low) != len(high):
+        raise ValueError("expected two lists of the same length")
+    return [draw(*_numbers(a, b), i) for i, (a, b) in enumerate(zip(low, high, strict=True))]
+
+
+def _integer(draw: Draw, given: Any) -> int:
+    """A whole number between two, both included."""
+    low, high = _pair(given)
+    if not all(isinstance(end, int) and not isinstance(end, bool) for end in (low, high)) or low > high:
+        raise ValueError("expected two whole numbers, the smaller first")
+    return draw.whole(low, high)
+
+
+def _choice(draw: Draw, given: Any) -> Any:
+    """One of a list."""
+    if not isinstance(given, list | tuple) or not given:
+        raise ValueError("expected a list of what to choose from")
+    return given[draw.whole(0, len(given) - 1)]
+
+
+DRAWS: dict[str, Callable[[Draw, Any], Any]] = {
+    "uniform": _uniform,
+    "log_uniform": _log_uniform,
+    "integer": _integer,
+    "choice": _choice,
+}
+"""Every kind of draw by its key."""
+
+
+def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float, float]:
+    """Two numbers, the smaller first, of a key that is a range; one number is both."""
+    if value is None:
+        return default
+    try:
+        return _numbers(*((value, value) if isinstance(value, int | float) else _pair(value)))
+    except (TypeError, ValueError) as fault:
+        raise WorldError(f"{name} = {value!r}: {fault}") from None
+
+
+def known_keys(what: str, table: Mapping[str, Any], known: Sequence[str]) -> None:
+    """Raises `WorldError` with the nearest name for a key that there is not."""
+    for key in table:
+        if key not in known:
+            raise WorldError(nearest(f"key of {what}", key, list(known)))
+
+
+def rounded(value: float) -> float:
+    """A computed number, rounded to `DIGITS` significant digits."""
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _pair(given: Any) -> tuple[Any, Any]:
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise ValueError("expected two values, [low, high]")
+    return given[0], given[1]
+
+
+def _numbers(low: Any, high: Any) -> tuple[float, float]:
+    for end in (low, high):
+        if isinstance(end, bool) or not isinstance(end, int | float) or not math.isfinite(end):
+            raise ValueError(f"expected finite numbers, not {end!r}")
+    if low > high:
+        raise ValueError("expected the smaller number first")
+    return float(low), float(high)

@@ -1,0 +1,265 @@
+"""Objects put on a surface at random, so that they rest on it and touch nothing else.
+
+What an object takes up is the upright prism over the convex outline of its shadow, from its lowest to its highest
+point. Prisms that do not meet are things that do not meet; no thing is ever inside another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats
+from ..errors import WorldError
+from ..world import World
+from .draws import Draw, NotThisTime, rounded
+
+__all__ = ["Placer", "Prism", "outline"]
+
+AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
+"""The axes of a world, the one that is up last."""
+LEVEL = 0.999
+"""The cosine of the steepest slope that things stand on: 2.6 degrees."""
+TRIES = 2000
+BATCH = 8
+
+
+@dataclass(frozen=True)
+class Prism:
+    """An upright convex prism, in axes whose third one is up."""
+
+    outline: Floats
+    """Its corners [n, 2], counter-clockwise, seen from above."""
+    low: float
+    """Where it stands."""
+    high: float
+    """Where it ends."""
+
+    @classmethod
+    def around(cls, corners: Floats, up: str) -> Prism:
+        """The smallest one around triangles [n, 3, 3] of a world whose axis `up` is."""
+        points = corners.reshape(-1, 3)[:, AXES[up]]
+        return cls(outline(points[:, :2]), float(points[:, 2].min()), float(points[:, 2].max()))
+
+    def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> Prism:
+        """Turned about up, then moved by `shift` [3]."""
+        x, y, z = np.asarray(shift, float)
+        turn = np.array([[cos, sin], [-sin, cos]])
+        return Prism(self.outline @ turn + [x, y], self.low + z, self.high + z)
+
+    def meets(self, other: Prism, gap: float) -> bool:
+        """Whether they come nearer to each other than `gap`: no axis separates them. Source: Ericson 2005, 5.2.1."""
+        if self.low >= other.high + gap or other.low >= self.high + gap:
+            return False
+        axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
+        a, b = axes @ self.outline.T, axes @ other.outline.T
+        apart = np.maximum(b.min(axis=1) - a.max(axis=1), a.min(axis=1) - b.max(axis=1))
+        return bool(apart.max() < max(gap, 1e-12))
+
+    def meets_triangles(self, corners: Floats) -> bool:
+        """Whether any triangle of [n, 3, 3] reaches into it: no axis separates them. Source: Ericson 2005, 5.2.9."""
+        box_low = np.append(self.outline.min(axis=0), self.low)
+        box_high = np.append(self.outline.max(axis=0), self.high)
+        near = ((corners.min(axis=1) < box_high) & (corners.max(axis=1) > box_low)).all(axis=1)
+        corners = corners[near]
+        if not len(corners):
+            return False
+        own = np.concatenate(
+            [np.column_stack([self.outline, np.full(len(self.outline), z)]) for z in (self.low, self.high)]
+        )
+        side = np.column_stack([_normals(self.outline), np.zeros(len(self.outline))])
+        along = np.column_stack([-side[:, 1], side[:, 0], side[:, 2]])
+        edges = np.roll(corners, -1, axis=1) - corners
+        axes = [np.broadcast_to(axis, (len(corners), 3)) for axis in [*side, np.array([0.0, 0.0, 1.0])]]
+        axes.append(np.cross(edges[:, 0], edges[:, 1]))
+        axes += [
+            np.cross(edges[:, i], axis) for i in range(3) for axis in [*along, np.array([0.0, 0.0, 1.0])]
+        ]
+        together = np.ones(len(corners), dtype=bool)
+        for axis in axes:
+            ours = axis @ own.T
+            theirs = np.einsum("nij,nj->ni", corners, axis)
+            together &= (ours.min(axis=1) < theirs.max(axis=1)) & (theirs.min(axis=1) < ours.max(axis=1)) | (
+                (axis**2).sum(axis=1) < 1e-30
+            )
+        return bool(together.any())
+
+
+def outline(points: Floats) -> Floats:
+    """The convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
+    ordered = np.unique(points, axis=0)
+    if len(ordered) < 3:
+        return ordered
+    if len(ordered) > 512:  # what is inside of the extremes along 16 directions is on no hull
+        ordered = _outer(ordered)
+
+    def chain(row: list[list[float]]) -> list[list[float]]:
+        found: list[list[float]] = []
+        for x, y in row:
+            while len(found) > 1:
+                (ax, ay), (bx, by) = found[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                found.pop()
+            found.append([x, y])
+        return found[:-1]
+
+    row = ordered.tolist()
+    hull: Floats = np.array(chain(row) + chain(row[::-1]))
+    return hull
+
+
+def _outer(points: Floats) -> Floats:
+    # Directions as whole numbers, for the same hull on every machine.
+    ways = np.array(
+        [[x, y] for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2) if max(abs(x), abs(y)) == 2], float
+    )
+    extremes = outline(points[np.unique((points @ ways.T).argmax(axis=0))])
+    sides, start = _normals(extremes), (_normals(extremes) * extremes).sum(axis=1)
+    outside = (points @ sides.T >= start - 1e-12 * np.abs(points).max()).any(axis=1)
+    found: Floats = points[outside]
+    return found
+
+
+def _normals(corners: Floats) -> Floats:
+    """The unit normals [n, 2] of the edges of a convex outline, outwards."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.sqrt((edges**2).sum(axis=1, keepdims=True))
+    return np.column_stack([edges[:, 1], -edges[:, 0]]) / np.where(lengths > 0.0, lengths, 1.0)
+
+
+class Placer:
+    """Finds room on the surfaces of a world, for one thing after the other."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world = world.at(0.0)  # a copy: what is added later is known as prisms
+        self._axes = AXES[world.up]
+        self._names = [item.name for item in world.objects]
+        self._ids = world.triangle_ids()[:, 0] if self._names else np.empty(0, np.int32)
+        self._corners = world.triangles()[..., self._axes] if self._names else np.empty((0, 3, 3))
+        self._taken: list[Prism] = []
+
+    def place(self, shape: Prism, surface: str | None, draw: Draw, gap: float, what: str) -> Floats:
+        """The turn and move world_from_thing [4, 4] that lets a thing that takes up `shape` rest.
+
+        It stays as upright as it is, turns about up, and stands with its lowest point on the object `surface`
+        (default: all of them), `gap` metres from everything else. Raises `WorldError` where there is no room.
+        """
+        ground, areas, owners = self._ground(surface)
+        if not len(ground):
+            raise WorldError(
+                f"{what}: nothing of {surface or 'the world'} is level and faces up, to stand on"
+            )
+        for first in range(0, TRIES, BATCH):
+            tries = [
+                self._try(shape, ground, areas, draw.at(number)) for number in range(first, first + BATCH)
+            ]
+            supported = self._supported([prism for prism, _ in tries], owners)
+            for (prism, pose), stands in zip(tries, supported, strict=True):
+                if stands and self._free(prism, gap):
+                    self._taken.append(prism)
+                    return self._world_axes(pose)
+        raise NotThisTime(
+            f"{what}: there is no room on {surface or 'the world'} after {TRIES} tries; fewer things, smaller ones, a "
+            "larger surface or a smaller gap would make room"
+        )
+
+    def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
+        """The level triangles [n, 3, 3], the running sum of their areas, and which objects they are of."""
+        if surface is not None and surface not in self._names:
+            from ..errors import nearest
+
+            raise WorldError(nearest("object to stand on", surface, self._names))
+        normals = np.cross(
+            self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]
+        )
+        level = normals[:, 2] > LEVEL * np.sqrt((normals**2).sum(axis=1))
+        if surface is not None:
+            level &= self._ids == self._names.index(surface)
+        return self._corners[level], np.cumsum(normals[level, 2]), np.unique(self._ids[level])
+
+    def _try(self, shape: Prism, ground: Floats, areas: Floats, draw: Draw) -> tuple[Prism, Floats]:
+        """A place and a turn, evenly over the ground."""
+        triangle = ground[min(int(np.searchsorted(areas, draw.unit(0) * areas[-1])), len(ground) - 1)]
+        u, v = draw.unit(1), draw.unit(2)
+        u, v = (u, v) if u + v <= 1.0 else (1.0 - u, 1.0 - v)
+        point = triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0])
+        # A direction without trigonometry: a point in the unit disk, made as long as 1.
+        for number in range(3, 200, 2):
+            x, y = draw.between(-1, 1, number), draw.between(-1, 1, number + 1)
+            length = np.sqrt(x * x + y * y)
+            if 0.1 < length <= 1.0:
+                break
+        cos, sin = float(x / length), float(y / length)
+        middle = (shape.outline.min(axis=0) + shape.outline.max(axis=0)) / 2
+        turned = np.array([cos * middle[0] - sin * middle[1], sin * middle[0] + cos * middle[1]])
+        shift = [rounded(float(value)) for value in (*(point[:2] - turned), point[2] - shape.low)]
+        pose = np.eye(4)
+        pose[:2, :2], pose[:3, 3] = [[cos, -sin], [sin, cos]], shift
+        return shape.turned(cos, sin, shift), pose
+
+    def _supported(self, prisms: list[Prism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
+        """Whether the ground is below every corner of their outlines, where they stand, and nothing is in between."""
+        counts = [len(prism.outline) + 1 for prism in prisms]
+        starts = np.concatenate(
+            [
+                np.column_stack(
+                    [np.vstack([prism.outline, prism.outline.mean(axis=0)]), np.full(count, prism.high)]
+                )
+                for prism, count in zip(prisms, counts, strict=True)
+            ]
+        )
+        low = np.repeat([prism.low for prism in prisms], counts)
+        size = np.repeat([prism.high - prism.low for prism in prisms], counts)
+        origins = np.empty_like(starts)
+        origins[:, self._axes] = starts + np.column_stack([np.zeros((len(starts), 2)), size * 1e-3 + 1e-9])
+        down = np.zeros(3)
+        down[self._axes[2]] = -1.0
+        hits = self._world.cast_rays(origins, down)
+        height = hits["position"][:, self._axes[2]]
+        with np.errstate(invalid="ignore"):
+            good = np.isin(hits["instance"], owners) & (np.abs(height - low) <= 1e-3 * size + 1e-9)
+        outside = self._outside(origins)
+        ends = np.cumsum(counts)[:-1]
+        return np.array([part.all() for part in np.split(good & outside, ends)])
+
+    def _outside(self, origins: Floats) -> npt.NDArray[np.bool_]:
+        """Whether what is above is a ceiling, seen from below, and not the inside of a thing."""
+        up = np.zeros(3)
+        up[self._axes[2]] = 1.0
+        hits = self._world.cast_rays(origins, up)
+        there = hits["instance"] >= 0
+        first = np.searchsorted(self._ids, np.arange(len(self._names)))
+        corners = self._corners[first[hits["instance"][there]] + hits["triangle"][there]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        found = np.ones(len(origins), dtype=bool)
+        found[there] = normal[:, 2] <= 0.0
+        return found
+
+    def _free(self, prism: Prism, gap: float) -> bool:
+        """Whether nothing that was there, and nothing that was placed, comes nearer than `gap`."""
+        if any(prism.meets(other, gap) for other in self._taken):
+            return False
+        # It touches what it stands on, and may stand a little in it where that is not quite level.
+        wide = Prism(
+            _grown(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
+        )
+        return not wide.meets_triangles(self._corners)
+
+    def _world_axes(self, pose: Floats) -> Floats:
+        """A transform of the axes with up last, as one of the world's own axes."""
+        order = np.eye(4)
+        order[:3, :3] = np.eye(3)[self._axes]  # up-last from world
+        found: Any = order.T @ pose @ order
+        return np.asarray(found)
+
+
+def _grown(corners: Floats, gap: float) -> Floats:
+    """A convex outline, each edge moved outwards by `gap`; its corners become cut ones."""
+    normals = _normals(corners)
+    return outline(
+        np.concatenate([corners + normals * gap, np.roll(corners, -1, axis=0) + normals * gap, corners])
+    )

@@ -1,0 +1,99 @@
+"""USD files, read by Pixar's library in a process of its own: the `raycam[usd]` extra.
+
+Whatever such a file makes the library do, it happens in another process, which may take no more than a `Budget` of
+time, memory and disk and writes into an empty folder: `raycam.usd.worker`. From there raycam reads like from any
+other folder.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import FormatError, SettingsError
+
+__all__ = ["SUFFIXES", "Budget", "read"]
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+"""The files that are USD."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The most that reading one USD file may take."""
+
+    seconds: float = 300.0
+    """Of time."""
+    memory: int = 8 << 30
+    """Bytes of addresses."""
+    bytes: int = 4 << 30
+    """Of every file that is read, and of every one that is written on the way."""
+    triangles: int = 1 << 28
+    """Face corners, with every instance."""
+
+
+def read(path: str | os.PathLike[str], folder: Path, budget: Budget | None = None) -> dict[str, Any]:
+    """The world in a USD file as `World.from_dict` takes it; its meshes and images are written into `folder`.
+
+    Its notices are under `"notices"`, and under `"files"` what it calls the images. Raises `OSError` where the file
+    cannot be opened, `FormatError` where it cannot be read within the budget, and `SettingsError` where the extra is
+    not installed.
+    """
+    budget = budget or Budget()
+    path = Path(path)
+    with path.open("rb") as file:  # for the errors that every file has
+        if not path.is_file():
+            raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
+        size = file.seek(0, os.SEEK_END)
+    if size > budget.bytes:
+        raise FormatError(f"{path}: {size} bytes, but the budget has {budget.bytes} left")
+    if importlib.util.find_spec("pxr") is None:
+        raise SettingsError(f"{path}: reading USD needs Pixar's library: pip install 'raycam[usd]'")
+    limits = {
+        "memory": budget.memory,
+        "bytes": budget.bytes,
+        "seconds": budget.seconds,
+        "triangles": budget.triangles,
+    }
+    command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.fspath(folder)]
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(
+            [*command, json.dumps(limits)],
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            status = process.wait(budget.seconds)
+        except subprocess.TimeoutExpired:
+            raise FormatError(f"{path}: not read within {budget.seconds:g} s, the budget for USD") from None
+        finally:
+            _end(process)
+        said.seek(max(0, said.seek(0, os.SEEK_END) - 2000))
+        words = said.read().decode("utf-8", "replace").strip()
+    answer = folder / "world.json"
+    if not answer.is_file() or status != 0:
+        last = words.splitlines()[-1] if words else "no reason given"
+        how = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
+        raise FormatError(f"{path}: Pixar's library gave up ({how}): {last}")
+    found: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
+    if "error" in found:
+        raise FormatError(f"{path}: {found['error']}")
+    return found
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Ends the worker and whatever it started."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()

@@ -1,0 +1,115 @@
+"""A video as a job: frames that survive, and a file that is encoded from them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+
+from ..jobs import Job, Progress, Shard
+from ..jobs.scheduler import Pool
+from ..jobs.worker import Made
+from . import Film
+from .files import Add, open_video, picture_name, read_picture
+
+__all__ = ["job_folder", "make_video"]
+
+
+def job_folder(path: str | os.PathLike[str]) -> Path:
+    """Where the frames of a video file wait until it is complete; a folder of pictures is its own."""
+    target = Path(path)
+    return target if not target.suffix else target.with_name(target.name + ".job")
+
+
+def make_video(
+    film: Film,
+    path: str | os.PathLike[str],
+    pool: Pool,
+    *,
+    frames: tuple[int | None, int | None] | None = None,
+    shard: Shard | None = None,
+    resume: bool = True,
+    retry_failed: bool = False,
+    keep_frames: bool = False,
+    lossless: bool = False,
+    audio: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> int | None:
+    """Makes a video file or a folder of pictures by a job in `job_folder(path)`; how many frames it shows.
+
+    Frames go to the encoder in order as they are finished. An encoder that was interrupted begins anew, from the
+    frames; those are removed when the file is complete, unless `keep_frames`. A `shard` that finishes while frames of
+    others are missing makes no file, and gives None. `frames`, `lossless` and `audio` are as in `write_video`, the
+    rest is as in `Job.run`.
+
+    Raises what `write_video` and `Job.run` raise.
+    """
+    numbers = film.numbers(frames)
+    target = Path(path)
+    opened = open_video(
+        target,
+        film.camera.size,
+        film.fps,
+        lossless=lossless,
+        alpha=film.transparent,
+        audio=None if audio is None else Path(audio),
+    )
+    run = partial(
+        Job.run, pool=pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress
+    )
+    if not target.suffix:
+        with opened:  # only for what it refuses: the job writes the pictures
+            pass
+        job = Job(target, film.package(), resume=resume)
+        film.notices += job.status().damaged
+        run(job, finished=partial(_tell, film))
+        with job.joining():
+            return len(numbers) if all(map(job.has, numbers)) else None
+    with ExitStack() as alone:
+        try:
+            with opened as add:
+                job = Job(job_folder(target), film.package(), resume=resume)
+                film.notices += job.status().damaged
+                encode = _encoder(job, numbers, add)
+                encode()
+
+                def finished(made: Made) -> None:
+                    _tell(film, made)
+                    encode()
+
+                run(job, finished=finished)
+                there = alone.enter_context(job.joining())
+                if not there or not encode():
+                    raise _Others
+        except _Others:
+            return None if there else len(numbers)
+        if keep_frames:
+            job.note_joined([f"../{target.name}"])
+        else:
+            job.remove()
+    return len(numbers)
+
+
+def _encoder(job: Job, numbers: Iterable[int], add: Add) -> Callable[[], bool]:
+    """A function that hands over finished frames, in order, up to the first that is missing; True where none is."""
+    waiting = iter(numbers)
+    following = next(waiting, None)
+
+    def encode() -> bool:
+        nonlocal following
+        while following is not None and job.has(following):
+            add(following, read_picture(job.read(following)[picture_name(following)]))
+            following = next(waiting, None)
+        return following is None
+
+    return encode
+
+
+def _tell(film: Film, made: Made) -> None:
+    film.notices += [notice for notice in made.notices if notice not in film.notices]
+
+
+class _Others(Exception):
+    """Other shards make the file, or have made it."""

@@ -1,0 +1,65 @@
+"""Worlds out of files."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from pathlib import Path
+
+from .. import _core, usd
+from ..errors import FormatError
+from ..io import memory_limits
+from . import World
+
+__all__ = ["load"]
+
+
+def load(
+    path: str | os.PathLike[str],
+    *,
+    variant: str | None = None,
+    texture_memory: int | str | None = None,
+) -> World:
+    """The world in a file: a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
+
+    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a process of its own.
+
+    Vertices are used exactly as given, never rotated or scaled; the parts of a mesh file become objects. Files that
+    a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
+    `World.notices`. `variant` is one of the looks that a glTF file may have.
+
+    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it
+    they may have 2^27 pixels together; with it, 2^27 each and 2^33 together.
+
+    Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
+    `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
+    """
+    if Path(path).suffix.lower() in usd.SUFFIXES:
+        world = _load_usd(path, texture_memory)
+    else:
+        world = World._of(
+            _core.World.load(os.fspath(path), memory_limits.limit_of("texture_memory", texture_memory))
+        )
+    return world if variant is None else world.with_variant(variant)
+
+
+def _load_usd(path: str | os.PathLike[str], texture_memory: int | str | None) -> World:
+    """The world in a USD file."""
+    with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
+        description = usd.read(path, Path(folder))
+        said, files = description.pop("notices"), description.pop("files")
+        try:
+            world = World.from_dict(description, folder=folder, texture_memory=texture_memory)
+        except FormatError as error:
+            raise FormatError(_of_usd(str(error), path, folder, files)) from None
+        notices = [_of_usd(notice, path, folder, files) for notice in world.notices]
+        world._core.set_notices([*notices, *(f"{os.fspath(path)}: {notice}" for notice in said)])
+    return world
+
+
+def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
+    """A message that names a USD file and its images, not what has been made of them in a temporary folder."""
+    shown, made = os.fspath(path), re.compile(re.escape(folder + os.sep) + r"([^/\\:]+)(:\d+)?")
+    text = made.sub(lambda found: files.get(found[1], shown), text)
+    return text if text.startswith(shown) else f"{shown}: {text}"
