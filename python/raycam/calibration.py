@@ -11,6 +11,7 @@ from .arrays import size_of
 from .camera import Camera
 from .camera._arguments import Size, Up
 from .errors import CameraError, FormatError, nearest
+from .io.atomic_files import write
 from .rig import Rig
 
 __all__ = ["FORMATS", "Cameras", "load_cameras", "save_cameras"]
@@ -144,8 +145,6 @@ def save_cameras(
     Raises `FormatError` where the format cannot hold a camera, and names what it cannot (a lens, skew, ...), before
     anything is written; `OSError`.
     """
-    from .io.atomic_files import write
-
     if not isinstance(cameras, Camera | Mapping):
         raise TypeError(
             f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}"

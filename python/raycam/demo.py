@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -14,13 +15,12 @@ __all__ = ["demo"]
 MESH = ("cow.obj", "cow.mtl", "cow_texture.png")
 
 
-def demo(folder: Path) -> None:
+def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
     """Makes the world `spot.toml` in `folder`, which is made if it is not there, and everything from it.
 
     A world file that is there already stays as it is, so that the demo shows what was changed in it.
+    `run` executes the words of a command line and returns its exit status.
     """
-    from .cli import main
-
     (folder / "spot").mkdir(parents=True, exist_ok=True)
     assets = resources.files(__package__) / "assets"
     for name in ("CREDITS.md", *(f"spot/{name}" for name in MESH)):
@@ -32,7 +32,7 @@ def demo(folder: Path) -> None:
 
     for command in commands(folder):
         print(f"$ {command}", flush=True)
-        if main(shlex.split(command)[1:]) != 0:
+        if run(shlex.split(command)[1:]) != 0:
             raise Error(f"this command failed: {command}")
         print()
 

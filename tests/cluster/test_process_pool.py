@@ -24,7 +24,7 @@ from support.job_frames import Pool, film, package, results
 # Workers are other processes: what they do differently is said in a file that Python runs when it starts.
 POISON = """
 import os, sys
-if "raycam.cluster.process_pool" in sys.orig_argv:
+if "raycam.cluster.process_worker" in sys.orig_argv:
     from raycam import video
     real = video.Film.frame
     def frame(self, number, progress=None):

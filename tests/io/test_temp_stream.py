@@ -17,13 +17,15 @@ from raycam.io import temp_stream
 from raycam.io.temp_stream import Spool, SpoolError
 from raycam.jobs import Job, scheduler, worker
 from raycam.jobs.job_package import Package
+from raycam.jobs.kinds import KINDS
 from support.job_frames import Pool, package, results
 
 # Each picture of a film three times: in pieces, at once, and in pieces. Workers are other processes, and read it
 # when they start.
 IN_PIECES = """
 from raycam import video
-real = video.maker
+from raycam.jobs import kinds
+real = video.frame_maker
 def maker(*given):
     make = real(*given)
     def pieces(data):
@@ -37,7 +39,7 @@ def maker(*given):
             for name, data in files.items()
         }, notices
     return made
-video.maker = maker
+kinds.register("video", maker)
 """
 
 
@@ -48,11 +50,11 @@ def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     Job(tmp_path / "at once", package()).run(Pool())
     (tmp_path / "site").mkdir()
     (tmp_path / "site/sitecustomize.py").write_text(
-        f"import sys\nif 'raycam.cluster.process_pool' in sys.orig_argv:\n    exec({IN_PIECES!r})"
+        f"import sys\nif 'raycam.cluster.process_worker' in sys.orig_argv:\n    exec({IN_PIECES!r})"
     )
     path = [str(tmp_path / "site"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
-    monkeypatch.setattr(video, "maker", video.maker)  # which puts it back at the end
+    monkeypatch.setitem(KINDS, "video", video.frame_maker)  # which puts it back at the end
     exec(IN_PIECES, {})
     worker.forget()
     found = results(tmp_path / "at once")

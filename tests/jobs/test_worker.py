@@ -10,6 +10,7 @@ from raycam import video
 from raycam.errors import JobError
 from raycam.jobs import worker
 from raycam.jobs.job_package import Package
+from raycam.jobs.kinds import KINDS
 from raycam.jobs.worker import NoPackage, Task, Unfit, make
 from support.job_frames import film, package
 
@@ -33,8 +34,8 @@ def test_it_makes_frames_and_fetches_the_package_once(
     one = package()
     path = put(tmp_path, one)
     makers = []
-    real = video.maker
-    monkeypatch.setattr(video, "maker", lambda *given: makers.append(given) or real(*given))
+    real = video.frame_maker
+    monkeypatch.setitem(KINDS, "video", lambda *given: makers.append(given) or real(*given))
     for frame in (5, 2):
         made = make(Task(one.id, path, frame))
         assert made.frame == frame

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,8 +10,10 @@ import numpy.typing as npt
 from .. import _core
 from ..camera import Camera
 from ..errors import CameraError
-from ..rig import Rig
-from ..world import World
+
+if TYPE_CHECKING:
+    from ..rig import Rig
+    from ..world import World
 
 __all__ = ["disparity", "flow"]
 
@@ -74,7 +76,7 @@ def disparity(
     row of the principal point, no lens, and the right camera's centre to the right along the x axis of the left one;
     `Rig.rectified` makes one of any two.
     """
-    if isinstance(left, Rig):
+    if not isinstance(left, Camera):
         if right is not None:
             raise CameraError("a rig has both cameras of the pair: give the rig alone, or two cameras")
         rig, names = left, left.pair()

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from .._core import __version__
 from ..errors import Error, SettingsError, nearest
 from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video
 
@@ -88,13 +89,12 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    from .._core import __version__
-
     parser = _Parser(
         prog="raycam",
         description="Virtual worlds made of triangles, seen through any camera matrix.",
         epilog="Begin with `raycam demo DIR`: a world, pictures and a video. `raycam COMMAND --help` shows more.",
     )
+    parser.set_defaults(main=main)  # `demo` runs other commands
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
     for name, (add, help_text, examples) in COMMANDS.items():

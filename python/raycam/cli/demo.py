@@ -18,7 +18,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..demo import demo
 
-    demo(Path(options.folder))
+    demo(Path(options.folder), options.main)
 
 
 COMMAND = Command(

@@ -16,10 +16,11 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 from ..errors import SettingsError
 from ..io.temp_stream import Spool
-from ..jobs import worker
 from ..jobs.job_package import Package
 from ..jobs.scheduler import ATTEMPTS, Pool, PoolLost
-from ..jobs.worker import Made, Task, Unfit
+from ..jobs.worker import Made, Task, Unfit, forget, keep, make
+from .dask_pool import connect
+from .process_pool import Processes
 
 __all__ = ["Executors", "Here", "pool_of"]
 
@@ -50,12 +51,8 @@ def pool_of(
     if isinstance(where, bool) or (isinstance(where, int) and where < 1):
         raise SettingsError(f"workers must be a whole number >= 1, not {where!r}")
     if isinstance(where, int):
-        from .process_pool import Processes
-
         return contextlib.closing(Processes(where, threads))
     if isinstance(where, str):
-        from .dask_pool import connect
-
         return contextlib.closing(connect(where, threads, tell))
     return contextlib.closing(Executors(where, threads=threads))
 
@@ -73,7 +70,7 @@ class Here:
 
     def open(self, package: Package, path: str) -> None:
         """Remembers the package, whose world is here."""
-        worker.keep(package)
+        keep(package)
 
     def threads(self, left: int) -> int | None:
         """As was said: frames share them."""
@@ -82,9 +79,7 @@ class Here:
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""
         folder = os.path.dirname(task.package)  # the job's own, on the disk where its results will lie
-        return self._executor.submit(
-            worker.make, task, self._watch, None, lambda pieces: Spool(folder, pieces)
-        )
+        return self._executor.submit(make, task, self._watch, None, lambda pieces: Spool(folder, pieces))
 
     def _watch(self, done: int, total: int) -> None:
         if self._stopped.is_set():
@@ -98,7 +93,7 @@ class Here:
         """Stops what is being rendered, within a fraction of a second."""
         self._stopped.set()
         self._executor.shutdown(cancel_futures=True)
-        worker.forget()
+        forget()
 
 
 class Executors:
@@ -132,12 +127,12 @@ class Executors:
             raise PoolLost(self._reason)
         data = self._package.to_bytes() if asked_before else None
         try:
-            future = self._executor.submit(worker.make, task, None, data)
+            future = self._executor.submit(make, task, None, data)
         except RuntimeError:  # a BrokenExecutor is one
             if self._make is None:
                 raise
             self._executor = self._make()
-            future = self._executor.submit(worker.make, task, None, data)
+            future = self._executor.submit(make, task, None, data)
         future.add_done_callback(lambda done: self._hear(task, done))
         return future
 

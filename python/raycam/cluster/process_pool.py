@@ -1,7 +1,7 @@
 """Frames made by processes of their own on this machine, and how they are talked to.
 
-Each worker is `python -m raycam.cluster.process_pool`. It reads tasks as lines of JSON and answers each with a line of
-JSON and the bytes of the files. The files that are made in pieces come before, each piece after a line with its size.
+Each worker is `python -m raycam.cluster.process_worker`. It reads tasks as lines of JSON and answers each with a line
+of JSON and the bytes of the files. Files in pieces come before that line, each piece after a line with its size.
 Nothing is pickled. A worker that dies takes one frame with it, which is known exactly.
 """
 
@@ -16,16 +16,13 @@ import subprocess
 import sys
 import tempfile
 import threading
-import traceback
-from collections.abc import Iterable
 from concurrent.futures import Future
 from typing import IO, Any
 
 from .. import _core, errors
 from ..errors import Error
 from ..io import memory_limits
-from ..io.temp_stream import Piece, Spool, SpoolError
-from ..jobs import worker
+from ..io.temp_stream import Spool, SpoolError
 from ..jobs.job_package import Package
 from ..jobs.scheduler import PoolLost, WorkerDied, shared_threads
 from ..jobs.worker import Made, NoPackage, Task, Unfit
@@ -145,7 +142,7 @@ class _Worker:
     def __init__(self) -> None:
         self._said = tempfile.TemporaryFile()  # noqa: SIM115
         self.process = subprocess.Popen(
-            [sys.executable, "-m", __name__],
+            [sys.executable, "-m", "raycam.cluster.process_worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,
@@ -227,58 +224,3 @@ def _exactly(pipe: IO[bytes], size: int) -> bytes:
     if len(data) != size:
         raise EOFError
     return data
-
-
-class _Sent(bytes):
-    """Stands for a file whose pieces are on their way already."""
-
-
-def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
-    """The worker: answers tasks until there are no more, or nobody who has asked."""
-    asked_by = os.getppid()
-
-    def send(pieces: Iterable[Piece]) -> bytes:
-        """Pieces go as they are made: this process holds one."""
-        begins = True
-        for piece in pieces:
-            answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")
-            answers.write(piece)
-            begins = False
-        return _Sent()
-
-    def go_on(done: int, total: int) -> None:
-        if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
-            raise SystemExit(1)
-
-    for line in tasks:
-        files: list[bytes] = []
-        try:
-            made = worker.make(Task(**json.loads(line)), go_on, gather=send)
-            sizes: list[tuple[str, int | None]] = []
-            for name, data in made.files.items():
-                if isinstance(data, bytes) and not isinstance(data, _Sent):
-                    files.append(data)
-                    sizes.append((name, len(data)))
-                else:
-                    sizes.append((name, None))
-            answer: dict[str, Any] = {"files": sizes, "notices": made.notices, "seconds": made.seconds}
-        except Exception as fault:
-            answer = {"error": type(fault).__name__, "text": str(fault), "trace": traceback.format_exc()}
-        answers.write(json.dumps(answer).encode() + b"\n")
-        for data in files:
-            answers.write(data)
-        answers.flush()
-
-
-def main() -> None:
-    """Serves on the standard streams; whatever else prints does so to standard error."""
-    # Ctrl-C reaches every process of the terminal: it is the parent who decides.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with os.fdopen(os.dup(1), "wb") as answers:
-        os.dup2(2, 1)
-        with contextlib.suppress(BrokenPipeError):
-            serve(sys.stdin.buffer, answers)
-
-
-if __name__ == "__main__":
-    main()

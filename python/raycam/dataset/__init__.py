@@ -12,38 +12,24 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..arrays import whole
 from ..camera import Camera
 from ..cluster import pool_of
 from ..errors import SettingsError, nearest
-from ..io import atomic_files as stored
+from ..io import atomic_files
 from ..jobs import Job
+from ..randomize import Recipe
 from ..render import render
 from ..rig import Rig
 from ..world import World
-from . import bop, coco, colmap, kitti, nerf, rgbd, web
+from .formats import FORMATS
 from .job_units import package, record_name
 from .per_world import each_index
 from .plan import Plan, Record, View, check_poses, chosen
 
-if TYPE_CHECKING:
-    from ..randomize import Recipe
-
 __all__ = ["FORMATS", "Written", "views", "write"]
-
-FORMATS = {
-    "coco": coco.FORMAT,
-    "bop": bop.FORMAT,
-    "kitti": kitti.FORMAT,
-    "colmap": colmap.FORMAT,
-    "nerf": nerf.FORMAT,
-    "tum": rgbd.TUM,
-    "scannet": rgbd.SCANNET,
-    "webdataset": web.FORMAT,
-}
-"""Every format by its name. Adding one is adding its file and its row."""
 
 RENDERING = set(inspect.signature(render).parameters) - {
     *("world", "camera", "channels", "frame", "region", "progress"),
@@ -247,6 +233,6 @@ def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list
 def put(path: Path, pieces: Any) -> None:
     """Writes a file in pieces, by the one way files are written."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with stored.atomic_path(path) as temporary, temporary.open("wb") as file:
+    with atomic_files.atomic_path(path) as temporary, temporary.open("wb") as file:
         for piece in pieces:
             file.write(piece)

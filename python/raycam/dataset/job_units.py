@@ -11,12 +11,14 @@ import numpy as np
 from ..errors import JobError
 from ..io.temp_stream import Piece
 from ..jobs.job_package import Package
-from ..jobs.worker import Maker, Progress
+from ..jobs.kinds import FrameMaker, Progress, register
+from ..randomize import Recipe
 from ..world import World
+from .formats import FORMATS
 from .per_world import each_make
 from .plan import Plan, View
 
-__all__ = ["maker", "package", "record_name"]
+__all__ = ["package", "record_name", "unit_maker"]
 
 PREFIX = "view"
 
@@ -31,8 +33,6 @@ def package(format: str, plan: Plan) -> Package:
 
     Of a recipe, the SHA-256 of its files: who makes the worlds reads them where they lie.
     """
-    from . import FORMATS
-
     recipe = plan.recipe
     settings = {
         "format": format,
@@ -60,10 +60,8 @@ def package(format: str, plan: Plan) -> Package:
     return Package("dataset", FORMATS[format].units(plan), settings, _with(World(plan.world.up), lenses))
 
 
-def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
+def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
     """What a worker does for a job of kind "dataset": the files of a unit, and its record."""
-    from . import FORMATS
-
     kind = FORMATS[settings["format"]]
     plan = _plan(world, settings, threads)
 
@@ -78,6 +76,9 @@ def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Mak
     return make
 
 
+register("dataset", unit_maker)
+
+
 def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Plan:
     cameras = [camera for name, camera in world.cameras.items() if name.startswith(f"{PREFIX}-")]
     options, rendering = settings["options"], settings["render"]
@@ -86,8 +87,6 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
         triples = zip(cameras, settings["times"], rigs, strict=True)
         shots = [View(camera, time, rig=rig) for camera, time, rig in triples]
         return Plan(world, shots, rendering, options, threads)
-    from ..randomize import Recipe
-
     recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])
     if recipe.files != settings["files"]:
         changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)

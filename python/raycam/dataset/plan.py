@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +17,10 @@ from ..annotations.labels import Label, label
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..io.temp_stream import Piece
+from ..randomize import Recipe
 from ..render import render
 from ..render.frame import Frame
 from ..world import Object, World
-
-if TYPE_CHECKING:
-    from ..randomize import Recipe
 
 __all__ = ["NO_LENSES", "Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..errors import SettingsError
 from ..io.temp_stream import Piece
+from ..render import channel_names
 from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot
 
@@ -26,8 +27,6 @@ OPTIONS = {
 
 def check(plan: Plan) -> None:
     """Whether the options can be."""
-    from ..render import channel_names
-
     if not (isinstance(plan.options["shard_size"], int) and plan.options["shard_size"] >= 1):
         raise SettingsError(
             f"shard_size is {plan.options['shard_size']!r}, expected how many samples go into a tar file"

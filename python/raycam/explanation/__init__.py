@@ -18,6 +18,7 @@ from .. import reference
 from ..errors import SettingsError
 from ..io import atomic_files
 from ..reference.units import Bools, Floats, Units
+from . import figure, text
 
 if TYPE_CHECKING:
     from ..camera import Camera
@@ -146,15 +147,11 @@ class Explanation:
 
     def __str__(self) -> str:
         """The lecture's steps with their formulas and numbers, to be redone by hand."""
-        from .text import text
-
-        return text(self)
+        return text.text(self)
 
     def svg(self) -> str:
         """The figure: the picture with the pixel marked, ray and triangle in 3D, and the inside test flat."""
-        from .figure import figure
-
-        return figure(self)
+        return figure.figure(self)
 
     def save_figure(self, path: str | os.PathLike[str]) -> None:
         """Writes the figure to an .svg file, which is complete or not there.

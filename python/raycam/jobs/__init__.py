@@ -8,9 +8,9 @@ can be killed at any instant, go on later, be split over processes and machines,
     job.run(pool_of("local:4"))        # raises JobError at the end where frames failed
     for number, files in job.finished(): ...
 
-A kind of job is a module with `maker(world, settings, threads)`, which gives a function `(number, progress)` that
-returns the files of a frame as `{name: bytes}`, and notices; and a row in `workers.KINDS`. Names are relative to the
-folder, with `/` between folders. Making an index of all frames is for whoever called `run`, from `finished()`.
+A kind of job is a function `factory(world, settings, threads)`, given to `jobs.kinds.register`. It returns a function
+`make(number, progress)`, which returns the files of a frame as `{name: bytes}`, and notices. Names are relative to the
+folder, with `/` between folders. An index of all frames is made by the caller of `run`, from `finished()`.
 
 In the folder, `.raycam/` holds `job.json` (what the job is, to be read), `package` (the same, complete), `ledger.jsonl`
 (which frames are finished, with the hashes of their files; one more for each shard), and `failed/` (logs of frames that

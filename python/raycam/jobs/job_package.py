@@ -13,13 +13,11 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .._core import __version__
 from ..errors import FormatError, JobError
-
-if TYPE_CHECKING:
-    from ..world import World
+from ..world import World
 
 __all__ = ["Package"]
 
@@ -27,7 +25,7 @@ __all__ = ["Package"]
 class Package:
     """What a worker needs to make the frames of a job.
 
-    `kind` is the name of a row of `workers.KINDS`, `frames` how many there are, `settings` whatever the kind makes
+    `kind` is a registered kind of `jobs.kinds`, `frames` how many there are, `settings` whatever the kind makes
     of it: plain JSON. `world` is a world, or the bytes of one; cameras go with it by `World.with_cameras`.
 
     Raises `JobError` where `settings` are not JSON or `frames` is less than 1.
@@ -48,7 +46,7 @@ class Package:
         except (TypeError, ValueError) as fault:
             raise JobError(f"the settings of a job must be plain JSON: {fault}") from None
         self.kind = kind
-        """What the frames are: a row of `workers.KINDS`."""
+        """What the frames are: a kind of `jobs.kinds`."""
         self.frames = frames
         """How many there are, numbered from 0."""
         self.settings: dict[str, Any] = plain
@@ -67,8 +65,6 @@ class Package:
     def world(self) -> World:
         """The world, read at the first time; raises `FormatError` where its bytes are none."""
         if self._world is None:
-            from ..world import World
-
             self._world = World.from_bytes(self.world_bytes)
         return self._world
 

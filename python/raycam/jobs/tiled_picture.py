@@ -16,11 +16,12 @@ from ..render.frame import Frame
 from ..world import World
 from . import Job, Progress, Shard
 from .job_package import Package
+from .kinds import FrameMaker, register
+from .kinds import Progress as TileProgress
 from .scheduler import Pool
-from .worker import Made, Maker
-from .worker import Progress as TileProgress
+from .worker import Made
 
-__all__ = ["join", "make_picture", "maker", "package"]
+__all__ = ["join", "make_picture", "package", "tile_maker"]
 
 TILE = 256
 
@@ -75,7 +76,7 @@ def package(
     return Package("picture", count, plan, world.with_cameras({name: seen}))
 
 
-def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
+def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
     """What a worker does for a job of kind "picture": tile_0000.npz and so on, with the channels as they are."""
     camera = world.camera(settings["camera"])
     left, top, width, height = settings["region"]
@@ -96,6 +97,9 @@ def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Mak
         return {f"tile_{number:04}.npz": buffer.getvalue()}, frame.notices
 
     return make
+
+
+register("picture", tile_maker)
 
 
 def join(job: Job) -> Frame:

@@ -1,42 +1,30 @@
 """The worker's side of a job: fetch the package once, make the frames that are asked for.
 
-A task is data: which job by its hash, where its package lies, which frame. Nothing that a task says is run as code:
-what to do is a row of `KINDS`. Frames are pure functions of their package, so whether a frame is made once or twice,
-by this worker or another, gives the same bytes; and a worker never writes a final file, it hands the bytes back.
+A task is data: the job by its hash, the place of its package, the frame. Nothing in a task is run as code: the kind of
+the job is looked up in `jobs.kinds`. Frames are pure functions of their package, so a frame that is made twice, by this
+worker or another, has the same bytes. A worker never writes a final file; it returns the bytes.
 """
 
 from __future__ import annotations
 
-import importlib
 import platform
 import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from ..errors import FormatError, JobError, nearest
+from ..errors import FormatError, JobError
 from ..io.temp_stream import Piece, Spool
 from .job_package import Package
+from .kinds import FrameMaker, Progress, frame_maker
 
-__all__ = ["KINDS", "Made", "NoPackage", "Task", "Unfit", "fetch", "forget", "keep", "make"]
+__all__ = ["Made", "NoPackage", "Task", "Unfit", "fetch", "forget", "keep", "make"]
 
-Progress = Callable[[int, int], object]
 Files = Mapping[str, bytes | Spool]
-Maker = Callable[[int, Progress | None], tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]]
-"""`maker(number, progress)` gives the files of a frame, by name, and notices: bytes, or pieces that are made as they
-are asked for, where all of them would be much. It hands `progress` to `raycam.render`, which is how a frame is stopped
-half way."""
 Gather = Callable[[Iterable[Piece]], bytes | Spool]
 """What becomes of a file in pieces: `b"".join`, or a `Spool`."""
-
-KINDS = {
-    "picture": "raycam.jobs.tiled_picture",
-    "video": "raycam.video",
-    "dataset": "raycam.dataset.job_units",
-}
-"""Kind of job: the module whose `maker(world, settings, threads)` gives a `Maker`."""
 
 KEPT = 2  # jobs that a worker remembers
 PLACES: list[Path] = []
@@ -80,7 +68,7 @@ class NoPackage(Unfit):
     """The package of the job is not to be found from here."""
 
 
-_jobs: OrderedDict[tuple[str, int | None], Maker] = OrderedDict()
+_jobs: OrderedDict[tuple[str, int | None], FrameMaker] = OrderedDict()
 _packages: OrderedDict[str, Package] = OrderedDict()
 _lock = threading.Lock()
 
@@ -127,16 +115,14 @@ def forget() -> None:
         _jobs.clear()
 
 
-def _maker(task: Task) -> Maker:
+def _maker(task: Task) -> FrameMaker:
     key = (task.job, task.threads)
     with _lock:  # and built once
         maker = _jobs.get(key)
         if maker is None:
             package = _fetch(task)
-            if package.kind not in KINDS:
-                raise JobError(nearest("kind of job", package.kind, list(KINDS)))
-            module: Any = importlib.import_module(KINDS[package.kind])
-            maker = _jobs[key] = module.maker(package.world, package.settings, task.threads)
+            maker = frame_maker(package.kind, package.world, package.settings, task.threads)
+            _jobs[key] = maker
             while len(_jobs) > KEPT:
                 _jobs.popitem(last=False)
         else:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
-from ..errors import WorldError
+from ..errors import WorldError, nearest
 from ..world import World
 from .draws import Draw, NotThisTime, rounded
 
@@ -170,8 +170,6 @@ class Placer:
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
         """The level triangles [n, 3, 3], the running sum of their areas, and which objects they are of."""
         if surface is not None and surface not in self._names:
-            from ..errors import nearest
-
             raise WorldError(nearest("object to stand on", surface, self._names))
         normals = np.cross(
             self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]

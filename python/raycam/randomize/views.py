@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..annotations.labels import Label, label
+from ..annotations.labels import Label, box3d, label
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import WorldError, nearest
@@ -38,8 +38,6 @@ def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, wha
     """
     known_keys(f"see of {what}", wanted, SEE_KEYS)
     number = _chosen(world, wanted.get("object"), draw.at("object"), what)
-    from ..annotations.labels import box3d
-
     box = box3d(world, number)
     radius = float(np.linalg.norm(box.size)) / 2
     distance = range_of(f"{what}: distance", wanted.get("distance"), (2 * radius, 6 * radius))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..arrays import whole
 from ..camera import Camera
 from ..errors import SettingsError, nearest
-from ..world import World
 from .frame import CHANNELS, VIEWS, Frame
+
+if TYPE_CHECKING:
+    from ..world import World
 
 __all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
 

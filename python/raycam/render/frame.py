@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -199,8 +200,6 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return _core.encode_exr(layers, half, self.camera._core if self.camera else None, notes)
 
     def _npz(self) -> bytes:
-        import io
-
         arrays: dict[str, Any] = dict(self._channels)
         if self.camera is not None:
             camera = self.camera

@@ -11,14 +11,17 @@ import numpy.typing as npt
 
 from .. import _core
 from .._serialization import Described
+from ..annotations.flow import disparity
 from ..arrays import Floats
 from ..camera import Camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
 from ..errors import CameraError, nearest
+from ..render import channel_names, render
+from ..render.frame import Frame
+from ._rectify import rectified
 
 if TYPE_CHECKING:
-    from ..render.frame import Frame
     from ..world import World
 
 __all__ = ["Rig"]
@@ -252,10 +255,6 @@ class Rig(Described, Mapping[str, Camera]):
 
         Raises `CameraError` where the pair is not rectified (see `rectified`), and what `raycam.render` raises.
         """
-        from ..annotations.flow import disparity
-        from ..render import channel_names, render
-        from ..render.frame import Frame
-
         asked = [channels] if isinstance(channels, str) else list(channels)
         names = [name for name in asked if name != "disparity"]
         found: dict[str, npt.NDArray[Any]] = {}
@@ -303,8 +302,6 @@ class Rig(Described, Mapping[str, Camera]):
 
         Source: Bouguet's algorithm as in OpenCV, `stereoRectify`, whose rotations these are.
         """
-        from ._rectify import rectified
-
         names = self.pair(left, right)
         return Rig.of(rectified(self[names[0]], self[names[1]], K, size), name=self.name)
 

@@ -17,7 +17,7 @@ from ..arrays import whole
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..jobs.job_package import Package
-from ..jobs.worker import Maker
+from ..jobs.kinds import FrameMaker, register
 from ..render import render
 from ..render.frame import Frame
 from ..rig import Rig
@@ -167,7 +167,7 @@ class Film:
         return Package("video", len(self), settings, world)
 
 
-def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
+def frame_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
     """What a worker does for a job of kind "video": frame_0000.png and so on."""
     table, name = settings.get("rig", (None, ""))
     size = tuple(settings["size"])
@@ -187,6 +187,9 @@ def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Mak
         return {picture_name(number): frame.to_png()}, frame.notices
 
     return make
+
+
+register("video", frame_maker)
 
 
 def write_video(

@@ -1,0 +1,72 @@
+"""Worker process of a `ProcessPool`: `python -m raycam.cluster.process_worker`."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Iterable
+from typing import IO, Any
+
+from ..io.temp_stream import Piece
+from ..jobs.worker import Task, make
+
+__all__ = ["serve"]
+
+
+class _Sent(bytes):
+    """Stands for a file whose pieces are on their way already."""
+
+
+def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
+    """The worker: answers tasks until there are no more, or nobody who has asked."""
+    asked_by = os.getppid()
+
+    def send(pieces: Iterable[Piece]) -> bytes:
+        """Pieces go as they are made: this process holds one."""
+        begins = True
+        for piece in pieces:
+            answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")
+            answers.write(piece)
+            begins = False
+        return _Sent()
+
+    def go_on(done: int, total: int) -> None:
+        if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
+            raise SystemExit(1)
+
+    for line in tasks:
+        files: list[bytes] = []
+        try:
+            made = make(Task(**json.loads(line)), go_on, gather=send)
+            sizes: list[tuple[str, int | None]] = []
+            for name, data in made.files.items():
+                if isinstance(data, bytes) and not isinstance(data, _Sent):
+                    files.append(data)
+                    sizes.append((name, len(data)))
+                else:
+                    sizes.append((name, None))
+            answer: dict[str, Any] = {"files": sizes, "notices": made.notices, "seconds": made.seconds}
+        except Exception as fault:
+            answer = {"error": type(fault).__name__, "text": str(fault), "trace": traceback.format_exc()}
+        answers.write(json.dumps(answer).encode() + b"\n")
+        for data in files:
+            answers.write(data)
+        answers.flush()
+
+
+def main() -> None:
+    """Serves on the standard streams; whatever else prints does so to standard error."""
+    # Ctrl-C reaches every process of the terminal: it is the parent who decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)
+        with contextlib.suppress(BrokenPipeError):
+            serve(sys.stdin.buffer, answers)
+
+
+if __name__ == "__main__":
+    main()
