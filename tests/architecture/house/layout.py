@@ -28,9 +28,9 @@ ORDER = {
         error interruptible arrays py_value buffer_pool camera world render lib
     """,
     "python": """
-        errors arrays _serialization io camera rig calibration world render annotations interop usd randomize jobs
-        video dataset cluster calibration_check explanation bench reference info doctor demo progress cli __main__
-        __init__
+        errors arrays _serialization io camera rig calibration world reference render annotations interop usd world/load
+        randomize jobs cluster video dataset calibration_check explanation info doctor progress bench demo cli
+        dask_worker usd_worker __main__ __init__
     """,
 }
 

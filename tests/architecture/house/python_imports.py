@@ -31,13 +31,13 @@ def import_nodes(path: Path, *, top_level_only: bool = False) -> list[ast.Import
 
 
 def imported_packages(path: Path, *, top_level_only: bool = False) -> set[str]:
-    """Packages that a file imports; those of its own package are named with a leading dot."""
+    """Packages that a file imports; those of its own package are named with their leading dots."""
     found = set()
     for node in import_nodes(path, top_level_only=top_level_only):
         if isinstance(node, ast.Import):
             found |= {name.name.split(".")[0] for name in node.names}
         elif node.level:
-            found |= {f".{node.module or name.name}" for name in node.names}
+            found |= {f"{'.' * node.level}{node.module or name.name}" for name in node.names}
         else:
             found.add((node.module or "").split(".")[0])
     return found

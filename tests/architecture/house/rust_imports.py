@@ -77,6 +77,11 @@ def types(source: Path) -> dict[str, list[str]]:
     return found
 
 
+def resolved(module: Module, name: str) -> Module | Path | None:
+    """The module or the defining file of a name that a module imports."""
+    return _resolve(module, module.bindings[name])
+
+
 class _Reader:
     """Reads the tokens of one file into its module, and then the files of its child modules."""
 
@@ -236,17 +241,22 @@ def _resolve(module: Module, path: tuple[str, ...], depth: int = 0) -> Module | 
 
 
 def _member(module: Module, name: str, depth: int) -> Module | Path | None:
-    """What a module shows under a name: a child, a definition, a re-export."""
+    """What a module shows under a name; a name that is nowhere was made by a macro of the module."""
+    return _shown(module, name, depth) or module.file
+
+
+def _shown(module: Module, name: str, depth: int) -> Module | Path | None:
+    """A child, a definition, or a re-export of a module; None where it has none of this name."""
     if name in module.children:
         return module.children[name]
     if name in module.items:
         return module.file
     if name in module.bindings:
         return _resolve(module, module.bindings[name], depth + 1)
-    for glob in module.globs:
+    for glob in module.globs if depth < 20 else ():
         source = _resolve(module, glob, depth + 1)
-        if isinstance(source, Module) and source is not module and depth < 20:
-            found = _member(source, name, depth + 1)
-            if found is not None and found != source.file:
+        if isinstance(source, Module) and source is not module:
+            found = _shown(source, name, depth + 1)
+            if found is not None:
                 return found
-    return module.file  # made by a macro
+    return None
