@@ -63,7 +63,7 @@ def poisons(folder: Path) -> list[Row]:
         [
             "a frame that kills every worker it is tried by",
             f"100 frames, {seconds:.0f} s",
-            f"given up after {scheduler.ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
+            f"given up after {scheduler.MAX_ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
         ]
     ]
 

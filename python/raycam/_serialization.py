@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["Described"]
+__all__ = ["DictSerializable"]
 
 
-class Described:
+class DictSerializable:
     """Compares, hashes and pickles as its description, the `to_dict` that its `from_dict` takes, with `up`."""
 
     __slots__ = ()
@@ -17,21 +17,21 @@ class Described:
         """Whether every number is the same."""
         if not isinstance(other, type(self)):
             return NotImplemented
-        return self._identity() == other._identity()
+        return self._key() == other._key()
 
     def __hash__(self) -> int:
         """Equal ones have equal hashes."""
-        return hash(self._identity())
+        return hash(self._key())
 
-    def _identity(self) -> tuple[str, str]:
+    def _key(self) -> tuple[str, str]:
         described: Any = self
         return described._up, described._core.to_json()
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
         """Pickles as its description."""
         described: Any = self
-        return _rebuild, (type(self), described.to_dict(), described.up)
+        return _from_dict, (type(self), described.to_dict(), described.up)
 
 
-def _rebuild(kind: Any, description: dict[str, Any], up: str) -> Any:
+def _from_dict(kind: Any, description: dict[str, Any], up: str) -> Any:
     return kind.from_dict(description, up=up)

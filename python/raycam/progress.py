@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["bar", "frames_bar"]
 
 # Shorter work than this shows no bar, and does not wait for one to be imported.
-PATIENCE = 0.5
+SHOW_AFTER_SECONDS = 0.5
 
 
 @contextmanager
@@ -28,7 +28,12 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
 
     def progress(done: int, total: int) -> None:
         nonlocal shown
-        if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
+        if (
+            shown is None
+            and sys.stderr.isatty()
+            and done < total
+            and time.monotonic() - start > SHOW_AFTER_SECONDS
+        ):
             shown = _rich_bar()
             shown.start()
             shown.add_task(title, total=total)
@@ -70,7 +75,12 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
     def progress(done: int, total: int, failed: int) -> None:
         nonlocal shown, first
         first = done + failed if first is None else first
-        if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
+        if (
+            shown is None
+            and sys.stderr.isatty()
+            and done < total
+            and time.monotonic() - start > SHOW_AFTER_SECONDS
+        ):
             shown = _rich_frames(what)
             shown.start()
             shown.add_task(title, total=total, rate="", failed="")

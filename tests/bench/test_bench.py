@@ -63,16 +63,16 @@ def test_every_scene_is_seen_and_embree_agrees() -> None:
 
 
 def test_tiles_hold_every_pixel_once() -> None:
-    pixels = bench.tiled(19, 10)
+    pixels = bench.tile_order(19, 10)
     assert sorted(map(tuple, pixels.tolist())) == [(u, v) for u in range(19) for v in range(10)]
     assert np.ptp(pixels[:64], 0).tolist() == [7, 7]
 
 
 def test_differences_are_counted() -> None:
     t = np.array([1.0, 2.0, np.inf, np.inf, 5.0])
-    assert bench._differ(t, t) == 0
-    assert bench._differ(t, np.array([1.00001, 2.1, np.inf, 1.0, np.inf])) == 3
-    assert bench._differ(np.array([True, False]), np.array([True, True])) == 1
+    assert bench._count_mismatches(t, t) == 0
+    assert bench._count_mismatches(t, np.array([1.00001, 2.1, np.inf, 1.0, np.inf])) == 3
+    assert bench._count_mismatches(np.array([True, False]), np.array([True, True])) == 1
 
 
 def test_without_embree_there_is_none_beside(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from raycam.cluster import Here, pool_of
+from raycam.cluster import InProcessPool, make_pool
 from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job, worker
 from support.job_frames import Pool, blind, film, package, results
@@ -20,7 +20,7 @@ from support.job_frames import Pool, blind, film, package, results
 
 def make(folder: Path, where: object) -> dict[str, bytes]:
     job = Job(folder, package())
-    with pool_of(where) as pool:  # type: ignore[arg-type]
+    with make_pool(where) as pool:  # type: ignore[arg-type]
         job.run(pool)
     return results(folder)
 
@@ -55,7 +55,7 @@ def test_an_executor_that_breaks_is_made_anew(tmp_path: Path) -> None:
 
     thread = threading.Thread(target=kill)
     thread.start()
-    with pool_of(spawn) as pool:
+    with make_pool(spawn) as pool:
         job.run(pool)
     thread.join()
     assert len(executors) == 2
@@ -66,7 +66,7 @@ def test_a_given_executor_that_breaks_ends_the_run_and_loses_nothing(tmp_path: P
     job = Job(tmp_path, package())
     with ThreadPoolExecutor(1) as executor:
         executor.shutdown()
-        with pool_of(executor) as pool, pytest.raises(JobError, match="the workers are gone"):
+        with make_pool(executor) as pool, pytest.raises(JobError, match="the workers are gone"):
             job.run(pool)
 
 
@@ -79,7 +79,7 @@ def test_workers_that_do_not_see_the_folder_get_the_package(tmp_path: Path) -> N
         initializer=blind,
         initargs=(job.folder.resolve(),),
     )
-    with pool_of(spawned) as pool:
+    with make_pool(spawned) as pool:
         job.run(pool)
     Job(tmp_path / "one", package()).run(Pool())
     assert results(job.folder) == results(tmp_path / "one")
@@ -89,17 +89,17 @@ def test_workers_of_another_version_end_the_run_and_no_frame_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = Job(tmp_path, package())
-    worker.forget()
+    worker.clear_cache()
     monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
     error = pytest.raises(JobError, match=r"the workers are gone .*made by raycam [\d.]+, this is 99\.0")
-    with ThreadPoolExecutor(2) as executor, pool_of(executor) as pool, error:
+    with ThreadPoolExecutor(2) as executor, make_pool(executor) as pool, error:
         job.run(pool)
     assert Job(tmp_path).status().failed == {}
 
 
 def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
     job = Job(tmp_path, film(samples=1_000_000).package())
-    pool = Here()
+    pool = InProcessPool()
     threading.Timer(0.5, pool.close).start()
     start = time.monotonic()
     with pytest.raises(JobError, match="the workers are gone"):
@@ -110,4 +110,4 @@ def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
 @pytest.mark.parametrize("where", [0, -1, True, "local:", "local:0", "udp://a:1", "tcp://a", "nonsense"])
 def test_strange_places_are_named(where: object) -> None:
     with pytest.raises(SettingsError, match=r"whole number >= 1|expected (local:N|tcp://HOST)"):
-        pool_of(where)  # type: ignore[arg-type]
+        make_pool(where)  # type: ignore[arg-type]

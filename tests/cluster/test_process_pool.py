@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 from raycam.cluster import process_pool
-from raycam.cluster.process_pool import Processes
+from raycam.cluster.process_pool import ProcessPool
 from raycam.errors import JobError
 from raycam.io import memory_limits
 from raycam.jobs import Job, scheduler
 from raycam.jobs.scheduler import PoolLost, WorkerDied
-from raycam.jobs.worker import Task
+from raycam.jobs.worker import FrameTask
 from support.job_frames import Pool, film, package, results
 
 # Workers are other processes: what they do differently is said in a file that Python runs when it starts.
@@ -26,12 +26,12 @@ POISON = """
 import os, sys
 if "raycam.cluster.process_worker" in sys.orig_argv:
     from raycam import video
-    real = video.Film.frame
+    real = video.VideoPlan.frame
     def frame(self, number, progress=None):
         if number == 3:
             {deed}
         return real(self, number, progress)
-    video.Film.frame = frame
+    video.VideoPlan.frame = frame
 """
 
 
@@ -51,10 +51,10 @@ def expected(tmp_path: Path) -> dict[str, bytes]:
 def test_many_make_the_bytes_of_one_while_they_are_killed_and_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(scheduler, "PATIENCE", 1.0)
+    monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)
     one = film(seconds=4.0, samples=64).package()
     Job(tmp_path / "one", one).run(Pool())
-    pool = Processes(3)
+    pool = ProcessPool(3)
     over = threading.Event()
 
     def disturb() -> None:
@@ -90,7 +90,7 @@ def test_a_poison_frame_is_given_up_and_the_others_are_finished(
     tmp_path: Path, poison: Path, deed: str, error: str
 ) -> None:
     poison.write_text(POISON.format(deed=deed))
-    pool = Processes(2)
+    pool = ProcessPool(2)
     job = Job(tmp_path / "a", package())
     try:
         with pytest.raises(JobError, match=f"failed: frame 3: .*{error}"):
@@ -105,7 +105,7 @@ def test_a_poison_frame_is_given_up_and_the_others_are_finished(
     if "odd" in deed:
         assert "sitecustomize.py" in log  # the worker's traceback
     poison.write_text("")
-    pool = Processes(1)
+    pool = ProcessPool(1)
     job.run(pool, retry_failed=True)
     pool.close()
     assert results(tmp_path / "a") == expected(tmp_path)
@@ -113,9 +113,9 @@ def test_a_poison_frame_is_given_up_and_the_others_are_finished(
 
 def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: Path) -> None:
     job = Job(tmp_path, package())
-    pool = Processes(1)
+    pool = ProcessPool(1)
     pool.open(job.package, "")
-    futures = [pool.submit(Task(job.package.id, str(tmp_path / "gone"), frame)) for frame in range(2)]
+    futures = [pool.submit(FrameTask(job.package.id, str(tmp_path / "gone"), frame)) for frame in range(2)]
     pool.slots()
     assert isinstance(futures[0].exception(60), PoolLost)
     pool.close()
@@ -123,20 +123,20 @@ def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: 
 
 def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> None:
     poison.write_text(POISON.format(deed="print('hello')"))
-    pool = Processes(1)
+    pool = ProcessPool(1)
     Job(tmp_path / "a", package()).run(pool)
     pool.close()
     assert results(tmp_path / "a") == expected(tmp_path)
 
 
 def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory_limits, "left", lambda share: int(share * (1 << 30)) - (500 << 20))
-    pool = Processes(8)
+    monkeypatch.setattr(memory_limits, "available_bytes", lambda share: int(share * (1 << 30)) - (500 << 20))
+    pool = ProcessPool(8)
     pool.open(package(), "")
     assert pool.slots() == 2 * 2  # 150 MiB each within 90 %
     pool.close()
-    pool = Processes(8)
-    monkeypatch.setattr(memory_limits, "left", lambda share: -1)
+    pool = ProcessPool(8)
+    monkeypatch.setattr(memory_limits, "available_bytes", lambda share: -1)
     assert pool.slots() == 2  # one always
     pool.close()
     assert pool.notices == ["1 of 8 workers were started: the memory that is left would not hold more"]
@@ -145,10 +145,12 @@ def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch)
 def test_closing_ends_everything_at_once(tmp_path: Path) -> None:
     one = film(samples=1_000_000).package()
     job = Job(tmp_path, one)
-    pool = Processes(2)
+    pool = ProcessPool(2)
     pool.open(one, "")
     pool.slots()
-    futures = [pool.submit(Task(one.id, str(job.folder / ".raycam/package"), frame, 1)) for frame in range(2)]
+    futures = [
+        pool.submit(FrameTask(one.id, str(job.folder / ".raycam/package"), frame, 1)) for frame in range(2)
+    ]
     while len(pool.pids()) < 2:
         time.sleep(0.01)
     time.sleep(0.5)
@@ -165,12 +167,12 @@ def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
     one = film(samples=1_000_000).package()
     job = Job(tmp_path, one)
     program = f"""
-from raycam.cluster.process_pool import Processes
-from raycam.jobs.worker import Task
-pool = Processes(2)
+from raycam.cluster.process_pool import ProcessPool
+from raycam.jobs.worker import FrameTask
+pool = ProcessPool(2)
 pool.slots()
 for frame in range(2):
-    pool.submit(Task({one.id!r}, {str(job.folder / ".raycam/package")!r}, frame, 1))
+    pool.submit(FrameTask({one.id!r}, {str(job.folder / ".raycam/package")!r}, frame, 1))
 while len(pool.pids()) < 2:
     pass
 print(*pool.pids(), flush=True)
@@ -193,5 +195,5 @@ def test_how_a_worker_ended_is_known() -> None:
     worker = process_pool._Worker()
     os.kill(worker.process.pid, signal.SIGKILL)
     with pytest.raises(WorkerDied, match=r"signal SIGKILL .perhaps for want of memory"):
-        worker.make(Task("0", "", 0))
+        worker.make(FrameTask("0", "", 0))
     assert process_pool._Worker().end() == "a worker ended with exit status 0"

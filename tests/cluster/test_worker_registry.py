@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from raycam.cluster import dask_pool, dask_worker
-from raycam.cluster.dask_pool import Dask
+from raycam.cluster.dask_pool import DaskPool
 from raycam.errors import JobError
 from raycam.jobs import Job, worker
 from support.cluster_faults import Engine, connected
@@ -36,13 +36,13 @@ def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
 
 
 @pytest.fixture(scope="module")
-def pool(engine: Engine) -> Iterator[Dask]:
+def pool(engine: Engine) -> Iterator[DaskPool]:
     pool = connected(engine.address)
     yield pool
     pool.close()
 
 
-def wait_for(pool: Dask, count: int) -> None:
+def wait_for(pool: DaskPool, count: int) -> None:
     while len(pool._client.scheduler_info(n_workers=-1)["workers"]) < count:
         time.sleep(0.05)
 
@@ -51,8 +51,8 @@ def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
     tmp_path: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())
-    monkeypatch.setattr(dask_pool, "SILENCE", 0.3)
-    monkeypatch.setattr(dask_pool, "REFRESH", 0.1)
+    monkeypatch.setattr(dask_pool, "SILENCE_TIMEOUT", 0.3)
+    monkeypatch.setattr(dask_pool, "REFRESH_INTERVAL", 0.1)
     told: list[str] = []
 
     def tell(notice: str) -> None:
@@ -91,7 +91,7 @@ def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
     engine = Engine(tmp_path, 0)
     pool = connected(engine.address, lambda _: engine.close())
     pool._client._timeout = 1.0  # for which it tries to come back
-    monkeypatch.setattr(dask_pool, "SILENCE", 0.1)
+    monkeypatch.setattr(dask_pool, "SILENCE_TIMEOUT", 0.1)
     try:
         with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
             Job(tmp_path / "a", package()).run(pool)
@@ -101,7 +101,7 @@ def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
 
 
 def test_those_that_cannot_make_frames_get_none_and_are_told_of(
-    tmp_path: Path, engine: Engine, pool: Dask
+    tmp_path: Path, engine: Engine, pool: DaskPool
 ) -> None:
     engine.workers += [engine.join(NO_RAYCAM), engine.join(OTHER_VERSION)]
     wait_for(pool, 2)
@@ -116,7 +116,7 @@ def test_those_that_cannot_make_frames_get_none_and_are_told_of(
 
 
 def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
-    tmp_path: Path, engine: Engine, pool: Dask
+    tmp_path: Path, engine: Engine, pool: DaskPool
 ) -> None:
     Job(tmp_path / "one", package()).run(Pool())
     others = len(engine.workers)
@@ -136,9 +136,9 @@ def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
     # Its disk holds the packages of the last jobs only: one that has gone amid the frames is brought again.
     def evict(done: int, total: int, failed: int) -> None:
         if done == 2:
-            for number in range(dask_worker.KEPT):
+            for number in range(dask_worker.MAX_PACKAGES):
                 pool._client.submit(dask_worker.keep_package, f"other{number}", b"").result()
-            pool._client.submit(worker.forget).result()
+            pool._client.submit(worker.clear_cache).result()
 
     engine.workers[others].wait()
     for other in engine.workers[:others]:

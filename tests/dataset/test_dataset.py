@@ -15,7 +15,7 @@ from raycam.jobs import Job
 from support.box_table import ring, table
 
 
-def quick(tmp_path: Path, **options: Any) -> raycam.dataset.Written:
+def quick(tmp_path: Path, **options: Any) -> raycam.dataset.DatasetResult:
     return write(table(), tmp_path, cameras=ring(3), integrator="flat", samples=1, **options)
 
 

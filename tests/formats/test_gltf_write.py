@@ -418,10 +418,10 @@ def test_a_joint_counts_once_for_a_vertex(tmp_path: Path) -> None:
 
 
 def test_a_film_of_an_animation(tmp_path: Path) -> None:
-    from raycam.video import Film
+    from raycam.video import VideoPlan
 
     world = raycam.load(animated().save(tmp_path / "model.glb"))
-    film = Film(world, world.camera("eye").resized((36, 24)), fps=2, samples=1, integrator="flat")
+    film = VideoPlan(world, world.camera("eye").resized((36, 24)), fps=2, samples=1, integrator="flat")
     assert (len(film), film.seconds, film.notices) == (4, 2, [])
     for number in (0, 2):
         moment = world.at(number / 2)
@@ -429,6 +429,6 @@ def test_a_film_of_an_animation(tmp_path: Path) -> None:
             moment, moment.camera("eye").resized((36, 24)), integrator="flat", samples=1, frame=number
         )
         np.testing.assert_array_equal(film.frame(number)["color"], expected["color"])
-    assert len(Film(world, fps=2, seconds=5, animation="all")) == 10
+    assert len(VideoPlan(world, fps=2, seconds=5, animation="all")) == 10
     with pytest.raises(raycam.SettingsError, match=r"no animation 'none'; there are 'all'"):
-        Film(world, animation="none")
+        VideoPlan(world, animation="none")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from raycam.errors import JobError
-from raycam.io.file_lock import holder, locked
+from raycam.io.file_lock import hold_lock, lock_holder
 
 PROGRAM = """
 import sys, pathlib
@@ -23,20 +23,20 @@ with locked(pathlib.Path(sys.argv[1]), pathlib.Path("there")):
 
 def test_one_at_a_time_and_the_dead_let_go(tmp_path: Path) -> None:
     path = tmp_path / "lock"
-    assert holder(path) is None
+    assert lock_holder(path) is None
     with subprocess.Popen(
         [sys.executable, "-c", PROGRAM, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"held\n"
-        who = holder(path)
+        who = lock_holder(path)
         assert who is not None
         assert f"process {process.pid} on" in who
         message = rf"there: process {process.pid} on .* is at it already"
-        with pytest.raises(JobError, match=message), locked(path, Path("there")):
+        with pytest.raises(JobError, match=message), hold_lock(path, Path("there")):
             pass
         os.kill(process.pid, signal.SIGKILL)
-    assert holder(path) is None
+    assert lock_holder(path) is None
     for _ in range(2):
-        with locked(path, tmp_path):
-            assert holder(path) is not None
+        with hold_lock(path, tmp_path):
+            assert lock_holder(path) is not None

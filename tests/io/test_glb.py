@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 import trimesh
-from raycam.io.glb import Glb
+from raycam.io.glb import GlbBuilder
 
 
 def test_others_read_what_is_put_together() -> None:
@@ -14,7 +14,7 @@ def test_others_read_what_is_put_together() -> None:
     faces = np.array([[0, 1, 2], [2, 1, 3]])
     uvs = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
     pixels = np.random.default_rng(4).integers(0, 256, (2, 3, 3), np.uint8)
-    glb = Glb()
+    glb = GlbBuilder()
     texture = {"index": glb.texture(pixels, "noise")}
     material = glb.add(
         "materials", name="paint", alphaMode=None, pbrMetallicRoughness={"baseColorTexture": texture}

@@ -40,8 +40,8 @@ def group(folder: Path, first: bool = False, **values: object) -> None:
 
 
 def test_a_bare_machine(machine: Path) -> None:
-    assert memory_limits.bounds() == [(16 * GIB, 6 * GIB)]
-    assert (memory_limits.left(), memory_limits.left(0.5)) == (10 * GIB, 2 * GIB)
+    assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
+    assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (10 * GIB, 2 * GIB)
 
 
 def test_the_groups_around_count_and_caches_do_not(machine: Path) -> None:
@@ -50,27 +50,27 @@ def test_the_groups_around_count_and_caches_do_not(machine: Path) -> None:
     group(slice / "job/task", limit="max", used=GIB)
     group(slice / "job", limit=4 * GIB, used=3 * GIB, anon=1, inactive_file=GIB // 2, active_file=GIB // 2)
     group(slice, limit=8 * GIB, used=5 * GIB)
-    assert memory_limits.bounds() == [(16 * GIB, 6 * GIB), (4 * GIB, 2 * GIB), (8 * GIB, 5 * GIB)]
-    assert (memory_limits.left(), memory_limits.left(0.5)) == (2 * GIB, -GIB)
+    assert memory_limits.limits() == [(16 * GIB, 6 * GIB), (4 * GIB, 2 * GIB), (8 * GIB, 5 * GIB)]
+    assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (2 * GIB, -GIB)
 
 
 def test_the_group_with_the_least_left_counts_not_the_smallest(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job/task")
     group(machine / "cgroup/job", limit=8 * GIB, used=8 * GIB - 1)
     group(machine / "cgroup/job/task", limit=4 * GIB, used=GIB)
-    assert memory_limits.left() == 1
+    assert memory_limits.available_bytes() == 1
     # More than the machine has is no limit, and what others use of the machine counts too.
     group(machine / "cgroup/job", limit=64 * GIB, used=63 * GIB)
     write(machine / "proc/meminfo", f"MemAvailable: {1 << 20} kB")
-    assert memory_limits.left() == GIB
+    assert memory_limits.available_bytes() == GIB
 
 
 def test_a_limit_that_slows_down_is_one(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job")
     group(machine / "cgroup/job", limit=8 * GIB, high=3 * GIB, used=GIB)
-    assert memory_limits.left() == 2 * GIB
+    assert memory_limits.available_bytes() == 2 * GIB
     group(machine / "cgroup/job", limit="max", high="max", used=GIB)
-    assert memory_limits.left() == 10 * GIB
+    assert memory_limits.available_bytes() == 10 * GIB
 
 
 def test_inside_a_container(machine: Path) -> None:
@@ -78,7 +78,7 @@ def test_inside_a_container(machine: Path) -> None:
     for path in ("/", "/system.slice/docker-1234.scope", "/../../pod/1"):
         write(machine / "proc/self/cgroup", f"0::{path}")
         group(machine / "cgroup", limit=2 * GIB, used=GIB)
-        assert memory_limits.left() == GIB, path
+        assert memory_limits.available_bytes() == GIB, path
 
 
 def test_groups_of_the_first_version(machine: Path) -> None:
@@ -86,39 +86,39 @@ def test_groups_of_the_first_version(machine: Path) -> None:
     batch = machine / "cgroup/memory/batch"
     group(batch / "1", first=True, limit=2 * GIB, used=GIB, inactive_file=7, total_inactive_file=GIB // 2)
     group(batch, first=True, limit=9223372036854771712, used=GIB)
-    assert memory_limits.left() == 3 * GIB // 2
+    assert memory_limits.available_bytes() == 3 * GIB // 2
     # A pod's limit, which its containers see nothing else of.
     container = machine / "cgroup/memory"
     group(container, first=True, limit=9223372036854771712, used=GIB, hierarchical_memory_limit=2 * GIB)
     write(machine / "proc/self/cgroup", "7:memory:/kubepods/pod1/c2")
-    assert memory_limits.left() == GIB
+    assert memory_limits.available_bytes() == GIB
 
 
 def test_a_limit_below_the_need_is_less_than_nothing(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "0::/job")
     group(machine / "cgroup/job", limit=GIB, used=GIB)
-    assert memory_limits.left(0.9) < 0
+    assert memory_limits.available_bytes(0.9) < 0
     group(machine / "cgroup/job", limit=0, used=GIB)
-    assert memory_limits.left(0.9) == -GIB
+    assert memory_limits.available_bytes(0.9) == -GIB
 
 
 def test_files_that_make_no_sense_are_no_limits(machine: Path) -> None:
     write(machine / "proc/self/cgroup", "nonsense\n0::/job\n:")
     write(machine / "cgroup/job/memory.max", "lots")
     write(machine / "cgroup/job/memory.current", "")
-    assert memory_limits.bounds() == [(16 * GIB, 6 * GIB)]
+    assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
     (machine / "proc/meminfo").unlink()
-    assert memory_limits.bounds() == [(16 * GIB, 0)]
+    assert memory_limits.limits() == [(16 * GIB, 0)]
 
 
 def test_the_peak_of_this_process_is_about_right() -> None:
-    before = memory_limits.peak(os.getpid())
+    before = memory_limits.peak_bytes(os.getpid())
     block = bytearray(64 << 20)
-    assert memory_limits.peak(os.getpid()) >= len(block)
+    assert memory_limits.peak_bytes(os.getpid()) >= len(block)
     assert before > 1 << 20
-    assert memory_limits.peak(1 << 30) == 0
-    assert memory_limits.left() > 0
-    assert all(0 < used < limit for limit, used in memory_limits.bounds())
+    assert memory_limits.peak_bytes(1 << 30) == 0
+    assert memory_limits.available_bytes() > 0
+    assert all(0 < used < limit for limit, used in memory_limits.limits())
 
 
 @pytest.mark.parametrize(
@@ -134,10 +134,10 @@ def test_the_peak_of_this_process_is_about_right() -> None:
     ],
 )
 def test_limits_are_read_as_people_write_them(text: int | str, count: int) -> None:
-    assert memory_limits.limit_of("limit", text) == count
+    assert memory_limits.parse_size("limit", text) == count
 
 
 @pytest.mark.parametrize("text", ["", "GiB", "-1", "1 XB", "1e9", "1 M", 0, True, "99999999 TiB"])
 def test_what_is_no_limit_is_refused_by_its_name(text: int | str) -> None:
     with pytest.raises(errors.SettingsError, match="limit is "):
-        memory_limits.limit_of("limit", text)
+        memory_limits.parse_size("limit", text)

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 from raycam import video
-from raycam.cluster import Here, pool_of
-from raycam.cluster.process_pool import Processes
+from raycam.cluster import InProcessPool, make_pool
+from raycam.cluster.process_pool import ProcessPool
 from raycam.io import temp_stream
-from raycam.io.temp_stream import Spool, SpoolError
+from raycam.io.temp_stream import TempStream, TempStreamError
 from raycam.jobs import Job, scheduler, worker
-from raycam.jobs.job_package import Package
+from raycam.jobs.job_package import JobPackage
 from raycam.jobs.kinds import KINDS
 from support.job_frames import Pool, package, results
 
@@ -46,7 +46,7 @@ kinds.register("video", maker)
 @pytest.fixture
 def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, bytes]]:
     """The files of a job whose pictures are made in pieces from now on."""
-    worker.forget()  # of makers that are kept, in this test's or another's way
+    worker.clear_cache()  # of makers that are kept, in this test's or another's way
     Job(tmp_path / "at once", package()).run(Pool())
     (tmp_path / "site").mkdir()
     (tmp_path / "site/sitecustomize.py").write_text(
@@ -56,13 +56,13 @@ def expected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[s
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
     monkeypatch.setitem(KINDS, "video", video.frame_maker)  # which puts it back at the end
     exec(IN_PIECES, {})
-    worker.forget()
+    worker.clear_cache()
     found = results(tmp_path / "at once")
     yield {f"{where}/{name}": data for where in "abc" for name, data in found.items()}
-    worker.forget()
+    worker.clear_cache()
 
 
-def run(folder: Path, one: Package, pool: Any) -> Job:
+def run(folder: Path, one: JobPackage, pool: Any) -> Job:
     job = Job(folder, one)
     try:
         job.run(pool)
@@ -72,7 +72,7 @@ def run(folder: Path, one: Package, pool: Any) -> Job:
 
 
 def test_bytes_come_back_and_nobody_sees_them(tmp_path: Path) -> None:
-    kept = Spool(str(tmp_path), [b"ab", memoryview(b"cde")])
+    kept = TempStream(str(tmp_path), [b"ab", memoryview(b"cde")])
     kept.add(bytes(3 << 20))
     assert not list(tmp_path.iterdir())
     for _ in range(2):
@@ -83,13 +83,13 @@ def test_bytes_come_back_and_nobody_sees_them(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(SpoolError) as found:
-        Spool(str(tmp_path / "none"))
+    with pytest.raises(TempStreamError) as found:
+        TempStream(str(tmp_path / "none"))
     assert found.value.errno == errno.ENOENT
     assert str(tmp_path / "none") in str(found.value)
 
 
-@pytest.mark.parametrize("pool", [Here, Pool, lambda: Processes(2)])
+@pytest.mark.parametrize("pool", [InProcessPool, Pool, lambda: ProcessPool(2)])
 def test_files_in_pieces_are_those_made_at_once(
     tmp_path: Path, expected: dict[str, bytes], pool: Callable[[], Any]
 ) -> None:
@@ -104,12 +104,12 @@ def test_files_in_pieces_are_those_made_at_once(
 def test_files_in_pieces_come_back_from_other_executors(tmp_path: Path, expected: dict[str, bytes]) -> None:
     from concurrent.futures import ThreadPoolExecutor
 
-    with ThreadPoolExecutor(2) as executor, pool_of(executor) as pool:
+    with ThreadPoolExecutor(2) as executor, make_pool(executor) as pool:
         Job(tmp_path / "a", package()).run(pool)
     assert results(tmp_path / "a") == expected
 
 
-@pytest.mark.parametrize("pool", [Here, lambda: Processes(2)])
+@pytest.mark.parametrize("pool", [InProcessPool, lambda: ProcessPool(2)])
 def test_a_full_disk_is_no_fault_of_the_frame(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, pool: Callable[[], Any]
 ) -> None:
@@ -141,17 +141,17 @@ def test_a_full_disk_is_no_fault_of_the_frame(
 def test_workers_killed_amid_pieces_lose_nothing(
     tmp_path: Path, expected: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(scheduler, "PATIENCE", 1.0)
-    real, killed = Spool.add, []
-    pool = Processes(2)
+    monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)
+    real, killed = TempStream.add, []
+    pool = ProcessPool(2)
 
-    def add(self: Spool, piece: bytes) -> None:
+    def add(self: TempStream, piece: bytes) -> None:
         if len(killed) < 2:
             killed.append(pool.pids()[0])
             os.kill(killed[-1], signal.SIGKILL)
         real(self, piece)
 
-    monkeypatch.setattr(Spool, "add", add)
+    monkeypatch.setattr(TempStream, "add", add)
     run(tmp_path / "a", package(), pool)
     assert len(killed) == 2
     assert results(tmp_path / "a") == expected

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 import raycam
 from raycam.errors import JobError
-from raycam.jobs.description import differences, read_description, refusal, world_differences
-from raycam.jobs.job_package import Package
+from raycam.jobs.description import differences, mismatch_message, read_description, world_differences
+from raycam.jobs.job_package import JobPackage
 
 
 def room(**changed: Any) -> raycam.World:
@@ -48,13 +48,13 @@ def test_it_says_what_of_a_world_is_another(change: str, tmp_path: Path) -> None
     found = world_differences(there, asked)
     assert found[0].startswith(words), found
     assert len(found) == (2 if change == "a name" else 1)
-    before = Package("video", 1, {}, there)
+    before = JobPackage("video", 1, {}, there)
     (tmp_path / "package").write_bytes(before.to_bytes())
     described = {"job": before.id, **before.describe()}
-    told = refusal(tmp_path, described, tmp_path / "package", Package("video", 1, {}, asked))
+    told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert words in told
     (tmp_path / "package").write_bytes(b"")  # then there are the hashes
-    told = refusal(tmp_path, described, tmp_path / "package", Package("video", 1, {}, asked))
+    told = mismatch_message(tmp_path, described, tmp_path / "package", JobPackage("video", 1, {}, asked))
     assert 'world was "' in told
     assert words not in told
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.jobs import job_package as module
-from raycam.jobs.job_package import Package
+from raycam.jobs.job_package import JobPackage
 
 
 def world() -> raycam.World:
@@ -20,9 +20,9 @@ def world() -> raycam.World:
 
 
 def test_it_comes_back_and_shows_the_same() -> None:
-    package = Package("video", 7, {"b": (1, 2.5), "a": {"x": None}}, world())
+    package = JobPackage("video", 7, {"b": (1, 2.5), "a": {"x": None}}, world())
     data = package.to_bytes()
-    back = Package.from_bytes(data, "p", package.id)
+    back = JobPackage.from_bytes(data, "p", package.id)
     assert (back.kind, back.frames, back.settings) == ("video", 7, {"b": [1, 2.5], "a": {"x": None}})
     assert (back.id, back.to_bytes(), back.describe()) == (package.id, data, package.describe())
     pictures = [raycam.render(one.world, one.world.default_camera((32, 24))) for one in (package, back)]
@@ -32,19 +32,19 @@ def test_it_comes_back_and_shows_the_same() -> None:
 
 
 def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = Package("video", 7, {"a": 1, "b": 2}, world())
-    assert Package("video", 7, {"b": 2, "a": 1}, world()).id == base.id
+    base = JobPackage("video", 7, {"a": 1, "b": 2}, world())
+    assert JobPackage("video", 7, {"b": 2, "a": 1}, world()).id == base.id
     brighter = world()
     brighter.add_light({"type": "sky", "radiance": [1, 1, 1]})
     others = [
-        Package("video", 8, {"a": 1, "b": 2}, world()),
-        Package("other", 7, {"a": 1, "b": 2}, world()),
-        Package("video", 7, {"a": 1, "b": 3}, world()),
-        Package("video", 7, {"a": 1, "b": 2}, brighter),
+        JobPackage("video", 8, {"a": 1, "b": 2}, world()),
+        JobPackage("other", 7, {"a": 1, "b": 2}, world()),
+        JobPackage("video", 7, {"a": 1, "b": 3}, world()),
+        JobPackage("video", 7, {"a": 1, "b": 2}, brighter),
     ]
     with monkeypatch.context() as patch:
         patch.setattr(module, "__version__", "99.0")
-        others.append(Package("video", 7, {"a": 1, "b": 2}, world()))
+        others.append(JobPackage("video", 7, {"a": 1, "b": 2}, world()))
     assert len({one.id for one in [base, *others]}) == 6
 
     # Where its files lie does not matter, nor how the world file is written.
@@ -53,20 +53,20 @@ def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pyte
         (tmp_path / name).mkdir()
         (tmp_path / name / "t.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 1\n3 0 1 2\n")
         (tmp_path / name / "w.toml").write_text(comment + '[[object]]\nname = "t"\nmesh = "t.off"\n')
-        ids.add(Package("video", 1, {}, raycam.load(tmp_path / name / "w.toml")).id)
+        ids.add(JobPackage("video", 1, {}, raycam.load(tmp_path / name / "w.toml")).id)
     assert len(ids) == 1
 
 
 def test_other_bytes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    package = Package("video", 7, {}, world())
+    package = JobPackage("video", 7, {}, world())
     with pytest.raises(raycam.FormatError, match="p: expected the job"):
-        Package.from_bytes(package.to_bytes() + b"x", "p", package.id)
-    junk = Package("video", 1, {}, b"no world")
+        JobPackage.from_bytes(package.to_bytes() + b"x", "p", package.id)
+    junk = JobPackage("video", 1, {}, b"no world")
     with pytest.raises(raycam.FormatError, match="not the bytes of a world"):
-        Package.from_bytes(junk.to_bytes(), "p", junk.id).world  # noqa: B018
+        JobPackage.from_bytes(junk.to_bytes(), "p", junk.id).world  # noqa: B018
     monkeypatch.setattr(module, "__version__", "99.0")
     with pytest.raises(raycam.JobError, match=r"made by raycam .*, this is 99\.0"):
-        Package.from_bytes(package.to_bytes(), "p", package.id)
+        JobPackage.from_bytes(package.to_bytes(), "p", package.id)
 
 
 @pytest.mark.parametrize(
@@ -75,4 +75,4 @@ def test_other_bytes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_bad_packages_are_named(frames: int, settings: dict[str, object], message: str) -> None:
     with pytest.raises(raycam.JobError, match=message):
-        Package("video", frames, settings, world())
+        JobPackage("video", frames, settings, world())

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import raycam
 from raycam.errors import JobError
-from raycam.io.file_lock import locked
+from raycam.io.file_lock import hold_lock
 from raycam.jobs import Job, Status
 from support.job_frames import Pool, check_intact, film, in_child, killing_at, package, results
 
@@ -179,7 +179,7 @@ def test_a_damaged_line_of_a_ledger_is_told_of_and_its_frame_made_again(
         (told,) = job.status().damaged
         assert told.startswith(f"{book}: the line at byte {len(lines[0])} was damaged")
         assert list(job.verify().values()) == [told]
-    with locked(book.with_name("lock-2-of-2"), folder):  # somebody is writing: it is theirs
+    with hold_lock(book.with_name("lock-2-of-2"), folder):  # somebody is writing: it is theirs
         Job(folder, package()).run(Pool(), frames=[])
         assert len(Job(folder).status().damaged) == (0 if shard is None else 1)
     pool = Pool()
@@ -197,7 +197,7 @@ def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict
     index.parent.mkdir()
     for path in (index, film):
         path.write_bytes(b"whole")
-    job.note_joined(["lists/index.json", "../a.mp4"])
+    job.mark_assembled(["lists/index.json", "../a.mp4"])
     assert Job(tmp_path / "a").verify() == {}
     index.write_bytes(b"whale")
     film.unlink()
@@ -278,12 +278,12 @@ def test_of_those_that_end_at_the_same_time_one_joins_and_the_others_wait(tmp_pa
     seen: list[bool] = []
 
     def join() -> None:
-        with second.joining() as there:
+        with second.assembling() as there:
             seen.append(there)
 
     thread = threading.Thread(target=join)
     first.run(Pool())
-    with first.joining() as there:
+    with first.assembling() as there:
         assert there
         thread.start()
         time.sleep(0.2)
@@ -291,7 +291,7 @@ def test_of_those_that_end_at_the_same_time_one_joins_and_the_others_wait(tmp_pa
         first.remove()
     thread.join()
     assert seen == [False]
-    with second.joining() as there:  # nor later
+    with second.assembling() as there:  # nor later
         assert not there
 
 

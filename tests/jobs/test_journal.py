@@ -8,34 +8,34 @@ from pathlib import Path
 import pytest
 from raycam.errors import JobError
 from raycam.jobs import journal
-from raycam.jobs.journal import Entry, Ledger
+from raycam.jobs.journal import Journal, JournalEntry
 
 ENTRIES = [
-    Entry(3, {"a/b.png": (5, "aa" * 32), "c.json": (0, "bb" * 32)}, seconds=0.25),
-    Entry(0, error="WorldError: “odd”\nsecond line"),
-    Entry(1, {}),
+    JournalEntry(3, {"a/b.png": (5, "aa" * 32), "c.json": (0, "bb" * 32)}, seconds=0.25),
+    JournalEntry(0, error="WorldError: “odd”\nsecond line"),
+    JournalEntry(1, {}),
 ]
 
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     path = tmp_path / "ledger.jsonl"
-    with Ledger(path) as book:
+    with Journal(path) as book:
         for entry in ENTRIES:
             book.add(entry)
     return path
 
 
-def entries(path: Path) -> list[Entry]:
+def entries(path: Path) -> list[JournalEntry]:
     return [entry for _, entry in journal.read(path) if entry is not None]
 
 
 def test_entries_come_back_and_have_places(path: Path) -> None:
     assert entries(path) == ENTRIES
     for place, entry in journal.read(path):
-        assert journal.entry_at(path, place) == entry
+        assert journal.read_entry(path, place) == entry
     with pytest.raises(JobError, match="changed by somebody"):
-        journal.entry_at(path, 1)
+        journal.read_entry(path, 1)
     assert entries(path.with_name("none")) == []
 
 
@@ -46,9 +46,9 @@ def test_half_a_line_at_any_byte_loses_that_line_alone(path: Path) -> None:
         path.write_bytes(data[:size])
         whole = sum(end <= size for end in ends) - 1
         assert entries(path) == ENTRIES[:whole]
-        with Ledger(path) as book:
-            place = book.add(Entry(9, {}))
-        assert entries(path) == [*ENTRIES[:whole], Entry(9, {})]
+        with Journal(path) as book:
+            place = book.add(JournalEntry(9, {}))
+        assert entries(path) == [*ENTRIES[:whole], JournalEntry(9, {})]
         assert place == ends[whole]
 
 
@@ -65,14 +65,14 @@ def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> N
     assert places == [0, 5, 8, 36, 49]
     for left in range(len(places), 0, -1):
         assert len(damaged(path)) == left
-        journal.blank(path, places[left - 1])
-    journal.blank(path, len(nonsense))  # what is right stays
+        journal.erase_line(path, places[left - 1])
+    journal.erase_line(path, len(nonsense))  # what is right stays
     assert damaged(path) == []
     assert entries(path) == ENTRIES
     assert path.read_bytes()[len(nonsense) :] == right + b'{"fra'
-    with Ledger(path) as book:
-        book.add(Entry(4, {}))
-    assert entries(path) == [*ENTRIES, Entry(4, {})]
+    with Journal(path) as book:
+        book.add(JournalEntry(4, {}))
+    assert entries(path) == [*ENTRIES, JournalEntry(4, {})]
 
 
 def test_a_flipped_bit_anywhere_costs_its_line_and_never_says_what_was_not(path: Path) -> None:
@@ -94,20 +94,20 @@ def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.Monk
         raise OSError(5, "Input/output error")
 
     real_write = os.write
-    with Ledger(path) as book:
+    with Journal(path) as book:
         for name, broken in (("write", lambda file, data: real_write(file, data[:7])), ("fsync", fail)):
             with monkeypatch.context() as patch:
                 patch.setattr(os, name, broken)
                 with pytest.raises(OSError, match=r"No space|Input/output"):
-                    book.add(Entry(7, {}))
+                    book.add(JournalEntry(7, {}))
             assert path.read_bytes() == before
-        book.add(Entry(7, {}))
-    assert entries(path) == [*ENTRIES, Entry(7, {})]
+        book.add(JournalEntry(7, {}))
+    assert entries(path) == [*ENTRIES, JournalEntry(7, {})]
 
 
 def test_what_is_added_is_synced_before_add_returns(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced = []
     monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
-    with Ledger(path) as book:
-        book.add(Entry(8, {}))
+    with Journal(path) as book:
+        book.add(JournalEntry(8, {}))
     assert synced == [path.stat().st_size]

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from raycam.errors import JobError, WorldError
 from raycam.jobs import scheduler as module
-from raycam.jobs.scheduler import Failed, PoolLost, WorkerDied, dispatch, shared_threads
-from raycam.jobs.worker import Made, Task, Unfit
+from raycam.jobs.scheduler import FailedFrame, PoolLost, WorkerDied, schedule, shared_threads
+from raycam.jobs.worker import FrameResult, FrameTask, WorkerUnfit
 
 
 class Pool:
@@ -24,7 +24,7 @@ class Pool:
     def __init__(self, answer: Callable[[int, int], Any], slots: int = 3) -> None:
         self.answer, self.size = answer, slots
         self.attempts: Counter[int] = Counter()
-        self.open_futures: dict[int, list[Future[Made]]] = {}
+        self.open_futures: dict[int, list[Future[FrameResult]]] = {}
         self.most = 0
 
     def open(self, package: object, path: str) -> None: ...
@@ -35,9 +35,9 @@ class Pool:
     def slots(self) -> int:
         return self.size
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         self.attempts[task.frame] += 1
-        future: Future[Made] = Future()
+        future: Future[FrameResult] = Future()
         answer = self.answer(task.frame, self.attempts[task.frame])
         if answer is None:
             self.open_futures.setdefault(task.frame, []).append(future)
@@ -51,24 +51,24 @@ class Pool:
     def close(self) -> None: ...
 
 
-def made(frame: int, text: str = "x") -> Made:
-    return Made(frame, {"f": text.encode()}, [], 0.0)
+def made(frame: int, text: str = "x") -> FrameResult:
+    return FrameResult(frame, {"f": text.encode()}, [], 0.0)
 
 
-def tasks(frames: Iterable[int]) -> list[Task]:
-    return [Task("job", "package", frame) for frame in frames]
+def tasks(frames: Iterable[int]) -> list[FrameTask]:
+    return [FrameTask("job", "package", frame) for frame in frames]
 
 
-def outcomes(pool: Pool, frames: Iterable[int], **options: Any) -> dict[int, Made | Failed]:
-    found: dict[int, Made | Failed] = {}
-    for outcome in dispatch(pool, tasks(frames), **options):
+def outcomes(pool: Pool, frames: Iterable[int], **options: Any) -> dict[int, FrameResult | FailedFrame]:
+    found: dict[int, FrameResult | FailedFrame] = {}
+    for outcome in schedule(pool, tasks(frames), **options):
         assert outcome.frame not in found
         found[outcome.frame] = outcome
     return found
 
 
-def failed(found: dict[int, Made | Failed]) -> dict[int, str]:
-    return {frame: outcome.error for frame, outcome in found.items() if isinstance(outcome, Failed)}
+def failed(found: dict[int, FrameResult | FailedFrame]) -> dict[int, str]:
+    return {frame: outcome.error for frame, outcome in found.items() if isinstance(outcome, FailedFrame)}
 
 
 class Files(dict[str, bytes]):
@@ -83,19 +83,19 @@ class WatchedPool(Pool):
         self.made: list[weakref.ref[Files]] = []
         self.held: list[int] = []
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         self.held.append(sum(files() is not None for files in self.made))
         files = Files(f=b"x")
         self.made.append(weakref.ref(files))
-        future: Future[Made] = Future()
-        future.set_result(Made(task.frame, files, [], 0.0))
+        future: Future[FrameResult] = Future()
+        future.set_result(FrameResult(task.frame, files, [], 0.0))
         return future
 
 
 def test_a_frame_that_was_taken_is_not_held() -> None:
     pool = WatchedPool()
-    for outcome in dispatch(pool, tasks(range(5))):
-        assert isinstance(outcome, Made)
+    for outcome in schedule(pool, tasks(range(5))):
+        assert isinstance(outcome, FrameResult)
         del outcome
     assert pool.held == [0] * 5
 
@@ -138,13 +138,13 @@ def test_errors_of_our_own_are_final_and_others_are_tried_again() -> None:
     assert failed(found) == {1: "WorldError: impossible", 3: "ZeroDivisionError: always"}
     assert pool.attempts == {0: 1, 1: 1, 2: 3, 3: 3, 4: 1, 5: 1}
     log = found[3]
-    assert isinstance(log, Failed)
+    assert isinstance(log, FailedFrame)
     assert log.log.count("attempt ") == 3
     assert "in detail" in log.log
 
 
 def test_a_worker_that_is_not_fit_costs_a_frame_nothing() -> None:
-    pool = Pool(lambda frame, attempt: Unfit("blind") if attempt <= 9 and frame % 2 else "x")
+    pool = Pool(lambda frame, attempt: WorkerUnfit("blind") if attempt <= 9 and frame % 2 else "x")
     found = outcomes(pool, range(6))
     assert failed(found) == {}
     assert pool.attempts == {frame: 10 if frame % 2 else 1 for frame in range(6)}
@@ -193,8 +193,8 @@ def test_where_blame_is_uncertain_suspects_are_tried_alone() -> None:
 
 
 def test_the_late_are_helped_and_the_first_answer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 0.0)
-    monkeypatch.setattr(module, "LATE", 0.0)
+    monkeypatch.setattr(module, "STRAGGLER_TIMEOUT", 0.0)
+    monkeypatch.setattr(module, "STRAGGLER_FACTOR", 0.0)
     pool = Pool(
         lambda frame, attempt: "second" if frame == 2 and attempt == 2 else None if frame == 2 else "x"
     )
@@ -208,7 +208,7 @@ def test_the_late_are_helped_and_the_first_answer_counts(monkeypatch: pytest.Mon
 def test_of_two_copies_the_first_answer_counts_and_an_error_of_one_does_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 0.0)
+    monkeypatch.setattr(module, "STRAGGLER_TIMEOUT", 0.0)
     pool = Pool(lambda *_: None, slots=2)
     clock = iter(range(10**6))
 
@@ -240,11 +240,11 @@ def test_losing_all_workers_ends_it(fault: BaseException) -> None:
 
 def test_a_pool_that_takes_no_more_ends_it() -> None:
     class Broken(Pool):
-        def submit(self, task: Task) -> Future[Made]:
+        def submit(self, task: FrameTask) -> Future[FrameResult]:
             raise BrokenExecutor("broken")
 
     with pytest.raises(JobError, match="the workers are gone"):
-        list(dispatch(Broken(lambda *_: "x"), tasks(range(2))))
+        list(schedule(Broken(lambda *_: "x"), tasks(range(2))))
 
 
 def test_the_last_frames_get_the_cores_that_nobody_else_has_work_for() -> None:

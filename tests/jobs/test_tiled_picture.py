@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.cli import main
-from raycam.cluster import pool_of
+from raycam.cluster import make_pool
 from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job, tiled_picture
 from support.job_frames import Pool
@@ -30,13 +30,13 @@ def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:
         "channels": ["color", "depth", "instance"],
     }
     whole = raycam.render(world, camera, **options)
-    job = Job(tmp_path, tiled_picture.package(world, camera, tile=16, **options))
+    job = Job(tmp_path, tiled_picture.job_package(world, camera, tile=16, **options))
     job.run(Pool(), frames=range(0, 12, 5))
     with pytest.raises(JobError, match="3 of 12 tiles are finished"):
-        tiled_picture.join(job)
-    with pool_of(2) as pool:
+        tiled_picture.assemble(job)
+    with make_pool(2) as pool:
         job.run(pool)
-    picture = tiled_picture.join(Job(tmp_path))
+    picture = tiled_picture.assemble(Job(tmp_path))
     assert list(picture) == list(whole)
     for name in whole:
         np.testing.assert_array_equal(picture[name], whole[name])
@@ -57,10 +57,10 @@ def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
         "channels": ["color", "depth"],
     }
     whole = raycam.render(world, camera, **options)
-    plan = tiled_picture.package(world, camera, tile=16, **options)
+    plan = tiled_picture.job_package(world, camera, tile=16, **options)
     assert plan.frames == 3 * 2
-    assert tiled_picture.make_picture(plan, tmp_path, Pool(), shard=(1, 2)) is None
-    picture = tiled_picture.make_picture(plan, tmp_path, Pool(), shard=(2, 2))
+    assert tiled_picture.render_tiled(plan, tmp_path, Pool(), shard=(1, 2)) is None
+    picture = tiled_picture.render_tiled(plan, tmp_path, Pool(), shard=(2, 2))
     assert picture is not None
     assert picture.region == whole.region == (7, 5, 40, 31)
     assert list(picture) == list(whole) == ["color", "depth", "alpha"]
@@ -83,14 +83,14 @@ def test_what_does_not_go_with_tiles_is_named(options: dict[str, Any], message: 
     world.add_object(box={"size": 1})
     camera = raycam.Camera.look_at([2, -3, 2], [0, 0, 0], size=(61, 43), fov=45)
     with pytest.raises(SettingsError, match=message):
-        tiled_picture.package(world, camera, **options)
+        tiled_picture.job_package(world, camera, **options)
 
 
 def test_the_command_makes_the_same_file_by_workers_and_by_shards(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(tiled_picture, "TILE", 32)
+    monkeypatch.setattr(tiled_picture, "DEFAULT_TILE", 32)
     Path("box.toml").write_text(WORLD)
     assert main(["render", "box.toml", "-o", "one.exr"]) == 0
     assert main(["render", "box.toml", "-o", "two.exr", "--workers", "2"]) == 0

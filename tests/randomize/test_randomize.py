@@ -12,8 +12,8 @@ import raycam
 import trimesh
 from raycam import _core
 from raycam.randomize import Recipe, sample
-from raycam.randomize.draws import Draw
-from raycam.randomize.placement import Prism, outline
+from raycam.randomize.draws import RandomStream
+from raycam.randomize.placement import ConvexPrism, outline
 
 RECIPE: dict[str, Any] = {
     "seed": 3,
@@ -133,19 +133,19 @@ def test_the_same_world_whatever_else_is_made(recipe: Recipe) -> None:
 
 
 def test_numbers_are_the_same_on_every_machine() -> None:
-    draw = Draw(7, "world", 3)
+    draw = RandomStream(7, "world", 3)
     assert draw.bits() == 6412036258656213758
-    assert draw.at("x").unit() == 0.5879778100305366
-    values = np.array([draw.at(i).unit() for i in range(4000)])
+    assert draw.substream("x").uniform01() == 0.5879778100305366
+    values = np.array([draw.substream(i).uniform01() for i in range(4000)])
     assert values.mean() == pytest.approx(0.5, abs=0.02)
     counts = np.histogram(values, 10, (0, 1))[0]
     assert ((counts - 400) ** 2 / 400).sum() < 27.9  # chi squared, 9 degrees of freedom: 0.1 %
 
 
 def test_draws_are_in_their_ranges() -> None:
-    draw = Draw(1)
+    draw = RandomStream(1)
     for i in range(200):
-        found = draw.at(i).value(
+        found = draw.substream(i).value(
             {
                 "a": {"uniform": [2, 3]},
                 "b": {"uniform": [[0, 10], [1, 20]]},
@@ -168,16 +168,16 @@ def test_outlines_and_prisms() -> None:
     from scipy.spatial import ConvexHull  # type: ignore[import-untyped]
 
     assert sorted(map(tuple, outline(points))) == sorted(map(tuple, points[ConvexHull(points).vertices]))
-    square = Prism(outline(np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])), 0.0, 1.0)
+    square = ConvexPrism(outline(np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])), 0.0, 1.0)
     turned = square.turned(np.sqrt(0.5), np.sqrt(0.5), [2.0, 0.0, 0.0])
-    assert not square.meets(turned, 0.0)
-    assert square.meets(turned, 0.4)
-    assert not square.meets(square.turned(1.0, 0.0, [0, 0, 1.0]), 0.0)
+    assert not square.intersects(turned, 0.0)
+    assert square.intersects(turned, 0.4)
+    assert not square.intersects(square.turned(1.0, 0.0, [0, 0, 1.0]), 0.0)
     flat = np.array([[[-5.0, -5, 0.5], [9, -5, 0.5], [0, 9, 0.5]]])
-    assert square.meets_triangles(flat)
-    assert not square.meets_triangles(flat + np.array([0, 0, 0.6]))
+    assert square.intersects_triangles(flat)
+    assert not square.intersects_triangles(flat + np.array([0, 0, 0.6]))
     corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])  # its box meets, it does not
-    assert not square.meets_triangles(corner)
+    assert not square.intersects_triangles(corner)
 
 
 def test_a_world_with_y_up_and_a_base(tmp_path: Path) -> None:
@@ -213,7 +213,7 @@ def test_a_world_without_room_is_drawn_again(monkeypatch: pytest.MonkeyPatch) ->
             ]
         }
     )
-    monkeypatch.setattr("raycam.randomize.placement.TRIES", 64)
+    monkeypatch.setattr("raycam.randomize.placement.MAX_TRIES", 64)
     worlds = [recipe.world(number) for number in range(6)]
     assert all(len(world.objects) == 2 for world in worlds)
     assert recipe.world(3).to_bytes() == worlds[3].to_bytes()

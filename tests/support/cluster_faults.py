@@ -27,7 +27,7 @@ import pytest
 from raycam.cluster import dask_pool
 from raycam.errors import JobError
 from raycam.jobs import Job, scheduler
-from raycam.jobs.worker import Made, Task
+from raycam.jobs.worker import FrameResult, FrameTask
 
 from support.job_frames import Pool, check_intact, film, results
 
@@ -38,7 +38,7 @@ SHARE = 0.3
 class Twice(Future):  # type: ignore[type-arg]
     """Tells everybody twice that it is done, as an engine does that is sure of nothing."""
 
-    def add_done_callback(self, tell: Callable[[Future[Made]], object]) -> None:
+    def add_done_callback(self, tell: Callable[[Future[FrameResult]], object]) -> None:
         super().add_done_callback(tell)
         super().add_done_callback(tell)
 
@@ -48,7 +48,7 @@ class Stormy:
 
     apart = True
 
-    def __init__(self, pool: dask_pool.Dask, pause: float) -> None:
+    def __init__(self, pool: dask_pool.DaskPool, pause: float) -> None:
         self._pool, self._pause = pool, pause
         self.threads = pool.threads
         self.asked = 0
@@ -56,7 +56,7 @@ class Stormy:
     def open(self, package: Any, path: str) -> None:
         self._pool.open(package, path)
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         pause = self._pause
 
         def slowly(task: Any) -> Any:
@@ -65,12 +65,12 @@ class Stormy:
             from raycam.jobs import worker
 
             time.sleep(pause)
-            return worker.make(task)
+            return worker.render_frame(task)
 
         self.asked += 1
         theirs = self._pool._executor.submit(slowly, task)
-        ours: Future[Made] = Twice()
-        theirs.add_done_callback(lambda done: dask_pool._answer(ours, done))
+        ours: Future[FrameResult] = Twice()
+        theirs.add_done_callback(lambda done: dask_pool._resolve_future(ours, done))
         return ours
 
     def slots(self) -> int:
@@ -96,7 +96,7 @@ class Storm:
 
 def storm(
     folder: Path,
-    pool: dask_pool.Dask,
+    pool: dask_pool.DaskPool,
     *,
     frames: int,
     each: float,
@@ -157,12 +157,12 @@ def storm(
     return happened
 
 
-def _nannies(pool: dask_pool.Dask) -> list[Any]:
+def _nannies(pool: dask_pool.DaskPool) -> list[Any]:
     """Who looks after the workers: they know the process even while it starts or stands still."""
     return list(pool._cluster.workers.values())
 
 
-def poison(folder: Path, pool: dask_pool.Dask, *, frames: int, number: int) -> None:
+def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) -> None:
     """One frame kills every worker that tries it. It fails, the others are finished."""
     package = film(seconds=1.0, fps=frames, seed=4).package()
     real = pool._executor.submit
@@ -174,18 +174,18 @@ def poison(folder: Path, pool: dask_pool.Dask, *, frames: int, number: int) -> N
 
         if task.frame == number:
             os.kill(os.getpid(), 9)
-        return worker.make(task)
+        return worker.render_frame(task)
 
     job = Job(folder / "poison", package)
     try:
         pool._executor.submit = lambda _, task, **where: real(kills, task, **where)
-        with pytest.raises(JobError, match=rf"frame {number}: {scheduler.ATTEMPTS} workers died of it"):
+        with pytest.raises(JobError, match=rf"frame {number}: {scheduler.MAX_ATTEMPTS} workers died of it"):
             job.run(pool)
     finally:
         pool._executor.submit = real
     assert job.status().finished == frames - 1
     assert list(job.status().failed) == [number]
-    assert job.log(number).read_text().count("attempt ") >= scheduler.ATTEMPTS
+    assert job.log(number).read_text().count("attempt ") >= scheduler.MAX_ATTEMPTS
     # What killed it is gone: it is made when it is asked for again, and all is as on one machine.
     Job(folder / "poison").run(pool, retry_failed=True)
     Job(folder / "clean", package).run(Pool())
@@ -301,7 +301,7 @@ orbit = {{ target = [0, 0, 0] }}
 """
 
 
-def connected(address: str, tell: Callable[[str], object] = print) -> dask_pool.Dask:
+def connected(address: str, tell: Callable[[str], object] = print) -> dask_pool.DaskPool:
     """A pool; what Dask says of killed workers is not for here."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

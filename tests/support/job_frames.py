@@ -12,9 +12,9 @@ from typing import Any
 
 import raycam
 from raycam.jobs import Job, worker
-from raycam.jobs.job_package import Package
-from raycam.jobs.worker import Made, Task
-from raycam.video import Film
+from raycam.jobs.job_package import JobPackage
+from raycam.jobs.worker import FrameResult, FrameTask
+from raycam.video import VideoPlan
 
 
 def world() -> raycam.World:
@@ -25,11 +25,11 @@ def world() -> raycam.World:
     return world
 
 
-def film(**options: Any) -> Film:
-    return Film(world(), **({"integrator": "flat", "samples": 1} | options))
+def film(**options: Any) -> VideoPlan:
+    return VideoPlan(world(), **({"integrator": "flat", "samples": 1} | options))
 
 
-def package(**options: Any) -> Package:
+def package(**options: Any) -> JobPackage:
     return film(**options).package()
 
 
@@ -43,19 +43,19 @@ class Pool:
         self.before, self._slots = before, slots
         self.made: list[int] = []
 
-    def open(self, package: Package, path: str) -> None:
+    def open(self, package: JobPackage, path: str) -> None:
         self.path = path
-        worker.keep(package)
+        worker.cache_package(package)
 
     def threads(self, left: int) -> int:
         return 1
 
-    def submit(self, task: Task) -> Future[Made]:
-        future: Future[Made] = Future()
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
+        future: Future[FrameResult] = Future()
         try:
             self.before(task.frame)
             self.made.append(task.frame)
-            future.set_result(worker.make(task))
+            future.set_result(worker.render_frame(task))
         except Exception as fault:
             future.set_exception(fault)
         return future

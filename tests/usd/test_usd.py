@@ -444,9 +444,9 @@ def test_the_budget_holds(tmp_path: Path) -> None:
     square(made)
     made.Save()
     for budget, reason in (
-        (usd.Budget(bytes=100), "100"),
-        (usd.Budget(seconds=0.01), "not read within"),
-        (usd.Budget(triangles=3), "memory|corners"),
+        (usd.UsdLimits(bytes=100), "100"),
+        (usd.UsdLimits(seconds=0.01), "not read within"),
+        (usd.UsdLimits(triangles=3), "memory|corners"),
     ):
         with pytest.raises(raycam.FormatError, match=reason):
             usd.read(tmp_path / "a.usda", tmp_path, budget)

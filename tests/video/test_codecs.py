@@ -8,7 +8,7 @@ import av
 import numpy as np
 import pytest
 from raycam.errors import SettingsError
-from raycam.video.codecs import CODECS, codec_of, encoded
+from raycam.video.codecs import CODECS, codec_of, open_encoder
 
 SIZE = (64, 48)
 
@@ -40,7 +40,7 @@ def test_pictures_come_back(tmp_path: Path, row: tuple[str, bool, bool]) -> None
         patches = rng.integers(0, 256, (3, 4, components), np.uint8)
         pictures = [np.kron(np.roll(patches, i, 1), np.ones((16, 16, 1), np.uint8)) for i in range(5)]
     for name in ("one", "two"):
-        with encoded(tmp_path / (name + ending), SIZE, 12.5, CODECS[row]) as add:
+        with open_encoder(tmp_path / (name + ending), SIZE, 12.5, CODECS[row]) as add:
             for number, picture in enumerate(pictures):
                 add(number, picture)
     one = tmp_path / ("one" + ending)
@@ -79,7 +79,9 @@ def test_what_there_is_not_is_refused_and_says_what_there_is() -> None:
 def test_colours_of_two_pixels_need_even_sides(tmp_path: Path, ending: str, name: str) -> None:
     codec = codec_of(ending, lossless=False, alpha=False)
     with pytest.raises(SettingsError, match=f"{name} .* not 33 x 21: take 34 x 22"):
-        encoded(tmp_path / f"a{ending}", (33, 21), 10, codec).__enter__()
+        open_encoder(tmp_path / f"a{ending}", (33, 21), 10, codec).__enter__()
     for kept in (".mov", ".mkv"):
-        with encoded(tmp_path / f"a{kept}", (33, 21), 10, codec_of(kept, lossless=True, alpha=False)) as add:
+        with open_encoder(
+            tmp_path / f"a{kept}", (33, 21), 10, codec_of(kept, lossless=True, alpha=False)
+        ) as add:
             add(0, np.zeros((21, 33, 3), np.uint8))

@@ -140,9 +140,9 @@ def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Pat
     assert path.read_bytes() == (tmp_path / "one/a.mkv").read_bytes()
     assert sorted(os.listdir(tmp_path)) == ["a.mkv", "one"]
 
-    plan = tiled_picture.package(world(), tile=8, samples=1)
-    pool, gave = meanwhile(lambda: tiled_picture.make_picture(plan, tmp_path / "tiles", Pool(), shard=(2, 2)))
-    assert tiled_picture.make_picture(plan, tmp_path / "tiles", pool, shard=(1, 2)) is not None
+    plan = tiled_picture.job_package(world(), tile=8, samples=1)
+    pool, gave = meanwhile(lambda: tiled_picture.render_tiled(plan, tmp_path / "tiles", Pool(), shard=(2, 2)))
+    assert tiled_picture.render_tiled(plan, tmp_path / "tiles", pool, shard=(1, 2)) is not None
     assert gave == [None]
 
 
@@ -217,7 +217,7 @@ def test_commands_of_jobs(
     for wrong in ("--shard 3", "--shard 0/2", "--workers 0", "--cluster nowhere"):
         assert run(f"{video} {wrong}") == 2, wrong
     with monkeypatch.context() as short:
-        short.setattr(memory_limits, "left", lambda share: -1)
+        short.setattr(memory_limits, "available_bytes", lambda share: -1)
         assert run("video box.toml -o few --samples 1 --integrator flat --workers 2") == 0
     assert "raycam: 1 of 2 workers were started" in capsys.readouterr().err
     assert run("status .") == 1

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
-from raycam.video import Film, frame_range, write_video
-from raycam.video.codecs import CODECS, encoded
+from raycam.video import VideoPlan, frame_range, write_video
+from raycam.video.codecs import CODECS, open_encoder
 from support.bending_plate import bending_plate
 
 SIZE = (64, 48)
@@ -113,7 +113,7 @@ def test_the_encoder_repeats_itself(tmp_path):
     pictures = [np.roll(rng.integers(0, 255, (48, 64, 3), np.uint8) // 4, 3 * i, axis=1) for i in range(6)]
     made = set()
     for _ in range(30):
-        with encoded(tmp_path / "a.mp4", SIZE, 10, CODECS[".mp4", False, False]) as add:
+        with open_encoder(tmp_path / "a.mp4", SIZE, 10, CODECS[".mp4", False, False]) as add:
             for number, picture in enumerate(pictures):
                 add(number, picture)
         made.add((tmp_path / "a.mp4").read_bytes())
@@ -133,7 +133,7 @@ def test_frames_are_the_world_and_the_camera_at_their_times():
             {"time": 0.8, "location": [2, -3, 1], "target": [0, 0, 0]},
         ],
     )
-    film = Film(world, **FLAT)
+    film = VideoPlan(world, **FLAT)
     assert len(film) == 8
     for number in (0, 3, 7):
         frame = film.frame(number)
@@ -146,16 +146,16 @@ def test_frames_are_the_world_and_the_camera_at_their_times():
 
 def test_fps_and_seconds_play_the_same_motion():
     world = moving_world()
-    film = Film(world, fps=5, seconds=1.6, **FLAT)
+    film = VideoPlan(world, fps=5, seconds=1.6, **FLAT)
     assert (len(film), film.fps, film.seconds) == (8, 5, 1.6)
     assert [film.time(number) for number in range(8)] == pytest.approx(np.arange(8) / 10)
-    np.testing.assert_array_equal(film.frame(3)["color"], Film(world, **FLAT).frame(3)["color"])
+    np.testing.assert_array_equal(film.frame(3)["color"], VideoPlan(world, **FLAT).frame(3)["color"])
 
 
 def test_a_world_without_video_is_orbited_and_says_so():
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]}, location=[5, 0, 0])
-    film = Film(world, integrator="flat", samples=1)
+    film = VideoPlan(world, integrator="flat", samples=1)
     assert (len(film), film.fps, film.seconds) == (96, 24, 4)
     assert film.notices == ["the world has no [video], so the camera orbits its middle in 4 seconds"]
     assert world.video is None
@@ -163,8 +163,8 @@ def test_a_world_without_video_is_orbited_and_says_so():
     first, half = film.frame(0).camera, film.frame(48).camera
     np.testing.assert_allclose(first.C, still.C)
     np.testing.assert_allclose((first.C + half.C)[:2] / 2, [5, 0], atol=1e-9)
-    assert Film(moving_world()).notices == []
-    assert "differs from run to run" in Film(moving_world(), time=1.0).notices[0]
+    assert VideoPlan(moving_world()).notices == []
+    assert "differs from run to run" in VideoPlan(moving_world(), time=1.0).notices[0]
 
 
 def test_what_does_not_move_is_built_once(tmp_path):
@@ -172,7 +172,7 @@ def test_what_does_not_move_is_built_once(tmp_path):
         orbit=None,
         keyframe=[{"time": t, "object": "box", "location": [t, 0, 0]} for t in (0, 1)],
     )
-    film = Film(world, **FLAT)
+    film = VideoPlan(world, **FLAT)
     film.frame(0)
     for moment in (world.at(0.5), world.at(1.0)):
         assert moment._core.objects_shared_with(world._core) == 2
@@ -185,7 +185,7 @@ def test_what_does_not_move_is_built_once(tmp_path):
     for number in range(3):
         bending.add_object(box={"size": 0.1}, name=f"box {number}", location=[number, 0, 0])
     bending.prepare()
-    film = Film(bending, bending.default_camera(), **FLAT)
+    film = VideoPlan(bending, bending.default_camera(), **FLAT)
     for number in (0, 5, 20):
         moment = bending.at(film.time(number), 0).prepare()
         assert moment._core.objects_shared_with(bending._core) == 3 + (number == 0)
@@ -249,7 +249,7 @@ def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
     with pytest.raises(raycam.SettingsError, match="never transparent"):
         write_video(moving_world(), tmp_path / "a.mp4", transparent=True, **FLAT)
     with pytest.raises(raycam.SettingsError, match="transparent=True"):
-        Film(moving_world(), **FLAT).frame(0).to_srgba8()
+        VideoPlan(moving_world(), **FLAT).frame(0).to_srgba8()
 
 
 # What can go wrong

@@ -28,12 +28,12 @@ from ..errors import SettingsError, nearest
 from ..world import World
 from .scenes import SCENES, BenchScene, generate
 
-__all__ = ["KINDS", "BenchReport", "BenchRow", "bench", "tiled"]
+__all__ = ["KINDS", "BenchReport", "BenchRow", "bench", "tile_order"]
 
 KINDS = ["build", "primary", "shadow", "bounce", "shuffled"]
 """What is measured, in this order: million triangles a second, then million rays a second."""
 
-SETTLE = 1e-4
+WARMUP_SECONDS = 1e-4
 """How far above the surface secondary rays start, as a part of the scene's size."""
 
 
@@ -167,9 +167,11 @@ def _measure(
         scene=name,
         kind="build",
         count=len(scene.faces),
-        raycam=_rate(len(scene.faces), builds, lambda: world(threads)),
-        raycam_one_thread=_rate(len(scene.faces), builds, lambda: world(1)),
-        embree=None if embree is None else _rate(len(scene.faces), builds, lambda: _Embree(scene).build()),
+        raycam=_rays_per_second(len(scene.faces), builds, lambda: world(threads)),
+        raycam_one_thread=_rays_per_second(len(scene.faces), builds, lambda: world(1)),
+        embree=None
+        if embree is None
+        else _rays_per_second(len(scene.faces), builds, lambda: _Embree(scene).build()),
         differ=None,
     )
     ours = world(threads)
@@ -186,48 +188,48 @@ def _measure(
         theirs, differ = None, None
         if embree is not None:
             o, d = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
-            theirs = _rate(n, repeat, lambda: embree.trace(kind, o, d, t_max))
-            differ = _differ(trace(threads), embree.trace(kind, o, d, t_max))
+            theirs = _rays_per_second(n, repeat, lambda: embree.trace(kind, o, d, t_max))
+            differ = _count_mismatches(trace(threads), embree.trace(kind, o, d, t_max))
         return BenchRow(
             scene=name,
             kind=kind,
             count=n,
-            raycam=_rate(n, repeat, lambda: trace(threads)),
-            raycam_one_thread=_rate(n, repeat, lambda: trace(1)),
+            raycam=_rays_per_second(n, repeat, lambda: trace(threads)),
+            raycam_one_thread=_rays_per_second(n, repeat, lambda: trace(1)),
             embree=theirs,
             differ=differ,
         )
 
     camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=size, fov=scene.fov)
-    origins, directions = (_rounded(rays) for rays in camera.rays(tiled(*camera.size)))
+    origins, directions = (_to_float32(rays) for rays in camera.rays(tile_order(*camera.size)))
     yield row("primary", origins, directions, np.inf)
     hits = ours.cast_rays(origins, directions, threads=threads)
     met = hits["instance"] >= 0
     normal = hits["normal"][met].astype(np.float64)
-    starts = _rounded(hits["position"][met] + SETTLE * np.ptp(scene.vertices, 0).max() * normal)
-    yield row("shadow", starts, _rounded(np.asarray(scene.light) - starts), 1.0)
+    starts = _to_float32(hits["position"][met] + WARMUP_SECONDS * np.ptp(scene.vertices, 0).max() * normal)
+    yield row("shadow", starts, _to_float32(np.asarray(scene.light) - starts), 1.0)
     # A point on the unit sphere around the tip of the normal: cosine-weighted about it.
     rng = np.random.default_rng(seed)
     ball = rng.normal(size=starts.shape)
-    ways = _rounded(normal + ball / np.linalg.norm(ball, axis=1)[:, None])
+    ways = _to_float32(normal + ball / np.linalg.norm(ball, axis=1)[:, None])
     yield row("bounce", starts, ways, np.inf)
     order = rng.permutation(len(starts))
     yield row("shuffled", starts[order], ways[order], np.inf)
 
 
-def tiled(width: int, height: int) -> Floats:
+def tile_order(width: int, height: int) -> Floats:
     """The pixels of a picture in tiles of 8 x 8, the order in which neighbours stay together; [n, 2]."""
     v, u = np.divmod(np.arange(width * height), width)
     order = np.lexsort((u % 8, v % 8, u // 8, v // 8))
     return floats("pixels", np.stack([u[order], v[order]], -1), ("n", 2))
 
 
-def _rounded(a: Floats) -> Floats:
+def _to_float32(a: Floats) -> Floats:
     """To float32, so that Embree sees the same rays."""
     return a.astype(np.float32).astype(np.float64)
 
 
-def _rate(count: int, repeat: int, call: Callable[[], object]) -> float:
+def _rays_per_second(count: int, repeat: int, call: Callable[[], object]) -> float:
     """Millions a second, the best of `repeat` calls after one that does not count."""
     best = np.inf
     for turn in range(repeat + 1):
@@ -238,7 +240,7 @@ def _rate(count: int, repeat: int, call: Callable[[], object]) -> float:
     return count / best / 1e6
 
 
-def _differ(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> int:
+def _count_mismatches(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> int:
     """How many answers are not the same: bools, or t with +inf for a miss."""
     if ours.dtype == bool:
         return int((ours != theirs).sum())

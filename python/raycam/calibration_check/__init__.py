@@ -25,8 +25,8 @@ from .board import Board, opencv
 __all__ = ["Calibration", "SelfCheck", "selfcheck"]
 
 Progress = Callable[[int, int], object]
-MOST_COEFFICIENTS = 14
-FEWEST_VIEWS = 3
+MAX_COEFFICIENTS = 14
+MIN_VIEWS = 3
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def selfcheck(
     camera = _default() if camera is None else camera
     camera = camera if size is None else camera.resized(size)
     _check(camera)
-    views = whole("views", views, FEWEST_VIEWS, 10_000)
+    views = whole("views", views, MIN_VIEWS, 10_000)
     target = Board(board)
     places = target.cameras(camera, views)
     found: list[tuple[npt.NDArray[np.int64], Floats, Camera]] = []
@@ -158,16 +158,16 @@ def selfcheck(
         )
         if keep is not None:
             keep(number, frame)
-        picture = max(picture, _off(place, frame["position"]))
+        picture = max(picture, _reprojection_error(place, frame["position"]))
         light = np.rint(frame["color"][..., 1].clip(0.0, 1.0) * 255.0).astype(np.uint8)
-        numbers, corners = target.find(light)
+        numbers, corners = target.detect(light)
         if len(numbers) >= 8:
             found.append((numbers, corners, place))
     if progress is not None:
         progress(views, views)
-    if len(found) < FEWEST_VIEWS:
+    if len(found) < MIN_VIEWS:
         raise SettingsError(
-            f"OpenCV found the board in {len(found)} of {views} views, it needs {FEWEST_VIEWS}: larger pictures, "
+            f"OpenCV found the board in {len(found)} of {views} views, it needs {MIN_VIEWS}: larger pictures, "
             "more views or more samples help"
         )
     objects = [target.corners[numbers] for numbers, _, _ in found]
@@ -216,7 +216,7 @@ def _pixels(camera: Camera, points: Floats) -> Floats:
     return camera.project(points)[0] - (0.5 + camera.corner)
 
 
-def _off(camera: Camera, position: Floats) -> float:
+def _reprojection_error(camera: Camera, position: Floats) -> float:
     """How far the picture is from the camera: the surface point of each pixel, projected, from the pixel's centre."""
     rows, columns = np.nonzero(np.isfinite(position[..., 0]))
     if not len(rows):
@@ -251,7 +251,7 @@ def _calibrate(camera: Camera, objects: Sequence[Floats], corners: Sequence[Floa
         else:
             until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 300, 1e-12)
             rms, k, lens, _, _ = cv2.calibrateCamera(
-                points, images, camera.size, None, None, flags=_flags(cv2, count), criteria=until
+                points, images, camera.size, None, None, flags=_calibration_flags(cv2, count), criteria=until
             )
     except cv2.error as error:
         raise SettingsError(
@@ -261,10 +261,10 @@ def _calibrate(camera: Camera, objects: Sequence[Floats], corners: Sequence[Floa
     true = _whole_centers(camera)
     focal = max(abs(k[i, i] / true.K[i, i] - 1.0) for i in (0, 1))
     center = float(np.linalg.norm(k[:2, 2] - true.K[:2, 2]))
-    return Calibration(float(rms), k, lens, float(focal), center, _apart(true, k, lens, corners))
+    return Calibration(float(rms), k, lens, float(focal), center, _ray_difference(true, k, lens, corners))
 
 
-def _flags(cv2: Any, count: int) -> int:
+def _calibration_flags(cv2: Any, count: int) -> int:
     """What is free of the 14 coefficients, where the camera has `count` of them."""
     names = {
         0: "FIX_K1 FIX_K2 ZERO_TANGENT_DIST FIX_K3",
@@ -272,12 +272,12 @@ def _flags(cv2: Any, count: int) -> int:
         5: "",
         8: "RATIONAL_MODEL",
         12: "RATIONAL_MODEL THIN_PRISM_MODEL",
-        MOST_COEFFICIENTS: "RATIONAL_MODEL THIN_PRISM_MODEL TILTED_MODEL",
+        MAX_COEFFICIENTS: "RATIONAL_MODEL THIN_PRISM_MODEL TILTED_MODEL",
     }[count]
     return sum(int(getattr(cv2, f"CALIB_{name}")) for name in names.split())
 
 
-def _apart(true: Camera, k: Floats, lens: Floats, corners: Sequence[Floats]) -> float:
+def _ray_difference(true: Camera, k: Floats, lens: Floats, corners: Sequence[Floats]) -> float:
     """How far apart both calibrations see the rays of a grid over the part of the picture that has corners.
 
     A rotation of the whole camera is nothing that a calibration can tell from places: the best one is taken out.

@@ -145,7 +145,7 @@ class Board:
         enough = len(inside) if self.kind == "checkerboard" else 0.6 * len(inside)
         return placed if inside.sum() >= enough else None
 
-    def find(self, picture: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.int64], Floats]:
+    def detect(self, picture: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.int64], Floats]:
         """The numbers [n] of the corners that OpenCV finds in a grey picture [h, w], and where [n, 2].
 
         Pixel centres are whole numbers. Corners are refined in a window that holds nothing but their own edges, in the

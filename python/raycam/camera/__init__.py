@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._serialization import Described
+from .._serialization import DictSerializable
 from ..arrays import Bools, Floats, floats, size_of
 from ..errors import CameraError
 from ._arguments import Lens, Model, PixelCenter, Size, Up, checked_up, lens_of, make, matrix, vector
@@ -19,7 +19,7 @@ from ._optics import Optics
 __all__ = ["Camera"]
 
 
-class Camera(Constructors, Optics, Described):
+class Camera(Constructors, Optics, DictSerializable):
     """A camera, immutable; all numbers are float64.
 
     Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
-from ._options import say, tell
+from ._options import print_notice, print_notices
 
 if TYPE_CHECKING:
     from ..jobs.scheduler import Pool
@@ -79,14 +79,14 @@ def job_options(options: argparse.Namespace) -> Iterator[None]:
 @contextmanager
 def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
     """The workers that the options ask for, with `job_options`."""
-    from ..cluster import pool_of
+    from ..cluster import make_pool
 
     where = options.cluster if options.cluster is not None else options.workers
-    with job_options(options), pool_of(where, threads=options.threads, tell=say) as pool:
+    with job_options(options), make_pool(where, threads=options.threads, tell=print_notice) as pool:
         at_first = list(pool.notices)
-        tell(at_first)
+        print_notices(at_first)
         yield pool
-        tell([notice for notice in pool.notices if notice not in at_first])
+        print_notices([notice for notice in pool.notices if notice not in at_first])
 
 
 def _interrupt(number: int, frame: object) -> None:

@@ -79,7 +79,7 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
         intrinsics = next(iter(load_cameras(options.intrinsics, size=size).values()))
     format = getattr(options, "camera_format", None)
     cameras = load_cameras(path, format, size=size, intrinsics=intrinsics)
-    tell(cameras.notices)
+    print_notices(cameras.notices)
     return cameras
 
 
@@ -248,16 +248,16 @@ def load_world(options: argparse.Namespace) -> World:
     from ..world.load import load
 
     world = load(options.world, texture_memory=options.texture_memory)
-    tell(world.notices)
+    print_notices(world.notices)
     return world
 
 
-def tell(notices: Sequence[str]) -> None:
+def print_notices(notices: Sequence[str]) -> None:
     """Notices, one a line, on stderr."""
     for notice in notices:
-        say(notice)
+        print_notice(notice)
 
 
-def say(notice: str) -> None:
+def print_notice(notice: str) -> None:
     """A notice, now."""
     print(f"raycam: {notice}", file=sys.stderr, flush=True)

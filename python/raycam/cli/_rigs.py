@@ -43,7 +43,7 @@ def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
     return next(iter(rigs_in(options.rig, options).values()))
 
 
-def rig_alone(world: World, options: argparse.Namespace) -> Rig | None:
+def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
     """The rig that `--rig` asks for, in a command that has `--camera` and `--size` for others."""
     rig = rig_of(world, options)
     if rig is not None and (options.camera is not None or options.size is not None):
@@ -81,15 +81,15 @@ def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | 
     return found
 
 
-def beside(output: Path, name: str) -> Path:
+def per_camera_path(output: Path, name: str) -> Path:
     """Where what a camera of a rig sees goes: room.png becomes room_left.png."""
     return output.with_name(f"{output.stem}_{name.replace('/', '_')}{output.suffix}")
 
 
 def save_all(frames: Mapping[str, Frame], output: Path, bits: int | None, half: bool | None) -> list[Path]:
-    """Writes the picture of each camera `beside` the output."""
+    """Writes the picture of each camera `per_camera_path` the output."""
     paths = []
     for name, frame in frames.items():
-        paths.append(beside(output, name))
+        paths.append(per_camera_path(output, name))
         frame.save(paths[-1], bits=bits, half=half)
     return paths

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
 from ._job_options import add_job, job_options, shard_of
-from ._options import Command, add_rendering, add_world, load_world, rendering, size_of, tell
+from ._options import Command, add_rendering, add_world, load_world, print_notices, rendering, size_of
 from ._rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def _run(options: argparse.Namespace) -> None:
             **rendering(options),
             **chosen,
         )
-    tell(written.notices)
+    print_notices(written.notices)
     if written.complete:
         print(f"{options.output}: {written.frames} views, {options.format}")
     else:
@@ -117,7 +117,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
         if options.intrinsics is not None:
             intrinsics = next(iter(load_cameras(options.intrinsics, size=options.size).values()))
         found = load_cameras(options.cameras, options.camera_format, size=options.size, intrinsics=intrinsics)
-        tell(found.notices)
+        print_notices(found.notices)
         cameras, times = found, _times(found)
     if not cameras:
         raise SettingsError(f"{options.cameras} has no cameras")
@@ -146,7 +146,7 @@ def _rigs(
     # A trajectory has poses alone: any camera will do for the rest.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
     poses = load_cameras(options.poses, intrinsics=body, size=(1, 1))
-    tell(poses.notices)
+    print_notices(poses.notices)
     return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, _times(poses)
 
 

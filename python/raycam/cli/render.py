@@ -16,11 +16,11 @@ from ._options import (
     add_world,
     load_world,
     numbers,
+    print_notices,
     rendering,
-    tell,
     view,
 )
-from ._rigs import add_rig, rig_alone, save_all
+from ._rigs import add_rig, require_rig_only, save_all
 
 if TYPE_CHECKING:
     from ..camera import Camera
@@ -90,7 +90,7 @@ def _run(options: argparse.Namespace) -> None:
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
 
     def save(frame: Frame) -> None:
-        tell(frame.notices)
+        print_notices(frame.notices)
         frame.save(output, bits=options.bits, half=options.half)
         _, _, width, height = frame.region
         print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
@@ -112,7 +112,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
     """The world and what sees it, at the time that was asked for."""
-    rig = rig_alone(world, options)
+    rig = require_rig_only(world, options)
     if options.at is None:
         if options.animation is not None:
             raise SettingsError("--animation goes with --at SECONDS")
@@ -140,7 +140,7 @@ def _render_rig(
     for path, (name, frame) in zip(
         save_all(frames, output, options.bits, options.half), frames.items(), strict=True
     ):
-        tell([f"{name}: {notice}" for notice in frame.notices])
+        print_notices([f"{name}: {notice}" for notice in frame.notices])
         _, _, width, height = frame.region
         print(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 
@@ -158,11 +158,11 @@ def _by_job(
     from ..progress import frames_bar
 
     shard = shard_of(options)
-    package = tiled_picture.package(
+    package = tiled_picture.job_package(
         world, camera, channels=names, region=options.region, **rendering(options)
     )
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
-        return tiled_picture.make_picture(
+        return tiled_picture.render_tiled(
             package,
             output.with_name(output.name + ".job"),  # where tiles wait until the picture is complete
             pool,

@@ -46,7 +46,7 @@ def _status(options: argparse.Namespace) -> None:
     print(f"job       {about['job'][:12]}, {about['kind']}, raycam {about['raycam']}")
     print(f"world     {about['world'][:12]}")
     print(f"frames    {state.finished} of {state.frames} finished")
-    runs = job.runs()
+    runs = job.running_processes()
     print(f"running   {', '.join(runs) if runs else 'no'}")
     print(f"failed    {len(state.failed)}")
     for frame, error in list(state.failed.items())[:20]:

@@ -1,6 +1,6 @@
 """Where the frames of a job are made: in this process, in others on this machine, or on a cluster.
 
-`pool_of` chooses. Whatever it is, the frames come out the same, byte for byte: they are functions of the job's
+`make_pool` chooses. Whatever it is, the frames come out the same, byte for byte: they are functions of the job's
 package and their number, and the bytes come back to the one process that writes final files.
 """
 
@@ -15,17 +15,17 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 from ..errors import SettingsError
-from ..io.temp_stream import Spool
-from ..jobs.job_package import Package
-from ..jobs.scheduler import ATTEMPTS, Pool, PoolLost
-from ..jobs.worker import Made, Task, Unfit, forget, keep, make
+from ..io.temp_stream import TempStream
+from ..jobs.job_package import JobPackage
+from ..jobs.scheduler import MAX_ATTEMPTS, Pool, PoolLost
+from ..jobs.worker import FrameResult, FrameTask, WorkerUnfit, cache_package, clear_cache, render_frame
 from .dask_pool import connect
-from .process_pool import Processes
+from .process_pool import ProcessPool
 
-__all__ = ["Executors", "Here", "pool_of"]
+__all__ = ["ExecutorPool", "InProcessPool", "make_pool"]
 
 
-def pool_of(
+def make_pool(
     where: int | str | Executor | Callable[[], Executor] | None = None,
     *,
     threads: int | None = None,
@@ -47,17 +47,17 @@ def pool_of(
     Raises `SettingsError` for anything else, and where Dask is not installed.
     """
     if where is None:
-        return contextlib.closing(Here(threads))
+        return contextlib.closing(InProcessPool(threads))
     if isinstance(where, bool) or (isinstance(where, int) and where < 1):
         raise SettingsError(f"workers must be a whole number >= 1, not {where!r}")
     if isinstance(where, int):
-        return contextlib.closing(Processes(where, threads))
+        return contextlib.closing(ProcessPool(where, threads))
     if isinstance(where, str):
         return contextlib.closing(connect(where, threads, tell))
-    return contextlib.closing(Executors(where, threads=threads))
+    return contextlib.closing(ExecutorPool(where, threads=threads))
 
 
-class Here:
+class InProcessPool:
     """This process, a frame after the other on all `threads`; files of one are encoded while the next is rendered."""
 
     apart = False
@@ -68,20 +68,22 @@ class Here:
         self._executor = ThreadPoolExecutor(2, "raycam-frame")
         self._stopped = threading.Event()
 
-    def open(self, package: Package, path: str) -> None:
+    def open(self, package: JobPackage, path: str) -> None:
         """Remembers the package, whose world is here."""
-        keep(package)
+        cache_package(package)
 
     def threads(self, left: int) -> int | None:
         """As was said: frames share them."""
         return self._threads
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         """Starts a frame."""
         folder = os.path.dirname(task.package)  # the job's own, on the disk where its results will lie
-        return self._executor.submit(make, task, self._watch, None, lambda pieces: Spool(folder, pieces))
+        return self._executor.submit(
+            render_frame, task, self._check_stopped, None, lambda pieces: TempStream(folder, pieces)
+        )
 
-    def _watch(self, done: int, total: int) -> None:
+    def _check_stopped(self, done: int, total: int) -> None:
         if self._stopped.is_set():
             raise PoolLost("stopped")
 
@@ -93,10 +95,10 @@ class Here:
         """Stops what is being rendered, within a fraction of a second."""
         self._stopped.set()
         self._executor.shutdown(cancel_futures=True)
-        forget()
+        clear_cache()
 
 
-class Executors:
+class ExecutorPool:
     """Any `concurrent.futures.Executor`, or a function that makes one, called again where one breaks."""
 
     apart = True
@@ -112,7 +114,7 @@ class Executors:
         self._unfit: Counter[int] = Counter()
         self._reason = ""
 
-    def open(self, package: Package, path: str) -> None:
+    def open(self, package: JobPackage, path: str) -> None:
         """Workers fetch the package by themselves; here it is for those that do not find it."""
         self._package = package
 
@@ -120,25 +122,25 @@ class Executors:
         """As was said."""
         return self._threads
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         """Starts a frame, with the package where a worker did not find it."""
         asked_before = self._unfit[task.frame]
-        if asked_before >= ATTEMPTS:
+        if asked_before >= MAX_ATTEMPTS:
             raise PoolLost(self._reason)
         data = self._package.to_bytes() if asked_before else None
         try:
-            future = self._executor.submit(make, task, None, data)
+            future = self._executor.submit(render_frame, task, None, data)
         except RuntimeError:  # a BrokenExecutor is one
             if self._make is None:
                 raise
             self._executor = self._make()
-            future = self._executor.submit(make, task, None, data)
-        future.add_done_callback(lambda done: self._hear(task, done))
+            future = self._executor.submit(render_frame, task, None, data)
+        future.add_done_callback(lambda done: self._collect_result(task, done))
         return future
 
-    def _hear(self, task: Task, done: Future[Made]) -> None:
+    def _collect_result(self, task: FrameTask, done: Future[FrameResult]) -> None:
         fault = None if done.cancelled() else done.exception()
-        if isinstance(fault, Unfit):
+        if isinstance(fault, WorkerUnfit):
             self._reason = str(fault)
             self._unfit[task.frame] += 1
 
@@ -150,3 +152,7 @@ class Executors:
         """Ends an executor that was made here; one that was given stays open."""
         if self._make is not None:
             self._executor.shutdown(wait=False, cancel_futures=True)
+
+
+pool_of = make_pool
+"""Former name of `make_pool`, kept for one release."""

@@ -19,23 +19,27 @@ from urllib.parse import urlsplit
 
 from .. import _core
 from ..errors import SettingsError
-from ..jobs.job_package import Package
+from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import PoolLost, WorkerDied, shared_threads
-from ..jobs.worker import Made, Task, Unfit
+from ..jobs.worker import FrameResult, FrameTask, WorkerUnfit
 
 if TYPE_CHECKING:
-    from .worker_registry import Roll
+    from .worker_registry import WorkerRegistry
 
-__all__ = ["Dask", "connect"]
+__all__ = ["DaskPool", "connect"]
 
-CONNECT = 20.0  # seconds in which a scheduler answers
-ANSWER = 5.0  # seconds in which a worker says whether it can make the frames of a job
-REFRESH = 2.0  # seconds for which the number of workers is believed
-SILENCE = 5.0  # seconds without a worker after which that is told; again after twice as long, and so on
-LOOK = 0.2  # seconds between looks for a first one
+CONNECT_TIMEOUT = 20.0  # seconds in which a scheduler answers
+ANSWER_TIMEOUT = 5.0  # seconds in which a worker says whether it can make the frames of a job
+REFRESH_INTERVAL = 2.0  # seconds for which the number of workers is believed
+SILENCE_TIMEOUT = (
+    5.0  # seconds without a worker after which that is told; again after twice as long, and so on
+)
+POLL_INTERVAL = 0.2  # seconds between looks for a first one
 
 
-def connect(address: str, threads: int | None = None, tell: Callable[[str], object] = warnings.warn) -> Dask:
+def connect(
+    address: str, threads: int | None = None, tell: Callable[[str], object] = warnings.warn
+) -> DaskPool:
     """The Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT", or with "local:N" a new one of N processes here.
 
     `tell` is told at once where it waits for workers.
@@ -51,11 +55,13 @@ def connect(address: str, threads: int | None = None, tell: Callable[[str], obje
         if not rest.isdigit() or int(rest) < 1:
             raise SettingsError(f"{address!r}: expected local:N with N processes, as in local:4")
         cluster = _local(address, int(rest))
-        return Dask(distributed.Client(cluster), threads, cluster, tell)
+        return DaskPool(distributed.Client(cluster), threads, cluster, tell)
     if kind not in ("tcp", "tls") or not urlsplit(address).port:
         raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
     try:
-        return Dask(distributed.Client(address, timeout=CONNECT, set_as_default=False), threads, tell=tell)
+        return DaskPool(
+            distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False), threads, tell=tell
+        )
     except OSError as fault:
         raise OSError(f"no Dask scheduler answers at {address}: {fault}") from None
 
@@ -93,7 +99,7 @@ def _local(address: str, count: int) -> Any:
             ) from None
 
 
-class Dask:
+class DaskPool:
     """The workers of a Dask scheduler."""
 
     apart = True
@@ -107,11 +113,11 @@ class Dask:
     ) -> None:
         self._client, self._cluster, self._tell = client, cluster, tell
         self._alone_since: float | None = None
-        self._next_word = SILENCE
-        self._looked = float("-inf")
+        self._next_report = SILENCE_TIMEOUT
+        self._polled_at = float("-inf")
         self._workers: dict[str, dict[str, Any]] = {}  # as they were then
-        self._roll: Roll | None = None
-        self._placed: dict[Future[Made], tuple[Future[Made], frozenset[str]]] = {}
+        self._registry: WorkerRegistry | None = None
+        self._submitted: dict[Future[FrameResult], tuple[Future[FrameResult], frozenset[str]]] = {}
         """What is under way: the engine's future, and whom it is meant for."""
         self._given = threads
         self._executor = client.get_executor(pure=False, retries=0)
@@ -133,43 +139,43 @@ class Dask:
         alone = len(hosts) == len(self._workers) == sum(map(_threads_of, self._workers.values()))
         return None if alone else 1
 
-    def open(self, package: Package, path: str) -> None:
+    def open(self, package: JobPackage, path: str) -> None:
         """Waits for a worker, asks all who can make frames of the package, and sends it to those that do not see it.
 
         Raises `OSError` where the scheduler goes meanwhile.
         """
-        from .worker_registry import Roll
+        from .worker_registry import WorkerRegistry
 
-        self._look()
+        self._poll()
         while not self._workers:
             if self._client.status in ("closing", "closed"):
                 raise OSError(f"the Dask scheduler at {self._client.scheduler.address} has gone")
-            time.sleep(LOOK)
-            self._look()
-        self._roll = Roll(self._client, package, path, self._note_unfit)
-        self._look()
-        self._roll.wait(ANSWER)  # one that stands still is no reason to wait for longer
+            time.sleep(POLL_INTERVAL)
+            self._poll()
+        self._registry = WorkerRegistry(self._client, package, path, self._report_unfit)
+        self._poll()
+        self._registry.wait(ANSWER_TIMEOUT)  # one that stands still is no reason to wait for longer
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         """Starts a frame."""
         from . import dask_worker
 
-        fit = [] if self._roll is None else self._roll.fit(ANSWER)
+        fit = [] if self._registry is None else self._registry.fit(ANSWER_TIMEOUT)
         # Others are not forbidden: a frame must not wait for ever for workers that have gone.
         where = {"workers": fit, "allow_other_workers": True} if fit else {}
         try:
-            theirs = self._executor.submit(dask_worker.make, task, **where)
+            theirs = self._executor.submit(dask_worker.render_frame, task, **where)
         except Exception as fault:
             raise PoolLost(str(fault)) from fault
-        ours: Future[Made] = Future()
-        self._placed[ours] = (theirs, frozenset(fit))
-        theirs.add_done_callback(lambda done: self._hear(ours, done))
+        ours: Future[FrameResult] = Future()
+        self._submitted[ours] = (theirs, frozenset(fit))
+        theirs.add_done_callback(lambda done: self._collect_result(ours, done))
         return ours
 
     def slots(self) -> int:
         """Two frames for each thread of the workers there are now."""
-        if time.monotonic() - self._looked > REFRESH:
-            self._look()
+        if time.monotonic() - self._polled_at > REFRESH_INTERVAL:
+            self._poll()
         return max(1, 2 * sum(map(_threads_of, self._workers.values())))
 
     def close(self) -> None:
@@ -181,56 +187,56 @@ class Dask:
         if self._cluster is not None:
             self._cluster.close(timeout=10)
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         """Sees who is there now."""
-        self._looked = time.monotonic()
+        self._polled_at = time.monotonic()
         with contextlib.suppress(Exception):  # a scheduler that has gone is told by the frames
             self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
-            if self._roll is not None:
-                self._roll.look(self._workers)
-        self._take_back()
-        self._tell_of_waiting()
+            if self._registry is not None:
+                self._registry.poll(self._workers)
+        self._cancel()
+        self._report_waiting()
 
-    def _take_back(self) -> None:
+    def _cancel(self) -> None:
         """Takes back frames that wait for workers which have all gone: Dask gives those to no worker that joins later,
         though others are allowed."""
-        for ours, (theirs, fit) in list(self._placed.items()):
+        for ours, (theirs, fit) in list(self._submitted.items()):
             gone = fit and self._workers and fit.isdisjoint(self._workers)
-            if gone and self._placed.pop(ours, None) is not None:
+            if gone and self._submitted.pop(ours, None) is not None:
                 theirs.cancel()
-                ours.set_exception(Unfit("all workers that it was meant for have gone"))
+                ours.set_exception(WorkerUnfit("all workers that it was meant for have gone"))
 
-    def _tell_of_waiting(self) -> None:
+    def _report_waiting(self) -> None:
         """Tells where there has been no worker for long, seldom, and then that there is one."""
         if self._workers:
-            if self._next_word > SILENCE:
+            if self._next_report > SILENCE_TIMEOUT:
                 self._tell("there is a worker now: it goes on")
-            self._alone_since, self._next_word = None, SILENCE
+            self._alone_since, self._next_report = None, SILENCE_TIMEOUT
             return
-        self._alone_since = self._looked if self._alone_since is None else self._alone_since
-        seconds = self._looked - self._alone_since
-        if seconds >= self._next_word:
-            self._next_word = 2 * seconds
+        self._alone_since = self._polled_at if self._alone_since is None else self._alone_since
+        seconds = self._polled_at - self._alone_since
+        if seconds >= self._next_report:
+            self._next_report = 2 * seconds
             self._tell(
                 f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: "
                 f"waiting for one (dask worker {self._client.scheduler.address})"
             )
 
-    def _note_unfit(self, worker: str, reason: str) -> None:
+    def _report_unfit(self, worker: str, reason: str) -> None:
         self.notices.append(f"{worker} makes no frames: {reason}")
 
-    def _hear(self, ours: Future[Made], theirs: Future[Made]) -> None:
+    def _collect_result(self, ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
         """Passes an answer on; of a worker that was not fit it is asked again whether it is."""
-        if self._placed.pop(ours, None) is None:  # it was taken back
+        if self._submitted.pop(ours, None) is None:  # it was taken back
             return
         fault = None if theirs.cancelled() else theirs.exception()
-        if isinstance(fault, Unfit) and fault.worker is not None and self._roll is not None:
-            self._roll.forget(fault.worker)
-            self._looked = float("-inf")
-        _answer(ours, theirs)
+        if isinstance(fault, WorkerUnfit) and fault.worker is not None and self._registry is not None:
+            self._registry.forget(fault.worker)
+            self._polled_at = float("-inf")
+        _resolve_future(ours, theirs)
 
 
-def _answer(ours: Future[Made], theirs: Future[Made]) -> None:
+def _resolve_future(ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
     """Gives ours what theirs has, deaths of workers in our words."""
     from distributed import KilledWorker
 

@@ -10,11 +10,11 @@ from distributed import get_worker
 
 from ..io import atomic_files
 from ..jobs import worker
-from ..jobs.worker import Made, NoPackage, Task, Unfit
+from ..jobs.worker import FrameResult, FrameTask, PackageNotFound, WorkerUnfit
 
-__all__ = ["dask_setup", "has_package", "keep_package", "make"]
+__all__ = ["dask_setup", "has_package", "keep_package", "render_frame"]
 
-KEPT = 4  # packages on the disk of a worker, which may live for many jobs
+MAX_PACKAGES = 4  # packages on the disk of a worker, which may live for many jobs
 
 
 def dask_setup(worker: object) -> None:
@@ -22,20 +22,20 @@ def dask_setup(worker: object) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def make(task: Task) -> Made:
-    """Makes a frame as `worker.make` does; an `Unfit` says in `worker` which one this is."""
+def render_frame(task: FrameTask) -> FrameResult:
+    """Makes a frame as `worker.make` does; an `WorkerUnfit` says in `worker` which one this is."""
     try:
-        return worker.make(task)
-    except Unfit as fault:
+        return worker.render_frame(task)
+    except WorkerUnfit as fault:
         fault.worker = get_worker().address
         raise
 
 
-def has_package(task: Task) -> bool:
-    """Whether this worker has or finds the package of a job; raises `Unfit` where it could do nothing with it."""
+def has_package(task: FrameTask) -> bool:
+    """Whether this worker has or finds the package of a job; raises `WorkerUnfit` where it could do nothing with it."""
     try:
-        worker.fetch(task)
-    except NoPackage:
+        worker.load_package(task)
+    except PackageNotFound:
         return False
     return True
 
@@ -46,8 +46,8 @@ def keep_package(job: str, data: bytes) -> None:
     folder.mkdir(exist_ok=True)
     atomic_files.write(folder / job, data)
     for old in sorted(folder.iterdir(), key=os.path.getmtime)[
-        :-KEPT
+        :-MAX_PACKAGES
     ]:  # whose job still goes on asks for it again
         old.unlink()
-    if folder not in worker.PLACES:
-        worker.PLACES.append(folder)
+    if folder not in worker.PACKAGE_PATHS:
+        worker.PACKAGE_PATHS.append(folder)

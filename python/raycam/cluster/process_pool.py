@@ -22,17 +22,17 @@ from typing import IO, Any
 from .. import _core, errors
 from ..errors import Error
 from ..io import memory_limits
-from ..io.temp_stream import Spool, SpoolError
-from ..jobs.job_package import Package
+from ..io.temp_stream import TempStream, TempStreamError
+from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import PoolLost, WorkerDied, shared_threads
-from ..jobs.worker import Made, NoPackage, Task, Unfit
+from ..jobs.worker import FrameResult, FrameTask, PackageNotFound, WorkerUnfit
 
-__all__ = ["FrameError", "Processes"]
+__all__ = ["FrameError", "ProcessPool"]
 
 # A world in memory with what is built of it, beside its bytes; and a worker without any.
-GROWTH = 20
-BARE = 150 << 20
-FULL = 0.9
+MEMORY_PER_WORLD_BYTE = 20
+WORKER_BASE_BYTES = 150 << 20
+MAX_MEMORY_FRACTION = 0.9
 """The share of the memory that workers may fill."""
 
 
@@ -40,7 +40,7 @@ class FrameError(Exception):
     """What a frame raised in a worker, where it is no error of raycam's own."""
 
 
-class Processes:
+class ProcessPool:
     """Workers on this machine, `count` processes with `threads` each (default: the cores shared out).
 
     Where the memory would not do for all of them, fewer are started.
@@ -51,23 +51,23 @@ class Processes:
     def __init__(self, count: int, threads: int | None = None) -> None:
         self._given = threads
         self._count = count
-        self._tasks: queue.SimpleQueue[tuple[Task, Future[Made]] | None] = queue.SimpleQueue()
+        self._tasks: queue.SimpleQueue[tuple[FrameTask, Future[FrameResult]] | None] = queue.SimpleQueue()
         self._servants: list[threading.Thread] = []
         self._workers: list[_Worker] = []
         self._closing = False
-        self._expected = BARE
+        self._expected = WORKER_BASE_BYTES
 
-    def open(self, package: Package, path: str) -> None:
+    def open(self, package: JobPackage, path: str) -> None:
         """Thinks about how much memory a worker will need."""
-        self._expected = BARE + GROWTH * len(package.world_bytes)
+        self._expected = WORKER_BASE_BYTES + MEMORY_PER_WORLD_BYTE * len(package.world_bytes)
 
     def threads(self, left: int) -> int | None:
         """As was said, or else the cores shared out."""
         return self._given or shared_threads(_core.available_threads(), self._count, left)
 
-    def submit(self, task: Task) -> Future[Made]:
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
         """Starts a frame."""
-        future: Future[Made] = Future()
+        future: Future[FrameResult] = Future()
         self._tasks.put((task, future))
         return future
 
@@ -105,10 +105,10 @@ class Processes:
 
     def _has_room(self) -> bool:
         """Whether one more worker fits into the memory, those that still grow taken as large as the largest."""
-        sizes = [memory_limits.peak(pid) for pid in self.pids()]
+        sizes = [memory_limits.peak_bytes(pid) for pid in self.pids()]
         expected = max([self._expected, *sizes])
         growing = sum(expected - size for size in sizes) + expected * (len(self._servants) - len(sizes))
-        return growing + expected <= memory_limits.left(FULL)
+        return growing + expected <= memory_limits.available_bytes(MAX_MEMORY_FRACTION)
 
     def _serve(self) -> None:
         """Hands tasks to one worker after the other, and a new worker in place of one that died."""
@@ -148,7 +148,7 @@ class _Worker:
             stderr=self._said,
         )
 
-    def make(self, task: Task) -> Made:
+    def make(self, task: FrameTask) -> FrameResult:
         """Makes a frame; raises `WorkerDied` where the worker does not live to answer."""
         to, back = self.process.stdin, self.process.stdout
         if to is None or back is None:  # they are pipes
@@ -156,28 +156,29 @@ class _Worker:
         try:
             to.write(json.dumps(task._asdict()).encode() + b"\n")
             to.flush()
-            gathered: list[Spool] = []
-            full: SpoolError | None = None
-            while "piece" in (answer := json.loads(_line(back))):
-                piece = _exactly(back, answer["piece"])
+            gathered: list[TempStream] = []
+            full: TempStreamError | None = None
+            while "piece" in (answer := json.loads(_read_line(back))):
+                piece = _read_exactly(back, answer["piece"])
                 try:
                     if answer["begins"]:
-                        gathered.append(Spool(os.path.dirname(task.package)))
+                        gathered.append(TempStream(os.path.dirname(task.package)))
                     if full is None:
                         gathered[-1].add(piece)
-                except SpoolError as fault:  # told when the worker has answered, who is heard to the end
+                except TempStreamError as fault:  # told when the worker has answered, who is heard to the end
                     full = full or fault
             if full is not None:
                 raise full
             if "error" in answer:
-                raise _fault(answer)
+                raise _worker_error(answer)
             places = iter(gathered)
             files = {
-                name: next(places) if size is None else _exactly(back, size) for name, size in answer["files"]
+                name: next(places) if size is None else _read_exactly(back, size)
+                for name, size in answer["files"]
             }
         except (EOFError, BrokenPipeError):
             raise WorkerDied(self.end()) from None
-        return Made(task.frame, files, answer["notices"], answer["seconds"])
+        return FrameResult(task.frame, files, answer["notices"], answer["seconds"])
 
     def end(self) -> str:
         """Ends the process; how it ended, and the last that it said."""
@@ -200,9 +201,9 @@ class _Worker:
         return f"a worker ended with {how}" + (f"\n{words}" if words else "")
 
 
-def _fault(answer: dict[str, Any]) -> Exception:
+def _worker_error(answer: dict[str, Any]) -> Exception:
     """What the worker raised."""
-    if answer["error"] in (Unfit.__name__, NoPackage.__name__):
+    if answer["error"] in (WorkerUnfit.__name__, PackageNotFound.__name__):
         return PoolLost(answer["text"])  # and all others are as this one
     kind = getattr(errors, answer["error"], None)
     fault: Exception = FrameError(f"{answer['error']}: {answer['text']}")
@@ -212,14 +213,14 @@ def _fault(answer: dict[str, Any]) -> Exception:
     return fault
 
 
-def _line(pipe: IO[bytes]) -> bytes:
+def _read_line(pipe: IO[bytes]) -> bytes:
     line = pipe.readline()
     if not line.endswith(b"\n"):
         raise EOFError
     return line
 
 
-def _exactly(pipe: IO[bytes], size: int) -> bytes:
+def _read_exactly(pipe: IO[bytes], size: int) -> bytes:
     data = pipe.read(size)
     if len(data) != size:
         raise EOFError

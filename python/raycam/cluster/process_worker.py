@@ -12,12 +12,12 @@ from collections.abc import Iterable
 from typing import IO, Any
 
 from ..io.temp_stream import Piece
-from ..jobs.worker import Task, make
+from ..jobs.worker import FrameTask, render_frame
 
 __all__ = ["serve"]
 
 
-class _Sent(bytes):
+class _StreamedFile(bytes):
     """Stands for a file whose pieces are on their way already."""
 
 
@@ -32,7 +32,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
             answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")
             answers.write(piece)
             begins = False
-        return _Sent()
+        return _StreamedFile()
 
     def go_on(done: int, total: int) -> None:
         if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
@@ -41,10 +41,10 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
     for line in tasks:
         files: list[bytes] = []
         try:
-            made = make(Task(**json.loads(line)), go_on, gather=send)
+            made = render_frame(FrameTask(**json.loads(line)), go_on, gather=send)
             sizes: list[tuple[str, int | None]] = []
             for name, data in made.files.items():
-                if isinstance(data, bytes) and not isinstance(data, _Sent):
+                if isinstance(data, bytes) and not isinstance(data, _StreamedFile):
                     files.append(data)
                     sizes.append((name, len(data)))
                 else:

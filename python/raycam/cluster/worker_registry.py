@@ -14,47 +14,49 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from ..jobs.job_package import Package
+from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import PoolLost
-from ..jobs.worker import Task
+from ..jobs.worker import FrameTask
 from . import dask_worker
 
-__all__ = ["Roll"]
+__all__ = ["WorkerRegistry"]
 
-AT_A_TIME = 4
+MAX_CONCURRENT_SENDS = 4
 """Workers that the package is on its way to: the scheduler holds it for each of them."""
 
 
-class Roll:
+class WorkerRegistry:
     """Which workers of a client can make the frames of a package, which lies in the file `path`.
 
     `unfit(address, reason)` is told of those that cannot.
     """
 
-    def __init__(self, client: Any, package: Package, path: str, unfit: Callable[[str, str], object]) -> None:
+    def __init__(
+        self, client: Any, package: JobPackage, path: str, unfit: Callable[[str, str], object]
+    ) -> None:
         self._client, self._package, self._unfit = client, package, unfit
-        self._task = Task(package.id, path, 0)
+        self._task = FrameTask(package.id, path, 0)
         self._changed = threading.Condition()
         self._fit: set[str] = set()
         self._why_not: dict[str, str] = {}
-        self._blind: deque[str] = deque()
+        self._without_package: deque[str] = deque()
         # Futures, which are kept because Dask takes back what nobody keeps.
-        self._asked: dict[str, Any] = {}
-        self._bringing: dict[str, Any] = {}
+        self._probing: dict[str, Any] = {}
+        self._sending: dict[str, Any] = {}
 
-    def look(self, addresses: Iterable[str]) -> None:
+    def poll(self, addresses: Iterable[str]) -> None:
         """Takes `addresses` as the workers that there are now, and asks those that have not been asked."""
         there = set(addresses)
         with self._changed:
             self._fit &= there
-            self._blind = deque(address for address in self._blind if address in there)
-            for some in (self._why_not, self._asked, self._bringing):
+            self._without_package = deque(address for address in self._without_package if address in there)
+            for some in (self._why_not, self._probing, self._sending):
                 for gone in some.keys() - there:
                     del some[gone]
-            known = self._fit.union(self._blind, self._why_not, self._asked, self._bringing)
+            known = self._fit.union(self._without_package, self._why_not, self._probing, self._sending)
             for address in sorted(there - known):
-                self._ask(address)
-            self._bring()
+                self._probe(address)
+            self._send_package()
 
     def forget(self, address: str) -> None:
         """A worker could not make a frame after all: it is asked again at the next look."""
@@ -78,29 +80,29 @@ class Roll:
             self._changed.wait_for(lambda: not self._is_open(), patience)
 
     def _is_open(self) -> bool:
-        return bool(self._asked or self._blind or self._bringing)
+        return bool(self._probing or self._without_package or self._sending)
 
-    def _ask(self, address: str) -> None:
+    def _probe(self, address: str) -> None:
         """Asks a worker whether it has raycam, and then whether it sees the package."""
 
         def further(_: Any) -> None:
-            self._start(self._asked, address, sort, dask_worker.has_package, self._task)
+            self._start(self._probing, address, sort, dask_worker.has_package, self._task)
 
         def sort(answer: Any) -> None:
-            (self._fit.add if answer.result() else self._blind.append)(address)
+            (self._fit.add if answer.result() else self._without_package.append)(address)
 
-        self._start(self._asked, address, further, importlib.import_module, dask_worker.__name__)
+        self._start(self._probing, address, further, importlib.import_module, dask_worker.__name__)
 
-    def _bring(self) -> None:
+    def _send_package(self) -> None:
         """Sends the package to those that wait for it, a few at a time."""
-        while self._blind and len(self._bringing) < AT_A_TIME:
-            self._bring_to(self._blind.popleft())
+        while self._without_package and len(self._sending) < MAX_CONCURRENT_SENDS:
+            self._send_package_to(self._without_package.popleft())
 
-    def _bring_to(self, address: str) -> None:
+    def _send_package_to(self, address: str) -> None:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")  # it is, and never twice to the same
             self._start(
-                self._bringing, address, lambda _: self._fit.add(address),
+                self._sending, address, lambda _: self._fit.add(address),
                 dask_worker.keep_package, self._task.job, self._package.to_bytes(),
             )  # fmt: skip
 
@@ -115,9 +117,9 @@ class Roll:
         """Has a worker do something, and goes on with `then(future)` where it is done."""
         future = self._client.submit(work, *data, workers=[address], pure=False, retries=0, priority=1)
         under_way[address] = future
-        future.add_done_callback(lambda _: self._hear(under_way, address, future, then))
+        future.add_done_callback(lambda _: self._collect_answer(under_way, address, future, then))
 
-    def _hear(
+    def _collect_answer(
         self, under_way: dict[str, Any], address: str, future: Any, then: Callable[[Any], object]
     ) -> None:
         from distributed import KilledWorker
@@ -135,5 +137,5 @@ class Roll:
                 reason = f"{type(fault).__name__}: {fault}".partition("\n")[0]
                 self._why_not[address] = reason
                 self._unfit(address, reason)
-            self._bring()
+            self._send_package()
             self._changed.notify_all()

@@ -16,7 +16,7 @@ from typing import Any
 
 from ..arrays import whole
 from ..camera import Camera
-from ..cluster import pool_of
+from ..cluster import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
 from ..jobs import Job
@@ -25,11 +25,11 @@ from ..render import render
 from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
-from .job_units import package, record_name
+from .job_units import job_package, record_name
 from .per_world import each_index
-from .plan import Plan, Record, View, check_poses, chosen
+from .plan import Plan, Record, View, check_poses, resolve_options
 
-__all__ = ["FORMATS", "Written", "views", "write"]
+__all__ = ["FORMATS", "DatasetResult", "views", "write"]
 
 RENDERING = set(inspect.signature(render).parameters) - {
     *("world", "camera", "channels", "frame", "region", "progress"),
@@ -40,7 +40,7 @@ Progress = Callable[[int, int, int], object]
 
 
 @dataclass(frozen=True)
-class Written:
+class DatasetResult:
     """A data set that was written."""
 
     folder: Path
@@ -109,7 +109,7 @@ def write(
     progress: Progress | None = None,
     tell: Callable[[str], object] = warnings.warn,
     **options: Any,
-) -> Written:
+) -> DatasetResult:
     """Writes what cameras see of a world, with ground truth, to a folder in one of `FORMATS`.
 
     `cameras` and `times` are as in `views`; `options` are those of `raycam.render` (`integrator`, `samples`, `seed`,
@@ -137,10 +137,10 @@ def write(
     lie, by every worker.
 
     The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
-    call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With
+    call is made again after it was stopped, `workers` and `shard` (i, n) are as in `make_pool` and `Job.run`. With
     `resume=False` it begins anew. The index files are written when all views are there. Memory does not grow with the
     number of views; what "colmap" has to know of all of them is a bit for each point and view in a temporary file.
-    `progress(done, total, failed)` is called after each unit of work, `tell` as in `pool_of`.
+    `progress(done, total, failed)` is called after each unit of work, `tell` as in `make_pool`.
 
     Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered; `JobError`
     where the folder holds another data set, and at the end where views failed; `OSError`.
@@ -150,13 +150,13 @@ def write(
     kind = FORMATS[format]
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}
     threads = rendering.pop("threads", None)
-    own = chosen(options, kind.options, format)
-    plan = planned(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
+    own = resolve_options(options, kind.options, format)
+    plan = make_plan(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
     if kind.posed:
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    what = package(format, plan)
+    what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().damaged
     if plan.recipe is None:
@@ -167,7 +167,7 @@ def write(
         nonlocal made
         made += 1
 
-    with pool_of(workers, threads=threads, tell=tell) as pool:
+    with make_pool(workers, threads=threads, tell=tell) as pool:
         job.run(
             pool,
             shard=shard,
@@ -182,20 +182,20 @@ def write(
         for unit in range(first, total if end is None else end):
             yield json.loads((target / record_name(unit)).read_bytes())
 
-    with job.joining():
+    with job.assembling():
         complete = all(job.has(unit) for unit in range(total))
         if complete:
             apart = plan.recipe is not None and not kind.many_worlds
             files = each_index(kind, plan, records) if apart else kind.index(plan, records)
             names = []
             for name, pieces in files:
-                put(target / name, pieces)
+                write_file(target / name, pieces)
                 names.append(name)
-            job.note_joined(names)
-    return Written(target, len(plan.shots), made, complete, notices)
+            job.mark_assembled(names)
+    return DatasetResult(target, len(plan.shots), made, complete, notices)
 
 
-def planned(
+def make_plan(
     world: World | Recipe,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None,
     times: Sequence[float] | None,
@@ -230,9 +230,13 @@ def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list
     return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
 
 
-def put(path: Path, pieces: Any) -> None:
+def write_file(path: Path, pieces: Any) -> None:
     """Writes a file in pieces, by the one way files are written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_files.atomic_path(path) as temporary, temporary.open("wb") as file:
         for piece in pieces:
             file.write(piece)
+
+
+Written = DatasetResult
+"""Former name of `DatasetResult`, kept for one release."""

@@ -11,10 +11,10 @@ import numpy as np
 from ..annotations.labels import Label, Region
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from .bop_models import MILLIMETRES, Catalogue, models, scene
+from .bop_models import MILLIMETRES, ModelCatalogue, models, scene
 from .coco import segmentation
 from .per_world import in_world
-from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, png
 
 __all__ = ["FORMAT"]
 
@@ -65,7 +65,7 @@ def make(plan: Plan, number: int) -> Made:
             }
         )
     camera = {
-        "cam_K": whole_centers(shot.camera).ravel().tolist(),
+        "cam_K": k_with_integer_centers(shot.camera).ravel().tolist(),
         "depth_scale": scale,
         "cam_R_w2c": shot.camera.R.ravel().tolist(),
         "cam_t_w2c": (shot.camera.t * MILLIMETRES).tolist(),
@@ -133,7 +133,7 @@ def base_of(plan: Plan, world: int) -> str:
 
 def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
     """The JSON files of the scenes, one for each world, and of the models, and the models."""
-    catalogue = Catalogue(plan)
+    catalogue = ModelCatalogue(plan)
     views = len(plan.shots) // len(catalogue.ids)
     for world, ids in enumerate(catalogue.ids):
 
@@ -195,7 +195,7 @@ def coco_rows(
 
 def camera_json(camera: Camera) -> Record:
     """What the first camera is; those of all pictures are in scene_camera.json."""
-    k = whole_centers(camera)
+    k = k_with_integer_centers(camera)
     width, height = camera.size
     return {
         "cx": k[0, 2],

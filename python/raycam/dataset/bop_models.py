@@ -13,7 +13,7 @@ from ..arrays import Floats
 from .per_world import part, world_count
 from .plan import Plan, Record
 
-__all__ = ["MILLIMETRES", "Catalogue", "models"]
+__all__ = ["MILLIMETRES", "ModelCatalogue", "models"]
 
 MILLIMETRES = 1000.0
 MANY = 20_000
@@ -57,7 +57,7 @@ Known = dict[int, list[tuple[float, Floats, int]]]
 """Models by how many triangles they have: their size, what tells their shape, and their id."""
 
 
-class Catalogue:
+class ModelCatalogue:
     """The models of all worlds of a data set: each shape once, whatever worlds it is in."""
 
     def __init__(self, plan: Plan) -> None:
@@ -108,7 +108,7 @@ def scene(plan: Plan, world: int) -> Plan:
     return plan if plan.recipe is None else part(plan, world)
 
 
-def in_own_axes(plan: Plan, number: int, points: Floats) -> Floats:
+def to_model_space(plan: Plan, number: int, points: Floats) -> Floats:
     """Points of an object in the world [n, 3] in millimetres, in the axes that its pose turns."""
     rotation, origin = box3d(plan.world, number).rotation, plan.objects[number].matrix[:3, 3]
     return (points - origin) @ rotation * MILLIMETRES
@@ -117,7 +117,7 @@ def in_own_axes(plan: Plan, number: int, points: Floats) -> Floats:
 def fingerprint(plan: Plan, number: int) -> tuple[int, float, Floats]:
     """How many triangles an object has, its size in millimetres, and numbers around 1 that tell its shape."""
     corners = plan.world.triangles(number).reshape(-1, 3)
-    points = in_own_axes(plan, number, corners)
+    points = to_model_space(plan, number, corners)
     size = float(np.sqrt((points**2).mean())) or 1.0
     unit = points / size
     others = np.roll(unit, 1, axis=1)
@@ -134,7 +134,7 @@ def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
     """Vertices of an object in millimetres, in the axes that its pose turns, each place once, and its triangles."""
     corners = plan.world.triangles(number).reshape(-1, 3)
     vertices, triangles = np.unique(corners, axis=0, return_inverse=True)
-    return in_own_axes(plan, number, vertices), triangles.reshape(-1, 3)
+    return to_model_space(plan, number, vertices), triangles.reshape(-1, 3)
 
 
 def diameter(vertices: Floats) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import JobError
 from ..io.temp_stream import Piece
-from ..jobs.job_package import Package
+from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, Progress, register
 from ..randomize import Recipe
 from ..world import World
@@ -18,7 +18,7 @@ from .formats import FORMATS
 from .per_world import each_make
 from .plan import Plan, View
 
-__all__ = ["package", "record_name", "unit_maker"]
+__all__ = ["job_package", "record_name", "unit_maker"]
 
 PREFIX = "view"
 
@@ -28,7 +28,7 @@ def record_name(unit: int) -> str:
     return f".raycam-dataset/{unit:06d}.json"
 
 
-def package(format: str, plan: Plan) -> Package:
+def job_package(format: str, plan: Plan) -> JobPackage:
     """Everything that the files of a data set are a function of: meshes, textures, cameras, options.
 
     Of a recipe, the SHA-256 of its files: who makes the worlds reads them where they lie.
@@ -45,7 +45,7 @@ def package(format: str, plan: Plan) -> Package:
         settings["rigs"] = [shot.rig for shot in plan.shots]
     if recipe is None:
         cameras = [shot.camera for shot in plan.shots]
-        return Package("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
+        return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
     worlds = 1 + max(shot.world or 0 for shot in plan.shots)
     settings |= {
         "recipe": json.loads(json.dumps(recipe.description, default=_plain)),
@@ -57,7 +57,7 @@ def package(format: str, plan: Plan) -> Package:
     }
     # The world of the package holds the lenses: of its own cameras each world has the places.
     lenses = [shot.camera for shot in plan.shots if shot.world == 0]
-    return Package("dataset", FORMATS[format].units(plan), settings, _with(World(plan.world.up), lenses))
+    return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(World(plan.world.up), lenses))
 
 
 def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:

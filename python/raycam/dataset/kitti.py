@@ -16,7 +16,7 @@ from ..annotations.labels import Label
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, matrix_text, png
 
 __all__ = ["FORMAT"]
 
@@ -44,7 +44,7 @@ def check(plan: Plan) -> None:
         check_rectified(plan.shots[frame[0]].camera, plan.shots[frame[1]].camera)
     if baseline is not None:
         for view in plan.shots:
-            check_rectified(view.camera, beside(view.camera, baseline))
+            check_rectified(view.camera, shifted_camera(view.camera, baseline))
     if plan.options["flow"] and plan.recipe is not None:
         raise SettingsError("flow goes from each view to the next of the same world: not with a recipe")
     if plan.options["flow"] and units(plan) < 2:
@@ -56,14 +56,14 @@ def units(plan: Plan) -> int:
     return len(plan.rigs) or len(plan.shots)
 
 
-def left(plan: Plan, number: int) -> Shot:
+def left_camera(plan: Plan, number: int) -> Shot:
     """What the left camera sees: the first one of a rig."""
     return plan.shot(plan.rigs[number][0] if plan.rigs else number)
 
 
 def make(plan: Plan, number: int) -> Made:
     """`object/training/`: colour, depth, labels, calibration; `scene_flow/training/`: flow and disparity."""
-    shot = left(plan, number)
+    shot = left_camera(plan, number)
     frame = shot.render(["color", "depth", "instance"])
     picture = frame.to_png()
     base, name = "object/training", f"{number:06d}"
@@ -86,7 +86,7 @@ def make(plan: Plan, number: int) -> Made:
             made[f"{base}/image_3/{name}_10.png"] = other
             made |= disparities(shot, right, base, name)
         if plan.options["flow"] and number + 1 < units(plan):
-            following = left(plan, number + 1)
+            following = left_camera(plan, number + 1)
             made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
             made |= flows(shot, following, base, name)
     pose = matrix_text(np.column_stack([shot.camera.R.T, shot.camera.C]))
@@ -98,10 +98,10 @@ def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
     if plan.rigs:
         return plan.shots[plan.rigs[number][1]].camera
     baseline = plan.options["baseline"]
-    return None if baseline is None else beside(shot.camera, baseline)
+    return None if baseline is None else shifted_camera(shot.camera, baseline)
 
 
-def beside(camera: Camera, baseline: float) -> Camera:
+def shifted_camera(camera: Camera, baseline: float) -> Camera:
     """The same camera, metres to the right."""
     return camera.at_pose(camera.R, camera.C + baseline * camera.R[0])
 
@@ -153,7 +153,7 @@ def wrapped(angle: float) -> float:
 
 def calibration(camera: Camera, baseline: float | None) -> str:
     """The file of a picture: the left colour camera is P2, its axes are the rectified ones, and there is no scanner."""
-    k = whole_centers(camera)
+    k = k_with_integer_centers(camera)
     left = np.column_stack([k, np.zeros(3)])
     right = left.copy()
     right[0, 3] = -k[0, 0] * (baseline or 0.0)
@@ -171,10 +171,10 @@ def calibration(camera: Camera, baseline: float | None) -> str:
 
 def depth16(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     """Metres times 256; 0 where there is none, and beyond 255.99 m, which KITTI cannot say."""
-    return fixed(depth.astype(np.float64))
+    return fixed_point_u16(depth.astype(np.float64))
 
 
-def fixed(values: Floats) -> npt.NDArray[np.uint16]:
+def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
     """Values times 256 as uint16; 0 (unknown) for those that have no such number."""
     with np.errstate(invalid="ignore"):
         scaled = np.rint(values * 256.0)
@@ -184,7 +184,7 @@ def fixed(values: Floats) -> npt.NDArray[np.uint16]:
 def disparities(shot: Shot, right: Camera, base: str, name: str) -> dict[str, bytes]:
     """Of all surfaces, and of those that both cameras see."""
     found = disparity(shot.world, shot.camera, right, threads=shot.plan.threads)
-    values = fixed(found["disparity"].astype(np.float64))
+    values = fixed_point_u16(found["disparity"].astype(np.float64))
     both = ~found["occluded"] & ~found["outside"]
     return {
         f"{base}/disp_occ_0/{name}_10.png": png(values),

@@ -10,7 +10,7 @@ import numpy as np
 from ..camera import Camera
 from ..errors import CameraError
 from .bop import depth_units
-from .plan import Format, Index, Made, Plan, Record, half, png
+from .plan import Format, Index, Made, Plan, Record, k_with_half_centers, png
 
 __all__ = ["FORMAT"]
 
@@ -60,7 +60,7 @@ def opengl_pose(camera: Camera) -> list[list[float]]:
 
 def intrinsics(camera: Camera) -> Record:
     """Of one camera; the centre of the first pixel is (0.5, 0.5)."""
-    k = half(camera)
+    k = k_with_half_centers(camera)
     width, height = camera.size
     found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2], "w": width, "h": height}
     if camera.distortion is not None:

@@ -22,9 +22,19 @@ from ..render import render
 from ..render.frame import Frame
 from ..world import Object, World
 
-__all__ = ["NO_LENSES", "Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
+__all__ = [
+    "NO_LENSES",
+    "Format",
+    "Made",
+    "Plan",
+    "Shot",
+    "check_poses",
+    "k_with_half_centers",
+    "matrix_text",
+    "png",
+]
 
-WORLDS = 2
+MAX_CACHED_WORLDS = 2
 """Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
 
 NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
@@ -126,7 +136,7 @@ class Plan:
                 world = self._worlds.get(view.world)
                 if world is None:
                     world = self._worlds[view.world] = self.recipe.world(view.world)
-                    while len(self._worlds) > WORLDS:
+                    while len(self._worlds) > MAX_CACHED_WORLDS:
                         self._worlds.popitem(last=False)
             return world
         return self.world if view.time is None else self.world.at(view.time)
@@ -232,7 +242,7 @@ class Shot:
         )
 
 
-def chosen(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
+def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
     """All known options, those given instead of their defaults; raises `SettingsError` for others."""
     for name in options:
         if name not in known:
@@ -262,14 +272,14 @@ def png(pixels: npt.NDArray[Any]) -> bytes:
     return _core.encode_png(np.ascontiguousarray(pixels))
 
 
-def half(camera: Camera) -> npt.NDArray[np.float64]:
+def k_with_half_centers(camera: Camera) -> npt.NDArray[np.float64]:
     """K with the centre of the first pixel at (0.5, 0.5)."""
     k = camera.K
     k[:2, 2] -= camera.corner
     return k
 
 
-def whole_centers(camera: Camera) -> npt.NDArray[np.float64]:
+def k_with_integer_centers(camera: Camera) -> npt.NDArray[np.float64]:
     """K with the centre of the first pixel at (0, 0)."""
     k = camera.K
     k[:2, 2] -= 0.5 + camera.corner

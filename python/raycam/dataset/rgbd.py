@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Floats
 from ..errors import CameraError, SettingsError
 from .bop import depth_units
-from .plan import NO_LENSES, Format, Index, Made, Plan, Record, matrix_text, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, k_with_integer_centers, matrix_text, png
 
 __all__ = ["SCANNET", "TUM"]
 
@@ -80,7 +80,7 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
             yield f"{time} {matrix_text(np.array([*view.camera.C, x, y, z, w]))}\n".encode()
 
     yield "groundtruth.txt", trajectory()
-    k = whole_centers(plan.shots[0].camera)
+    k = k_with_integer_centers(plan.shots[0].camera)
     yield (
         "calibration.txt",
         [
@@ -115,7 +115,7 @@ def make_scannet(plan: Plan, number: int) -> Made:
 def index_scannet(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """The camera, which colour and depth share."""
     k = np.eye(4)
-    k[:3, :3] = whole_centers(plan.shots[0].camera)
+    k[:3, :3] = k_with_integer_centers(plan.shots[0].camera)
     for kind in ("color", "depth"):
         yield f"intrinsic/intrinsic_{kind}.txt", [four_by_four(k).encode()]
         yield f"intrinsic/extrinsic_{kind}.txt", [four_by_four(np.eye(4)).encode()]

@@ -19,7 +19,7 @@ from ..reference.units import Floats
 from ..render import render
 from .svg import MONO, Label, Svg
 from .text import EDGES, name, number, srgb, vector
-from .view import Box, best_eye, fitted, plane_grid, unit, view
+from .view import Box, choose_viewpoint, fit_to_box, plane_grid, unit, view
 
 if TYPE_CHECKING:
     from . import Candidate, Explanation
@@ -161,7 +161,7 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     quad, grid = plane_grid(c, front)
 
     points = np.vstack([known, C, frame, v_tip, n_tip, beyond, quad])
-    to_page = view(points, best_eye(points, front, d, right, up, box), up, box.inner(30))
+    to_page = view(points, choose_viewpoint(points, front, d, right, up, box), up, box.inner(30))
     A, B, Cc, F, G, eye, *window, pixel, V, N, E = to_page(points[:-4])
     plane = to_page(quad)
     behind = c.n @ d > 0  # n points away from the camera, so the triangle hides it
@@ -189,7 +189,7 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     head = eye + 0.62 * (F - eye)
     svg.arrow(head - 0.01 * (F - eye), head, RAY, 2.2)
     if shown_distance < distance:
-        broken_line(svg, eye + 0.78 * (F - eye), F - eye)
+        axis_break(svg, eye + 0.78 * (F - eye), F - eye)
     svg.dot(eye, 4.5, CAMERA, "#ffffff")
     svg.dot(pixel, 3.5, RAY, "#ffffff")
     svg.dot(F, 4.5, INK, "#ffffff")
@@ -239,7 +239,7 @@ def triangle_and_test(svg: Svg, corners: Sequence[Floats], c: Candidate, crossin
         svg.dot(crossing, 6, "#ffffff", CROSSING, 3)
 
 
-def broken_line(svg: Svg, at: Floats, along: Floats) -> None:
+def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
     """Two strokes and a gap: here a length was left out."""
     along = along / math.hypot(*along)
     across = np.array([-along[1], along[0]])
@@ -266,7 +266,7 @@ def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     basis = np.column_stack([right, -reference.cross(front, right)])
 
     points = np.array([c.a, c.b, c.c, c.f, c.g])
-    to_page = fitted(lambda some: (some - c.a) @ basis, points, box.inner(40))
+    to_page = fit_to_box(lambda some: (some - c.a) @ basis, points, box.inner(40))
     A, B, Cc, F, G = to_page(points)
     crossings = to_page(crossing_points(c))
     r, g, b = srgb(c.color)

@@ -21,7 +21,12 @@ EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))
 def text(explanation: Explanation) -> str:
     """All steps."""
     return "\n".join(
-        [*title(explanation), *the_ray(explanation), *the_triangles(explanation), *the_color(explanation)]
+        [
+            *title(explanation),
+            *ray_section(explanation),
+            *triangles_section(explanation),
+            *color_section(explanation),
+        ]
     )
 
 
@@ -39,7 +44,7 @@ def title(e: Explanation) -> Iterator[str]:
         yield f"{vector(e.units.origin)} of the world, in lengths of {number(e.units.scale)}."
 
 
-def the_ray(e: Explanation) -> Iterator[str]:
+def ray_section(e: Explanation) -> Iterator[str]:
     """Steps 1 and 2."""
     yield ""
     yield "1. A LINE THROUGH THE PIXEL AND THE CAMERA CENTRE"
@@ -71,7 +76,7 @@ def the_ray(e: Explanation) -> Iterator[str]:
     yield "   The ray is f(t) = C + t r, and t > 0 is in front of the camera."
 
 
-def the_triangles(e: Explanation) -> Iterator[str]:
+def triangles_section(e: Explanation) -> Iterator[str]:
     """Steps 3 and 4."""
     yield ""
     yield f"2. FOR EACH TRIANGLE ({e.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE"
@@ -93,13 +98,13 @@ def the_triangles(e: Explanation) -> Iterator[str]:
     width = max(map(len, names))
     yield f"   {'t':>12}  {'triangle':<{width}}  crossings"
     for c, label in zip(e.candidates, names, strict=True):
-        yield f"   {number(c.t):>12}  {label:<{width}}  {verdict(c, e)}"
+        yield f"   {number(c.t):>12}  {label:<{width}}  {outcome(c, e)}"
     for c in e.candidates:
         yield ""
-        yield from the_triangle(c)
+        yield from triangle_section(c)
 
 
-def the_triangle(c: Candidate) -> Iterator[str]:
+def triangle_section(c: Candidate) -> Iterator[str]:
     """One triangle worked out."""
     yield f"   {name(c).upper()}"
     yield f"   a                   {vector(c.a)}"
@@ -131,7 +136,7 @@ def the_triangle(c: Candidate) -> Iterator[str]:
         yield f"{count}f(t) is {'inside' if c.inside else 'outside'}."
 
 
-def the_color(e: Explanation) -> Iterator[str]:
+def color_section(e: Explanation) -> Iterator[str]:
     """Step 5."""
     yield ""
     yield "3. COLOUR THE PIXEL WITH THE COLOUR OF THE CLOSEST TRIANGLE"
@@ -157,7 +162,7 @@ def name(c: Candidate) -> str:
     return f'triangle {c.triangle} of object {c.instance} "{c.object_name}"'
 
 
-def verdict(c: Candidate, e: Explanation) -> str:
+def outcome(c: Candidate, e: Explanation) -> str:
     """What became of a candidate."""
     if c is e.winner:
         said = "inside, and the closest: it colours the pixel"

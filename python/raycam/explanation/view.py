@@ -36,7 +36,7 @@ def unit(vector: Floats) -> Floats:
     return vector / float(reference.length(vector))
 
 
-def best_eye(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
+def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
     """From where to look: the plane well and from the camera's side, the ray from aside, the box filled."""
     reach = points - points.mean(axis=0)
     reach /= reference.length(reach).max()
@@ -71,10 +71,10 @@ def view(points: Floats, eye: Floats, up: Floats, box: Box) -> Callable[[Floats]
         pixels, _ = camera.project((some - center) / radius)
         return np.asarray(pixels)
 
-    return fitted(project, points, box)
+    return fit_to_box(project, points, box)
 
 
-def fitted(project: Callable[[Floats], Floats], points: Floats, box: Box) -> Callable[[Floats], Floats]:
+def fit_to_box(project: Callable[[Floats], Floats], points: Floats, box: Box) -> Callable[[Floats], Floats]:
     """`project`, scaled and moved so that the `points` fill the box."""
     flat = project(points)
     low, high = flat.min(axis=0), flat.max(axis=0)

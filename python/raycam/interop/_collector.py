@@ -10,29 +10,29 @@ import numpy.typing as npt
 from .. import _core
 from ..camera import Camera
 from ..errors import WorldError
-from ..io.glb import Glb
+from ..io.glb import GlbBuilder
 from ..world import World
 
-__all__ = ["Array", "Collector", "Up", "finished", "linear_of", "pixels_of", "plain"]
+__all__ = ["Array", "Up", "WorldCollector", "build_world", "default_material", "to_array", "to_linear"]
 
 Up = Literal["z", "y"]
 Array = npt.NDArray[Any]
 
 
-class Collector:
+class WorldCollector:
     """What becomes a world."""
 
     def __init__(self) -> None:
-        self.glb = Glb()
+        self.glb = GlbBuilder()
         self.notices: list[str] = []
         self.images: dict[int, int] = {}
         self.kept: list[Any] = []
 
-    def note(self, name: str, message: str) -> None:
+    def add_notice(self, name: str, message: str) -> None:
         """Something to be said about a mesh."""
         self.notices.append(f"{name}: {message}")
 
-    def mesh(
+    def add_mesh(
         self,
         name: str,
         vertices: Array,
@@ -50,7 +50,7 @@ class Collector:
         vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.asarray(faces).reshape(-1, 3)
         if not len(faces):
-            self.note(name, "no triangles: nothing to see")
+            self.add_notice(name, "no triangles: nothing to see")
             return None
         if not np.isfinite(vertices).all():
             raise WorldError(f"{name}: vertices must be finite")
@@ -75,7 +75,7 @@ class Collector:
             primitives.append(part if material is None else {**part, "material": material})
         return self.glb.add("meshes", name=name, primitives=primitives), offset
 
-    def place(self, name: str, mesh: tuple[int, Array] | None, matrix: Array) -> None:
+    def add_object(self, name: str, mesh: tuple[int, Array] | None, matrix: Array) -> None:
         """An object."""
         if mesh is None:
             return
@@ -91,7 +91,7 @@ class Collector:
         if id(image) not in self.images:
             if getattr(image, "mode", None) in ("P", "1", "LA", "PA", "CMYK", "I", "F"):
                 image = image.convert("RGBA")
-            pixels = pixels_of(image)
+            pixels = to_array(image)
             if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or not pixels.size:
                 self.notices.append(
                     f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is left out"
@@ -110,7 +110,7 @@ class Collector:
         return world
 
 
-def finished(collector: Collector, name: str, up: Up, camera: tuple[str, Camera] | None) -> World:
+def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str, Camera] | None) -> World:
     """The world; raises `WorldError` where nothing has triangles."""
     if not collector.glb._lists.get("nodes"):
         why = f" ({'; '.join(collector.notices)})" if collector.notices else ""
@@ -118,7 +118,7 @@ def finished(collector: Collector, name: str, up: Up, camera: tuple[str, Camera]
     return collector.world(name, up, camera)
 
 
-def plain(collector: Collector, colors: Array | None) -> int:
+def default_material(collector: WorldCollector, colors: Array | None) -> int:
     """White where there are colours, else light grey; as raycam's own meshes are: matte, seen from both sides."""
     factor = [1.0, 1.0, 1.0, 1.0] if colors is not None else [0.8, 0.8, 0.8, 1.0]
     faint = colors is not None and colors.shape[1] == 4 and (colors[:, 3] < 1).any()
@@ -130,12 +130,12 @@ def plain(collector: Collector, colors: Array | None) -> int:
     )
 
 
-def pixels_of(image: Any) -> Array:
+def to_array(image: Any) -> Array:
     """The array of an Open3D image, legacy or tensor, or of what is one."""
     return image.as_tensor().cpu().numpy() if hasattr(image, "as_tensor") else np.asarray(image)
 
 
-def linear_of(colors: Any) -> Array:
+def to_linear(colors: Any) -> Array:
     """Linear colours [n, 3 or 4] of sRGB ones, whole numbers or 0..1; opacity stays."""
     array = np.asarray(colors)
     array = (

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import WorldError
 from ..world import World
-from ._collector import Array, Collector, Up, finished, linear_of, pixels_of, plain
+from ._collector import Array, Up, WorldCollector, build_world, default_material, to_array, to_linear
 
 __all__ = ["from_open3d"]
 
@@ -24,7 +24,7 @@ def from_open3d(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
 
     Raises `WorldError` as `from_trimesh` does.
     """
-    collector = Collector()
+    collector = WorldCollector()
     several = isinstance(geometry, Iterable) and not hasattr(geometry, "vertex")
     for number, mesh in enumerate(geometry if several else [geometry]):
         if hasattr(mesh, "meshes") and hasattr(mesh, "materials"):
@@ -32,15 +32,15 @@ def from_open3d(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
             for part in mesh.meshes:
                 own = made[part.material_idx] if part.material_idx < len(made) else None
                 name = part.mesh_name or f"mesh {number}"
-                collector.place(name, _open3d(collector, name, part.mesh, smooth, own), np.eye(4))
+                collector.add_object(name, _open3d(collector, name, part.mesh, smooth, own), np.eye(4))
         else:
             name = f"mesh {number}" if several else "mesh"
-            collector.place(name, _open3d(collector, name, mesh, smooth, None), np.eye(4))
-    return finished(collector, "open3d", up, None)
+            collector.add_object(name, _open3d(collector, name, mesh, smooth, None), np.eye(4))
+    return build_world(collector, "open3d", up, None)
 
 
 def _open3d(
-    collector: Collector, name: str, mesh: Any, smooth: bool, material: int | None
+    collector: WorldCollector, name: str, mesh: Any, smooth: bool, material: int | None
 ) -> tuple[int, Array] | None:
     painted = None
     # Point clouds and lines have tensors, too, but no triangles.
@@ -48,13 +48,13 @@ def _open3d(
         if mesh.has_valid_material():
             material = _open3d_material(collector, _record(mesh.material))
         if "colors" in mesh.triangle:
-            painted = linear_of(mesh.triangle["colors"].cpu().numpy())
+            painted = to_linear(mesh.triangle["colors"].cpu().numpy())
         mesh = mesh.to_legacy()
     if not (hasattr(mesh, "triangles") and hasattr(mesh, "vertices")):
         raise WorldError(f"{name}: expected an Open3D TriangleMesh, not {type(mesh).__name__}")
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
     normals = np.asarray(mesh.vertex_normals) if smooth and mesh.has_vertex_normals() else None
-    colors = linear_of(np.asarray(mesh.vertex_colors)) if mesh.has_vertex_colors() else None
+    colors = to_linear(np.asarray(mesh.vertex_colors)) if mesh.has_vertex_colors() else None
     uvs = np.asarray(mesh.triangle_uvs) if mesh.has_triangle_uvs() else None
     chosen = [(material, np.arange(len(faces)))]
     if uvs is not None or painted is not None:
@@ -72,12 +72,14 @@ def _open3d(
             chosen = [
                 (made[i] if 0 <= i < len(made) else None, np.flatnonzero(ids == i)) for i in np.unique(ids)
             ]
-    default = plain(collector, colors)
+    default = default_material(collector, colors)
     chosen = [(default if own is None else own, part) for own, part in chosen]
-    return collector.mesh(name, vertices, faces, normals=normals, colors=colors, uvs=uvs, materials=chosen)
+    return collector.add_mesh(
+        name, vertices, faces, normals=normals, colors=colors, uvs=uvs, materials=chosen
+    )
 
 
-def _textured(collector: Collector, image: dict[str, int] | None) -> int | None:
+def _textured(collector: WorldCollector, image: dict[str, int] | None) -> int | None:
     if image is None:
         return None
     pbr = {"baseColorTexture": image, "metallicFactor": 0.0, "roughnessFactor": 1.0}
@@ -113,7 +115,7 @@ def _record(material: Any) -> Any:
     return SimpleNamespace(shader=material.material_name, **images, **numbers, **colors)
 
 
-def _open3d_material(collector: Collector, record: Any) -> int:
+def _open3d_material(collector: WorldCollector, record: Any) -> int:
     """A `MaterialRecord`. Its images of roughness and metalness are apart: put into one, as glTF has them."""
 
     def image(name: str) -> dict[str, int] | None:
@@ -162,9 +164,9 @@ def _has(image: Any) -> bool:
 def _packed(record: Any) -> Array | None:
     """Roughness in green and metalness in blue, 1 where an image is missing."""
     if _has(getattr(record, "ao_rough_metal_img", None)):
-        return pixels_of(record.ao_rough_metal_img)
+        return to_array(record.ao_rough_metal_img)
     parts = [
-        pixels_of(image) if _has(image) else None for image in (record.roughness_img, record.metallic_img)
+        to_array(image) if _has(image) else None for image in (record.roughness_img, record.metallic_img)
     ]
     first = next((part for part in parts if part is not None), None)
     if first is None or any(part is not None and part.shape[:2] != first.shape[:2] for part in parts):

@@ -9,7 +9,7 @@ import numpy as np
 from ..camera import Camera
 from ..errors import WorldError
 from ..world import World
-from ._collector import Array, Collector, Up, finished, linear_of, plain
+from ._collector import Array, Up, WorldCollector, build_world, default_material, to_linear
 
 __all__ = ["from_trimesh"]
 
@@ -24,12 +24,12 @@ def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
 
     Raises `WorldError` for what has no triangles at all, vertices that are not finite and indices out of range.
     """
-    collector = Collector()
+    collector = WorldCollector()
     if not hasattr(geometry, "geometry"):
         if not hasattr(geometry, "faces"):
             raise WorldError(f"expected a trimesh.Trimesh or trimesh.Scene, not {type(geometry).__name__}")
-        collector.place("mesh", _trimesh(collector, "mesh", geometry, smooth), np.eye(4))
-        return finished(collector, "trimesh", up, None)
+        collector.add_object("mesh", _trimesh(collector, "mesh", geometry, smooth), np.eye(4))
+        return build_world(collector, "trimesh", up, None)
     meshes: dict[str, tuple[int, Array] | None] = {}
     for node in geometry.graph.nodes_geometry:
         matrix, name = geometry.graph[node]
@@ -38,19 +38,19 @@ def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
             if hasattr(mesh, "faces"):
                 meshes[name] = _trimesh(collector, name, mesh, smooth)
             else:
-                collector.note(name, f"a {type(mesh).__name__} has no surface: left out")
+                collector.add_notice(name, f"a {type(mesh).__name__} has no surface: left out")
                 meshes[name] = None
-        collector.place(str(node), meshes[name], matrix)
+        collector.add_object(str(node), meshes[name], matrix)
     camera = None
     if geometry.has_camera:
         lens = geometry.camera
         size = tuple(int(side) for side in lens.resolution)
         pose = np.asarray(geometry.camera_transform)
         camera = ("camera", Camera.from_opengl(lens.K, pose, size, pixel_center="half"))
-    return finished(collector, "trimesh", up, camera)
+    return build_world(collector, "trimesh", up, camera)
 
 
-def _trimesh(collector: Collector, name: str, mesh: Any, smooth: bool) -> tuple[int, Array] | None:
+def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> tuple[int, Array] | None:
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     normals = np.asarray(mesh.vertex_normals) if smooth else None
     colors = uvs = material = None
@@ -60,23 +60,23 @@ def _trimesh(collector: Collector, name: str, mesh: Any, smooth: bool) -> tuple[
         material = _trimesh_material(collector, visual.material, textured=uvs is not None)
         # Where a file has both, trimesh keeps the colours beside the texture, which they multiply.
         beside = visual.vertex_attributes.get("color")
-        colors = None if beside is None or len(beside) != len(vertices) else linear_of(beside)
+        colors = None if beside is None or len(beside) != len(vertices) else to_linear(beside)
     elif visual.kind == "vertex":
-        colors = linear_of(visual.vertex_colors)
+        colors = to_linear(visual.vertex_colors)
     elif visual.kind == "face":
         # Faces have colours of their own where they share no corners.
-        colors = np.repeat(linear_of(visual.face_colors), 3, axis=0)
+        colors = np.repeat(to_linear(visual.face_colors), 3, axis=0)
         normals = None if normals is None else normals[faces.ravel()]
         vertices, faces = vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3)
     if material is None:
-        material = plain(collector, colors)
-    return collector.mesh(
+        material = default_material(collector, colors)
+    return collector.add_mesh(
         name, vertices, faces, normals=normals, colors=colors, uvs=uvs,
         materials=[(material, np.arange(len(faces)))],
     )  # fmt: skip
 
 
-def _trimesh_material(collector: Collector, material: Any, *, textured: bool) -> int | None:
+def _trimesh_material(collector: WorldCollector, material: Any, *, textured: bool) -> int | None:
     """trimesh's PBR material, which is glTF's; a simple one as trimesh converts it."""
     if material is None:
         return None

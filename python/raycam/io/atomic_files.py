@@ -11,11 +11,11 @@ import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from .file_lock import take
+from .file_lock import try_lock
 
-__all__ = ["atomic_path", "check_writable", "make_folder", "named", "sync", "write"]
+__all__ = ["atomic_path", "check_writable", "make_folder", "sync", "with_path", "write"]
 
-CLAIM = b"not written yet\n"
+PLACEHOLDER = b"not written yet\n"
 """What is in a temporary file until something is written to it."""
 
 
@@ -32,13 +32,13 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = os.fspath(path)
     with _atomic(target) as (temporary, file):
-        os.write(file, CLAIM)
+        os.write(file, PLACEHOLDER)
         yield Path(temporary)
-        if Path(temporary).stat().st_size == len(CLAIM) and Path(temporary).read_bytes() == CLAIM:
+        if Path(temporary).stat().st_size == len(PLACEHOLDER) and Path(temporary).read_bytes() == PLACEHOLDER:
             raise FileNotFoundError(errno.ENOENT, "nothing was written", target)
 
 
-def _sweep(target: str) -> None:
+def _remove_stale_temp_files(target: str) -> None:
     """Removes the temporary files of a target that no living process holds; where the disk refuses, they stay."""
     folder, name = os.path.split(target)
     stem, ending = os.path.splitext(name)
@@ -49,7 +49,7 @@ def _sweep(target: str) -> None:
             path = os.path.join(folder, other)
             file = os.open(path, os.O_RDWR)
             try:
-                if take(file):
+                if try_lock(file):
                     os.unlink(path)
             finally:
                 os.close(file)
@@ -64,12 +64,12 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
     stem, ending = os.path.splitext(name)
     temporary = os.path.join(scratch or folder, f".{stem}.{secrets.token_hex(4)}{ending}")
     try:
-        with named(target, temporary), contextlib.ExitStack() as opened:
+        with with_path(target, temporary), contextlib.ExitStack() as opened:
             if scratch is None:
-                _sweep(target)
+                _remove_stale_temp_files(target)
             file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
             opened.callback(os.close, file)
-            take(file)  # whoever else may lock it knows that its process is dead
+            try_lock(file)  # whoever else may lock it knows that its process is dead
             yield temporary, file
             sync(temporary)
             # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
@@ -86,7 +86,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
 
 
 @contextlib.contextmanager
-def named(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterator[None]:
+def with_path(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterator[None]:
     """Errors of the disk in the block that do not say of which file, or say `instead_of`, are of this one."""
     try:
         yield

@@ -11,21 +11,21 @@ from pathlib import Path
 
 from ..errors import JobError
 
-__all__ = ["holder", "locked", "take"]
+__all__ = ["hold_lock", "lock_holder", "try_lock"]
 
 
 @contextlib.contextmanager
-def locked(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
+def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
     """Holds the lock file `path` of `folder` while the block lasts; a process that dies lets go of it.
 
-    Somebody else is waited for `patience` seconds; `holder` takes it for an instant only.
+    Somebody else is waited for `patience` seconds; `lock_holder` takes it for an instant only.
 
     Raises `JobError` with the process that holds it, where another one does.
     """
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         end = time.monotonic() + patience
-        while not take(file):
+        while not try_lock(file):
             if time.monotonic() < end:
                 time.sleep(0.02)
                 continue
@@ -40,19 +40,19 @@ def locked(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
         os.close(file)
 
 
-def holder(path: Path) -> str | None:
+def lock_holder(path: Path) -> str | None:
     """Who holds a lock now, or None."""
     try:
         file = os.open(path, os.O_RDWR)
     except OSError:
         return None
     try:
-        return None if take(file) else os.pread(file, 200, 0).decode(errors="replace").strip()
+        return None if try_lock(file) else os.pread(file, 200, 0).decode(errors="replace").strip()
     finally:
         os.close(file)
 
 
-def take(file: int) -> bool:
+def try_lock(file: int) -> bool:
     """Locks an open file, where nobody else has; until it is closed, or its process ends."""
     try:
         import fcntl

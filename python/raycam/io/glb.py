@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from .. import _core
 
-__all__ = ["Glb"]
+__all__ = ["GlbBuilder"]
 
-_KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+_ACCESSOR_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
-class Glb:
+class GlbBuilder:
     """A document that grows; the methods return the index of what they add (glTF 2.0, chapter 5)."""
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class Glb:
             bufferView=self.view(array.tobytes()),
             componentType=5126,
             count=len(array),
-            type=_KINDS[array.shape[1]],
+            type=_ACCESSOR_TYPES[array.shape[1]],
             min=array.min(axis=0).tolist(),
             max=array.max(axis=0).tolist(),
         )

@@ -9,28 +9,28 @@ from typing import NamedTuple
 
 from ..errors import SettingsError
 
-__all__ = ["left", "limit_of", "peak"]
+__all__ = ["available_bytes", "parse_size", "peak_bytes"]
 
 CGROUP = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
 
 
-def left(share: float = 1.0) -> int:
+def available_bytes(share: float = 1.0) -> int:
     """Bytes that this process and its children may still take until `share` of a limit is in use; negative beyond it.
 
     Limits are the machine's memory and those of the process's control groups and all above them (Linux, versions 1 and
     2, as containers and batch systems set them): the one with the least left counts. In use is what everybody has who
     shares it, without file caches, which make room.
     """
-    return min(int(share * limit) - used for limit, used in bounds())
+    return min(int(share * limit) - used for limit, used in limits())
 
 
-def peak(pid: int) -> int:
+def peak_bytes(pid: int) -> int:
     """The most bytes that a process has had in memory; 0 where nobody says."""
     return _line(PROC / str(pid) / "status", "VmHWM") * 1024
 
 
-def limit_of(name: str, size: int | str | None) -> int | None:
+def parse_size(name: str, size: int | str | None) -> int | None:
     """Bytes of a limit called `name`: a whole number, or as people write it ("512 MiB", "2GB", "1.5 GiB").
 
     K, M, G and T stand for powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` where it is none, or
@@ -50,7 +50,7 @@ def limit_of(name: str, size: int | str | None) -> int | None:
     return count
 
 
-def bounds() -> list[tuple[int, int]]:
+def limits() -> list[tuple[int, int]]:
     """(limit, used) in bytes of the machine and of every control group around this process that has a limit."""
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 62
     available = _line(PROC / "meminfo", "MemAvailable") * 1024
@@ -58,10 +58,10 @@ def bounds() -> list[tuple[int, int]]:
     for folder, files in _groups():
         for path in [folder, *folder.parents]:
             statistics = path / "memory.stat"
-            limits = [_number(path / name) for name in files.limits]
+            own = [_number(path / name) for name in files.limits]
             # Of groups above that a container does not see, version 1 tells the limit here.
-            limits.append(_line(statistics, "hierarchical_memory_limit") or None)
-            limit = min((value for value in limits if value is not None), default=total)
+            own.append(_line(statistics, "hierarchical_memory_limit") or None)
+            limit = min((value for value in own if value is not None), default=total)
             used = _number(path / files.used)
             if limit < total and used is not None:
                 caches = sum(_line(statistics, name) for name in files.caches)

@@ -7,22 +7,22 @@ import weakref
 from collections.abc import Iterable, Iterator
 from tempfile import TemporaryFile
 
-from .atomic_files import named
+from .atomic_files import with_path
 
-__all__ = ["Piece", "Spool", "SpoolError"]
+__all__ = ["Piece", "TempStream", "TempStreamError"]
 
 Piece = bytes | memoryview
-STEP = 1 << 20
+READ_BYTES = 1 << 20
 
 
-class SpoolError(OSError):
+class TempStreamError(OSError):
     """The disk of a job does not take what was made: no fault of the frame, as where a result cannot be written."""
 
 
-class Spool:
+class TempStream:
     """Bytes in a temporary file of a folder, without a name: it is gone with whoever holds it, killed or not.
 
-    Raises `SpoolError` as the disk does.
+    Raises `TempStreamError` as the disk does.
     """
 
     def __init__(self, folder: str, pieces: Iterable[Piece] = ()) -> None:
@@ -30,10 +30,10 @@ class Spool:
         """How many bytes there are."""
         self._folder = folder or os.curdir
         try:
-            with named(self._folder):
+            with with_path(self._folder):
                 self._file = TemporaryFile(dir=self._folder)  # noqa: SIM115
         except OSError as fault:
-            raise _ours(fault) from fault
+            raise _stream_error(fault) from fault
         weakref.finalize(self, self._file.close)
         for piece in pieces:
             self.add(piece)
@@ -41,19 +41,19 @@ class Spool:
     def add(self, piece: Piece) -> None:
         """Writes what comes next."""
         try:
-            with named(self._folder):
+            with with_path(self._folder):
                 self._file.write(piece)
                 self._file.flush()
         except OSError as fault:
-            raise _ours(fault) from fault
+            raise _stream_error(fault) from fault
         self.size += len(piece)
 
     def __iter__(self) -> Iterator[bytes]:
         """All of them from the first, in pieces of a MiB."""
         self._file.seek(0)
-        while piece := self._file.read(STEP):
+        while piece := self._file.read(READ_BYTES):
             yield piece
 
 
-def _ours(fault: OSError) -> SpoolError:
-    return SpoolError(fault.errno, fault.strerror, fault.filename)
+def _stream_error(fault: OSError) -> TempStreamError:
+    return TempStreamError(fault.errno, fault.strerror, fault.filename)

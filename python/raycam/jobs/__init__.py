@@ -1,11 +1,11 @@
 """Jobs: frames that survive. Videos, data sets and large pictures are made by them.
 
-A job is a folder. Its frames are pure functions of a `Package` (world, settings, version) and their number, so a job
+A job is a folder. Its frames are pure functions of a `JobPackage` (world, settings, version) and their number, so a job
 can be killed at any instant, go on later, be split over processes and machines, and give the same bytes:
 
-    package = Package("video", frames=96, settings={...}, world=world)
+    package = JobPackage("video", frames=96, settings={...}, world=world)
     job = Job(folder, package)
-    job.run(pool_of("local:4"))        # raises JobError at the end where frames failed
+    job.run(make_pool("local:4"))        # raises JobError at the end where frames failed
     for number, files in job.finished(): ...
 
 A kind of job is a function `factory(world, settings, threads)`, given to `jobs.kinds.register`. It returns a function
@@ -33,20 +33,20 @@ from typing import Any
 
 from ..errors import FormatError, JobError
 from ..io import atomic_files
-from ..io.file_lock import holder, locked
+from ..io.file_lock import hold_lock, lock_holder
 from . import journal
-from .description import read_description, refusal
-from .job_package import Package
-from .journal import Entry, Ledger
-from .results import STATE, Results
-from .scheduler import Failed, Pool, dispatch
-from .worker import Made, Task
+from .description import mismatch_message, read_description
+from .job_package import JobPackage
+from .journal import Journal, JournalEntry
+from .results import STATE, ResultStore
+from .scheduler import FailedFrame, Pool, schedule
+from .worker import FrameResult, FrameTask
 
 __all__ = ["Job", "Status"]
 
 NOT_DONE = -1
-PLACE_BITS = 44  # of a ledger, at most 16 TiB long
-PLACE_MASK = (1 << PLACE_BITS) - 1
+OFFSET_BITS = 44  # of a ledger, at most 16 TiB long
+OFFSET_MASK = (1 << OFFSET_BITS) - 1
 
 Progress = Callable[[int, int, int], object]
 Shard = tuple[int, int]
@@ -78,12 +78,12 @@ class Job:
     """
 
     def __init__(
-        self, folder: str | os.PathLike[str], package: Package | None = None, *, resume: bool = True
+        self, folder: str | os.PathLike[str], package: JobPackage | None = None, *, resume: bool = True
     ) -> None:
         self.folder = Path(folder)
         """Where the results are."""
         self._state = self.folder / STATE
-        self._results = Results(self.folder)
+        self._results = ResultStore(self.folder)
         there = read_description(self._state / "job.json")
         if package is None:
             if there is None:
@@ -92,16 +92,16 @@ class Job:
             Job(self.folder)._remove()
             there = None
         elif there is not None and there["job"] != package.id:
-            raise JobError(refusal(self.folder, there, self._state / "package", package))
+            raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
         self._package = package
         if package is not None:
-            self._begin(package)
+            self._create(package)
             there = {"job": package.id, **package.describe()}
         assert there is not None
         self.description: dict[str, Any] = there
         """What `job.json` says: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
         self._ledgers: list[Path] = []
-        self._places = array("q", [NOT_DONE]) * self.description["frames"]
+        self._offsets = array("q", [NOT_DONE]) * self.description["frames"]
         self._failed: dict[int, str] = {}
         self._damaged: list[tuple[Path, int]] = []
         self._read()
@@ -109,30 +109,30 @@ class Job:
     # What there is --------------------------------------------------------------------------------------------
 
     @property
-    def package(self) -> Package:
+    def package(self) -> JobPackage:
         """What the job is, complete; raises `FormatError` where it was damaged."""
         if self._package is None:
             path = self._state / "package"
-            self._package = Package.from_bytes(path.read_bytes(), str(path), self.description["job"])
+            self._package = JobPackage.from_bytes(path.read_bytes(), str(path), self.description["job"])
         return self._package
 
     def status(self) -> Status:
         """How far it is, as far as this object knows: others may be at it."""
-        done = sum(place != NOT_DONE for place in self._places)
+        done = sum(place != NOT_DONE for place in self._offsets)
         damaged = tuple(
             f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
             for path, place in self._damaged
         )
-        return Status(len(self._places), done, dict(sorted(self._failed.items())), damaged)
+        return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
 
-    def runs(self) -> list[str]:
+    def running_processes(self) -> list[str]:
         """Who is at it now, as far as this machine knows."""
-        who = (holder(path) for path in sorted(self._state.glob("lock*")))
+        who = (lock_holder(path) for path in sorted(self._state.glob("lock*")))
         return [one for one in who if one is not None]
 
     def has(self, frame: int) -> bool:
         """Whether a frame is finished."""
-        return bool(self._places[frame] != NOT_DONE)
+        return bool(self._offsets[frame] != NOT_DONE)
 
     def read(self, frame: int) -> dict[str, bytes]:
         """The files of a finished frame, by name.
@@ -143,7 +143,7 @@ class Job:
 
     def finished(self) -> Iterator[tuple[int, dict[str, bytes]]]:
         """All finished frames in order, each with its files as `read` gives them."""
-        for frame in range(len(self._places)):
+        for frame in range(len(self._offsets)):
             if self.has(frame):
                 yield frame, self.read(frame)
 
@@ -158,7 +158,7 @@ class Job:
         wrong = {f"{STATE}/{path.name} at {place}": text for (path, place), text in told}
         package = self._state / "package"
         try:
-            Package.check(package.read_bytes(), str(package), self.description["job"])
+            JobPackage.check(package.read_bytes(), str(package), self.description["job"])
         except FileNotFoundError:
             wrong[f"{STATE}/package"] = f"{package}: it was made, and is not there any more"
         except FormatError as fault:
@@ -172,14 +172,14 @@ class Job:
                     self._results.check(name, stamp)
                 except JobError as fault:
                     wrong[name] = str(fault)
-                    self._results.set_aside(name)
-                    self._places[frame] = NOT_DONE
-        return wrong | self._results.check_joined()
+                    self._results.quarantine(name)
+                    self._offsets[frame] = NOT_DONE
+        return wrong | self._results.check_assembled()
 
-    def note_joined(self, names: Iterable[str]) -> None:
+    def mark_assembled(self, names: Iterable[str]) -> None:
         """Remembers files that were made of all frames, by their names from the folder, for `verify` to compare."""
         with self._scratch("-join") as scratch:
-            self._results.note_joined(names, scratch)
+            self._results.mark_assembled(names, scratch)
 
     # Making it ------------------------------------------------------------------------------------------------
 
@@ -191,7 +191,7 @@ class Job:
         shard: Shard | None = None,
         retry_failed: bool = False,
         progress: Progress | None = None,
-        finished: Callable[[Made], object] | None = None,
+        finished: Callable[[FrameResult], object] | None = None,
     ) -> None:
         """Makes what is not made yet of `frames` (default: all), in any order.
 
@@ -204,9 +204,9 @@ class Job:
         wherever it is killed, the frames that were finished stay.
         """
         tell = progress or (lambda *_: None)
-        asked = _asked(frames, shard, len(self._places))
+        asked = _selected_frames(frames, shard, len(self._offsets))
         name = "" if shard is None else f"-{shard[0]}-of-{shard[1]}"
-        with locked(self._state / f"lock{name}", self.folder), self._scratch(name) as scratch:
+        with hold_lock(self._state / f"lock{name}", self.folder), self._scratch(name) as scratch:
             self._read()
             if retry_failed:
                 self._failed.clear()
@@ -218,20 +218,20 @@ class Job:
             if todo:
                 pool.open(self.package, package)
             job, count = self.description["job"], len(todo)
-            tasks = (Task(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
-            self._blank(path)
-            with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
+            tasks = (FrameTask(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
+            self._erase_damaged(path)
+            with Journal(path) as book, contextlib.closing(schedule(pool, tasks)) as outcomes:
                 if path not in self._ledgers:
                     self._ledgers.append(path)
                 tell(done, len(asked), failed)
                 for outcome in outcomes:
-                    if isinstance(outcome, Failed):
-                        self._give_up(outcome, book, scratch)
+                    if isinstance(outcome, FailedFrame):
+                        self._mark_failed(outcome, book, scratch)
                         failed += 1
                     else:
                         stamps = self._results.store(outcome.files, scratch)
-                        place = book.add(Entry(outcome.frame, stamps, seconds=outcome.seconds))
-                        self._places[outcome.frame] = self._ledgers.index(path) << PLACE_BITS | place
+                        place = book.add(JournalEntry(outcome.frame, stamps, seconds=outcome.seconds))
+                        self._offsets[outcome.frame] = self._ledgers.index(path) << OFFSET_BITS | place
                         done += 1
                         if finished is not None:
                             finished(outcome)
@@ -240,7 +240,7 @@ class Job:
         self._check(asked)
 
     @contextlib.contextmanager
-    def joining(self) -> Iterator[bool]:
+    def assembling(self) -> Iterator[bool]:
         """For making one thing of all frames: as it begins, the job knows what every shard has made by now.
 
         Of shards that end at the same time one is in here, the others wait. It gives False where one of them has made
@@ -248,7 +248,7 @@ class Job:
         """
         with contextlib.ExitStack() as held:
             with contextlib.suppress(FileNotFoundError):
-                held.enter_context(locked(self._state / "lock-join", self.folder, patience=math.inf))
+                held.enter_context(hold_lock(self._state / "lock-join", self.folder, patience=math.inf))
             there = (self._state / "job.json").exists()
             if there:
                 self._read()
@@ -256,26 +256,29 @@ class Job:
 
     def remove(self) -> None:
         """Removes everything that the job has made, and the folder where nothing else is in it."""
-        with locked(self._state / "lock", self.folder):
+        with hold_lock(self._state / "lock", self.folder):
             self._remove()
         with contextlib.suppress(OSError):
             self.folder.rmdir()
 
     # Within ---------------------------------------------------------------------------------------------------
 
-    def _begin(self, package: Package) -> None:
+    def _create(self, package: JobPackage) -> None:
         """Writes what is not there yet; `job.json` is last, and means that all is."""
         path, description = self._state / "package", self._state / "job.json"
         begun = self._state / "scratch-begin"  # there where somebody is at it, or was killed at it
-        if description.exists() and package.is_in(path) and not begun.exists():
+        if description.exists() and package.exists_in(path) and not begun.exists():
             return
         self._state.mkdir(parents=True, exist_ok=True)
         # Many shards may begin at the same time: one of them writes, the others wait.
-        with locked(self._state / "lock-begin", self.folder, patience=60), self._scratch("-begin") as scratch:
+        with (
+            hold_lock(self._state / "lock-begin", self.folder, patience=60),
+            self._scratch("-begin") as scratch,
+        ):
             there = read_description(description)
             if there is not None and there["job"] != package.id:
-                raise JobError(refusal(self.folder, there, self._state / "package", package))
-            if not package.is_in(path):
+                raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
+            if not package.exists_in(path):
                 if there is None:  # the ledgers of whichever job was here say nothing about this one
                     for book in self._state.glob("ledger*.jsonl"):
                         book.unlink()
@@ -288,51 +291,51 @@ class Job:
     def _read(self) -> None:
         """What the ledgers say, as far as the files are there."""
         self._ledgers = sorted(self._state.glob("ledger*.jsonl"))
-        for index in range(len(self._places)):
-            self._places[index] = NOT_DONE
+        for index in range(len(self._offsets)):
+            self._offsets[index] = NOT_DONE
         self._failed.clear()
         self._damaged.clear()
         for place, entry in self._entries():
             if entry is None:
-                self._damaged.append((self._ledgers[place >> PLACE_BITS], place & PLACE_MASK))
+                self._damaged.append((self._ledgers[place >> OFFSET_BITS], place & OFFSET_MASK))
             elif entry.error is not None:
                 self._failed[entry.frame] = entry.error
             elif all(self._results.has(name, size) for name, (size, _) in entry.files.items()):
-                self._places[entry.frame] = place
+                self._offsets[entry.frame] = place
         self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
 
-    def _blank(self, own: Path) -> None:
+    def _erase_damaged(self, own: Path) -> None:
         """Blanks the damaged lines of `own`, and of the ledgers that nobody else is writing to."""
         for path, place in self._damaged:
             with contextlib.ExitStack() as held, contextlib.suppress(JobError):
                 if path != own:
                     lock = path.with_name(path.stem.replace("ledger", "lock"))
-                    held.enter_context(locked(lock, self.folder, patience=0.0))
-                journal.blank(path, place)
+                    held.enter_context(hold_lock(lock, self.folder, patience=0.0))
+                journal.erase_line(path, place)
 
-    def _entries(self) -> Iterator[tuple[int, Entry | None]]:
+    def _entries(self) -> Iterator[tuple[int, JournalEntry | None]]:
         """Everything that the ledgers say, oldest first, with where it is said; None for what was damaged."""
         for number, path in enumerate(self._ledgers):
             for place, entry in journal.read(path):
-                if entry is not None and not 0 <= entry.frame < len(self._places):
-                    raise JobError(f"{path}: frame {entry.frame} of {len(self._places)} at byte {place}")
-                yield number << PLACE_BITS | place, entry
+                if entry is not None and not 0 <= entry.frame < len(self._offsets):
+                    raise JobError(f"{path}: frame {entry.frame} of {len(self._offsets)} at byte {place}")
+                yield number << OFFSET_BITS | place, entry
 
-    def _entry(self, frame: int) -> Entry:
-        place = self._places[frame]
+    def _entry(self, frame: int) -> JournalEntry:
+        place = self._offsets[frame]
         if place == NOT_DONE:
             raise KeyError(frame)
         return self._entry_at(place)
 
-    def _entry_at(self, place: int) -> Entry:
-        return journal.entry_at(self._ledgers[place >> PLACE_BITS], place & PLACE_MASK)
+    def _entry_at(self, place: int) -> JournalEntry:
+        return journal.read_entry(self._ledgers[place >> OFFSET_BITS], place & OFFSET_MASK)
 
-    def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
+    def _mark_failed(self, failed: FailedFrame, book: Journal, scratch: Path) -> None:
         path = self.log(failed.frame)
         if not path.parent.is_dir():
             atomic_files.make_folder(path.parent)
         atomic_files.write(path, f"frame {failed.frame}: {failed.error}\n\n{failed.log}".encode(), scratch)
-        book.add(Entry(failed.frame, error=failed.error))
+        book.add(JournalEntry(failed.frame, error=failed.error))
         self._failed[failed.frame] = failed.error
 
     def log(self, frame: int) -> Path:
@@ -361,15 +364,15 @@ class Job:
 
     def _remove(self) -> None:
         """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
-        done = (frame for frame in range(len(self._places)) if self.has(frame))
+        done = (frame for frame in range(len(self._offsets)) if self.has(frame))
         self._results.remove(name for frame in done for name in self._entry(frame).files)
         with contextlib.suppress(JobError):
-            self._results.remove(name for name in self._results.joined() if not name.startswith(".."))
+            self._results.remove(name for name in self._results.assembled() if not name.startswith(".."))
         (self._state / "job.json").unlink(missing_ok=True)
         shutil.rmtree(self._state)
 
 
-def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
+def _selected_frames(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
     """The numbers of the frames that a run is for."""
     asked = sorted(set(range(count) if frames is None else frames))
     if asked and not (asked[0] >= 0 and asked[-1] < count):

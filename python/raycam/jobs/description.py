@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Error, JobError
-from .job_package import Package
+from .job_package import JobPackage
 
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["differences", "read_description", "refusal", "world_differences"]
+__all__ = ["differences", "mismatch_message", "read_description", "world_differences"]
 
-TOLD = 8  # of a world in which very much is different
+MAX_REPORTED = 8  # of a world in which very much is different
 
 
 def read_description(path: Path) -> dict[str, Any] | None:
@@ -38,12 +38,12 @@ def read_description(path: Path) -> dict[str, Any] | None:
     return dict(fields)
 
 
-def refusal(folder: Path, there: dict[str, Any], stored: Path, asked: Package) -> str:
+def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: JobPackage) -> str:
     """Why the job in a folder, described by `there` and with its package in the file `stored`, is not gone on with."""
     lines = list(differences(there, {"job": there["job"], **asked.describe()}))
     if there.get("world") != asked.describe()["world"]:
         try:
-            before = Package.from_bytes(stored.read_bytes(), str(stored), there["job"]).world
+            before = JobPackage.from_bytes(stored.read_bytes(), str(stored), there["job"]).world
             lines += world_differences(before, asked.world)
         except (Error, OSError):
             pass  # it was of another version, or damaged: the hashes above are what there is to say
@@ -54,7 +54,7 @@ def refusal(folder: Path, there: dict[str, Any], stored: Path, asked: Package) -
 
 
 def world_differences(there: World, asked: World) -> list[str]:
-    """Where two worlds differ, as `differences` says it: by object, light, camera and setting, at most `TOLD` of them.
+    """Where two worlds differ, as `differences` says it: by object, light, camera and setting, at most `MAX_REPORTED` of them.
 
     Of shapes and materials, which are no short lines, it says that they differ.
     """
@@ -71,8 +71,8 @@ def world_differences(there: World, asked: World) -> list[str]:
                 found.append(f"object.{new.name}: its color is another")
     if not found:
         found.append("a material, a texture or what moves is another, all else in the world is the same")
-    more = len(found) - TOLD
-    return found if more <= 0 else [*found[:TOLD], f"and {more} more in the world"]
+    more = len(found) - MAX_REPORTED
+    return found if more <= 0 else [*found[:MAX_REPORTED], f"and {more} more in the world"]
 
 
 def _parts(world: World) -> dict[str, Any]:

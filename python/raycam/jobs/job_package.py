@@ -19,10 +19,10 @@ from .._core import __version__
 from ..errors import FormatError, JobError
 from ..world import World
 
-__all__ = ["Package"]
+__all__ = ["JobPackage"]
 
 
-class Package:
+class JobPackage:
     """What a worker needs to make the frames of a job.
 
     `kind` is a registered kind of `jobs.kinds`, `frames` how many there are, `settings` whatever the kind makes
@@ -82,7 +82,7 @@ class Package:
         """All of it; the SHA-256 of this is `id`."""
         return self._header + self.world_bytes
 
-    def is_in(self, path: Path) -> bool:
+    def exists_in(self, path: Path) -> bool:
         """Whether a file holds it, every byte."""
         try:
             return hashlib.sha256(path.read_bytes()).hexdigest() == self.id
@@ -97,7 +97,7 @@ class Package:
             raise FormatError(f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}")
 
     @classmethod
-    def from_bytes(cls, data: bytes, name: str, id: str) -> Package:
+    def from_bytes(cls, data: bytes, name: str, id: str) -> JobPackage:
         """The package in the bytes of the file `name`, which must be the one with this `id`.
 
         Raises `FormatError` where it is another or none, and `JobError` where another version of raycam made it.

@@ -25,9 +25,9 @@ from types import TracebackType
 from typing import Any
 
 from ..errors import JobError
-from ..io.atomic_files import named, sync
+from ..io.atomic_files import sync, with_path
 
-__all__ = ["Entry", "Ledger", "Stamp", "blank", "digest", "entry_at", "read"]
+__all__ = ["Journal", "JournalEntry", "Stamp", "digest", "erase_line", "read", "read_entry"]
 
 Stamp = tuple[int, str]
 """Size in bytes and SHA-256 in hexadecimal of a file."""
@@ -36,7 +36,7 @@ CHECK = b',"crc32":"'
 
 
 @dataclass(frozen=True)
-class Entry:
+class JournalEntry:
     """What became of a frame."""
 
     frame: int
@@ -70,7 +70,7 @@ def digest(pieces: Iterable[bytes]) -> Stamp:
     return size, hashed.hexdigest()
 
 
-def read(path: Path) -> Iterator[tuple[int, Entry | None]]:
+def read(path: Path) -> Iterator[tuple[int, JournalEntry | None]]:
     """The entries of a ledger with their places, oldest first, None for a line that was damaged.
 
     Half a line at the end, as a killed process leaves it, is nothing. None of all that where there is no file.
@@ -86,8 +86,8 @@ def read(path: Path) -> Iterator[tuple[int, Entry | None]]:
         return
 
 
-def entry_at(path: Path, place: int) -> Entry:
-    """The entry at a place that `read` or `Ledger.add` gave; raises `JobError` where there is none any more."""
+def read_entry(path: Path, place: int) -> JournalEntry:
+    """The entry at a place that `read` or `Journal.add` gave; raises `JobError` where there is none any more."""
     with path.open("rb") as lines:
         lines.seek(place)
         entry = _entry(lines.readline())
@@ -96,7 +96,7 @@ def entry_at(path: Path, place: int) -> Entry:
     return entry
 
 
-def blank(path: Path, place: int) -> None:
+def erase_line(path: Path, place: int) -> None:
     """Overwrites a damaged line, which `read` found at `place`, with spaces: its frame is made again.
 
     For whoever holds the lock of the ledger: what looks damaged may be a line that another machine has not written to
@@ -112,7 +112,7 @@ def blank(path: Path, place: int) -> None:
             os.fsync(lines.fileno())
 
 
-def _entry(line: bytes) -> Entry | None:
+def _entry(line: bytes) -> JournalEntry | None:
     """An entry, or None for half a line, one that was damaged, or the zeros that a power cut may leave."""
     start, _, end = line.rpartition(CHECK)
     if end != _check(start) + b'"}\n':
@@ -123,7 +123,7 @@ def _entry(line: bytes) -> Entry | None:
         error = fields.get("error")
         if error is None and "files" not in fields:
             return None
-        return Entry(
+        return JournalEntry(
             int(fields["frame"]), files, None if error is None else str(error), fields.get("seconds")
         )
     except (ValueError, TypeError, KeyError, AttributeError):
@@ -134,7 +134,7 @@ def _check(data: bytes) -> bytes:
     return b"%08x" % zlib.crc32(data)
 
 
-class Ledger:
+class Journal:
     """A ledger to write to; made where it is not there. Raises `OSError` as the disk does."""
 
     def __init__(self, path: Path) -> None:
@@ -144,12 +144,12 @@ class Ledger:
         try:
             if new:
                 sync(path.parent)
-            self._cut()
+            self._truncate_partial()
         except BaseException:
             os.close(self._file)
             raise
 
-    def _cut(self) -> None:
+    def _truncate_partial(self) -> None:
         """Cuts off half a line at the end."""
         size = os.fstat(self._file).st_size
         end = size
@@ -163,12 +163,12 @@ class Ledger:
             os.ftruncate(self._file, end)
             os.fsync(self._file)
 
-    def add(self, entry: Entry) -> int:
+    def add(self, entry: JournalEntry) -> int:
         """Writes an entry, waits until it is on the disk, and gives its place. Where that fails, it is not there."""
         line = entry.line()
         before = os.fstat(self._file).st_size
         try:
-            with named(self._path):
+            with with_path(self._path):
                 if os.write(self._file, line) != len(line):
                     # The disk took a part: asking again gives the reason, or the rest of the room.
                     os.ftruncate(self._file, before)
@@ -184,7 +184,7 @@ class Ledger:
         """Closes the file."""
         os.close(self._file)
 
-    def __enter__(self) -> Ledger:
+    def __enter__(self) -> Journal:
         """Itself."""
         return self
 

@@ -16,15 +16,15 @@ from ..errors import JobError
 from ..io import atomic_files
 from .journal import Stamp, digest
 
-__all__ = ["STATE", "Results"]
+__all__ = ["STATE", "ResultStore"]
 
 STATE = ".raycam"
 """The folder within, with what is the job's own."""
-JOINED = "joined.json"
+ASSEMBLED = "joined.json"
 """The file there that says what was made of all frames together."""
 
 
-class Results:
+class ResultStore:
     """Results in a folder, by their names: relative to it, with `/` between folders.
 
     Raises `JobError` for a name that is not within the folder, or the job's own.
@@ -66,42 +66,42 @@ class Results:
         """Raises `JobError` as `read` does, without holding a file that may be large."""
         path = self._path(name)
         try:
-            found = _stamp(path)
+            found = _fingerprint(path)
         except FileNotFoundError:
             raise JobError(f"{path}: it was made, and is not there any more") from None
         _compare(path, stamp, found)
 
-    def note_joined(self, names: Iterable[str], scratch: Path) -> None:
+    def mark_assembled(self, names: Iterable[str], scratch: Path) -> None:
         """Writes down the stamps of files that were made of all frames: index files, or a video beside the folder."""
-        stamps = {name: _stamp(self._place(name)) for name in names}
-        atomic_files.write(os.path.join(self._folder, STATE, JOINED), json.dumps(stamps).encode(), scratch)
+        stamps = {name: _fingerprint(self._assembled_path(name)) for name in names}
+        atomic_files.write(os.path.join(self._folder, STATE, ASSEMBLED), json.dumps(stamps).encode(), scratch)
 
-    def joined(self) -> dict[str, Stamp]:
+    def assembled(self) -> dict[str, Stamp]:
         """What was written down so; raises `JobError` where that was damaged."""
-        path = os.path.join(self._folder, STATE, JOINED)
+        path = os.path.join(self._folder, STATE, ASSEMBLED)
         try:
             with open(path, "rb") as file:
                 found = json.load(file)
             joined = {str(name): (int(size), str(sha)) for name, (size, sha) in found.items()}
             for name in joined:
-                self._place(name)  # raises JobError where it leads elsewhere
+                self._assembled_path(name)  # raises JobError where it leads elsewhere
             return joined
         except FileNotFoundError:
             return {}
         except (ValueError, TypeError, AttributeError, JobError):
             raise JobError(f"{path}: it was damaged") from None
 
-    def check_joined(self) -> dict[str, str]:
+    def check_assembled(self) -> dict[str, str]:
         """Those that are not as they were made, with what is wrong; they are set aside."""
         wrong = {}
         try:
-            joined = self.joined()
+            joined = self.assembled()
         except JobError as fault:
-            return {f"{STATE}/{JOINED}": str(fault)}
+            return {f"{STATE}/{ASSEMBLED}": str(fault)}
         for name, stamp in joined.items():
-            path = self._place(name)
+            path = self._assembled_path(name)
             try:
-                _compare(path, stamp, _stamp(path))
+                _compare(path, stamp, _fingerprint(path))
             except FileNotFoundError:
                 wrong[name] = f"{path}: it was made, and is not there any more"
             except JobError as fault:
@@ -110,7 +110,7 @@ class Results:
                     os.replace(path, path + ".damaged")
         return wrong
 
-    def set_aside(self, name: str) -> None:
+    def quarantine(self, name: str) -> None:
         """Gives a damaged file the ending `.damaged`, where that is possible."""
         path = self._path(name)
         with contextlib.suppress(OSError):
@@ -120,7 +120,7 @@ class Results:
         """Removes files, and their folders where nothing else is in them."""
         folders: set[str] = set()
         for name in names:
-            path = _safe(name)
+            path = _safe_name(name)
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(os.path.join(self._folder, path))
             while path := os.path.dirname(path):
@@ -130,14 +130,14 @@ class Results:
                 os.rmdir(os.path.join(self._folder, folder))
 
     def _path(self, name: str) -> str:
-        return os.path.join(self._folder, _safe(name))
+        return os.path.join(self._folder, _safe_name(name))
 
-    def _place(self, name: str) -> str:
+    def _assembled_path(self, name: str) -> str:
         """Of a file made of all frames: in the folder, or as "../NAME" right beside it."""
         beside = name.removeprefix("../")
         if beside == name or "/" in beside:
             return self._path(name)
-        return os.path.normpath(os.path.join(self._folder, os.pardir, _safe(beside)))
+        return os.path.normpath(os.path.join(self._folder, os.pardir, _safe_name(beside)))
 
 
 def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
@@ -148,13 +148,13 @@ def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
         )
 
 
-def _stamp(path: str) -> Stamp:
+def _fingerprint(path: str) -> Stamp:
     """Of a file that may be too large for the memory."""
     with open(path, "rb") as file:
         return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _safe(name: str) -> str:
+def _safe_name(name: str) -> str:
     """The name of a result, which lies in the folder and is not the job's own, as this system writes it."""
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:

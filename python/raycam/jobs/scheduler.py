@@ -16,20 +16,20 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ..errors import Error, JobError
-from ..io.temp_stream import SpoolError
-from .job_package import Package
-from .worker import Made, Task, Unfit
+from ..io.temp_stream import TempStreamError
+from .job_package import JobPackage
+from .worker import FrameResult, FrameTask, WorkerUnfit
 
-__all__ = ["Failed", "Pool", "PoolLost", "WorkerDied", "dispatch", "shared_threads"]
+__all__ = ["FailedFrame", "Pool", "PoolLost", "WorkerDied", "schedule", "shared_threads"]
 
-ATTEMPTS = 3
+MAX_ATTEMPTS = 3
 """How often a frame is tried that raises what may pass, such as running out of memory; and how many workers a frame
 may kill."""
-PATIENCE = 30.0
+STRAGGLER_TIMEOUT = 30.0
 """Seconds, at least, after which a frame that is late is given to another worker."""
-COPIES = 6
+MAX_COPIES = 6
 """How many workers a frame is given to at a time, at most: the second may be standing still too."""
-LATE = 5.0
+STRAGGLER_FACTOR = 5.0
 """How many times as long as the others take is late."""
 
 
@@ -61,13 +61,13 @@ class Pool(Protocol):
     def threads(self, left: int) -> int | None:
         """How many threads a frame is rendered with after which `left - 1` are to be handed over; None for all."""
 
-    def open(self, package: Package, path: str) -> None:
+    def open(self, package: JobPackage, path: str) -> None:
         """Prepares for the frames of a job, whose package is in the file `path`."""
 
-    def submit(self, task: Task) -> Future[Made]:
-        """Starts a frame; the future raises `WorkerDied`, `Unfit` or `PoolLost` where it is not the frame's own fault.
+    def submit(self, task: FrameTask) -> Future[FrameResult]:
+        """Starts a frame; the future raises `WorkerDied`, `WorkerUnfit` or `PoolLost` where it is not the frame's own fault.
 
-        After `Unfit` the frame is submitted again: a pool without a fit worker raises `PoolLost` sooner or later.
+        After `WorkerUnfit` the frame is submitted again: a pool without a fit worker raises `PoolLost` sooner or later.
         """
 
     def slots(self) -> int:
@@ -78,7 +78,7 @@ class Pool(Protocol):
 
 
 @dataclass
-class Failed:
+class FailedFrame:
     """A frame that was given up."""
 
     frame: int
@@ -98,13 +98,13 @@ def shared_threads(cores: int, workers: int, left: int) -> int:
     return share if left > workers else max(share, min(cores, -(-2 * cores // left)))
 
 
-def dispatch(
+def schedule(
     pool: Pool,
-    tasks: Iterable[Task],
+    tasks: Iterable[FrameTask],
     *,
-    attempts: int = ATTEMPTS,
+    attempts: int = MAX_ATTEMPTS,
     now: Callable[[], float] = time.monotonic,
-) -> Generator[Made | Failed, None, None]:
+) -> Generator[FrameResult | FailedFrame, None, None]:
     """Every frame once, as they are finished: made, or given up.
 
     At most `pool.slots()` are under way, so what waits here stays small. A frame that raises an error of raycam's own
@@ -115,11 +115,11 @@ def dispatch(
 
     Raises `JobError` where the workers are gone for good, and `OSError` where the job's disk takes no more.
     """
-    return _Dispatch(pool, iter(tasks), attempts, now).run()
+    return _Scheduler(pool, iter(tasks), attempts, now).run()
 
 
 @dataclass
-class _Story:
+class _FrameHistory:
     """What happened to a frame so far."""
 
     tries: int = 0
@@ -127,31 +127,33 @@ class _Story:
     logs: list[str] = field(default_factory=list)
 
 
-class _Dispatch:
-    """The state of one `dispatch`."""
+class _Scheduler:
+    """The state of one `schedule`."""
 
-    def __init__(self, pool: Pool, tasks: Iterator[Task], attempts: int, now: Callable[[], float]) -> None:
+    def __init__(
+        self, pool: Pool, tasks: Iterator[FrameTask], attempts: int, now: Callable[[], float]
+    ) -> None:
         self._pool, self._tasks, self._attempts, self._now = pool, tasks, attempts, now
-        self._again: deque[Task] = deque()
-        self._suspects: deque[Task] = deque()
-        self._stories: dict[int, _Story] = {}
-        self._under_way: dict[Future[Made], tuple[Task, float]] = {}
+        self._again: deque[FrameTask] = deque()
+        self._suspects: deque[FrameTask] = deque()
+        self._histories: dict[int, _FrameHistory] = {}
+        self._under_way: dict[Future[FrameResult], tuple[FrameTask, float]] = {}
         self._copies: Counter[int] = Counter()
         self._settled: set[int] = set()  # while another copy of them is under way
-        self._arrived: queue.SimpleQueue[Future[Made]] = queue.SimpleQueue()
+        self._arrived: queue.SimpleQueue[Future[FrameResult]] = queue.SimpleQueue()
         self._usual = 0.0
         self._alone = False  # whether the one that is under way is a suspect
 
-    def run(self) -> Generator[Made | Failed, None, None]:
-        """See `dispatch`."""
+    def run(self) -> Generator[FrameResult | FailedFrame, None, None]:
+        """See `schedule`."""
         while True:
             self._fill()
-            if not self._waited_for():
+            if not self._pending():
                 return
             try:
-                outcome = self._settle(self._arrived.get(timeout=1.0))
+                outcome = self._complete(self._arrived.get(timeout=1.0))
             except queue.Empty:
-                self._help_the_late()
+                self._speculate_stragglers()
                 continue
             if outcome is not None:
                 yield outcome
@@ -159,28 +161,28 @@ class _Dispatch:
 
     def _fill(self) -> None:
         """Hands over frames as long as there is room: new ones, then those to be tried again, then suspects."""
-        while not self._alone and self._waited_for() < max(1, self._pool.slots()):
+        while not self._alone and self._pending() < max(1, self._pool.slots()):
             task = next(self._tasks, None)
             if task is None and self._again:
                 task = self._again.popleft()
-            if task is None and self._suspects and not self._waited_for():
-                self._hand_over(self._suspects.popleft(), alone=True)
+            if task is None and self._suspects and not self._pending():
+                self._submit(self._suspects.popleft(), alone=True)
                 return
             if task is None:
                 return
-            self._hand_over(task)
+            self._submit(task)
 
-    def _hand_over(self, task: Task, alone: bool = False) -> None:
+    def _submit(self, task: FrameTask, alone: bool = False) -> None:
         try:
             future = self._pool.submit(task)
         except (PoolLost, RuntimeError) as fault:  # a broken or closed executor raises a RuntimeError
-            raise _lost(fault) from fault
+            raise _lost_worker_error(fault) from fault
         self._alone = alone
         self._copies[task.frame] += 1
         self._under_way[future] = (task, self._now())
         future.add_done_callback(self._arrived.put)
 
-    def _settle(self, future: Future[Made]) -> Made | Failed | None:
+    def _complete(self, future: Future[FrameResult]) -> FrameResult | FailedFrame | None:
         """What a future means that is done."""
         if future not in self._under_way:  # told twice
             return None
@@ -198,27 +200,29 @@ class _Dispatch:
         try:
             made = future.result()
         except (PoolLost, CancelledError) as fault:
-            raise _lost(fault) from fault
-        except SpoolError:  # the job's own disk, which no frame goes through
+            raise _lost_worker_error(fault) from fault
+        except TempStreamError:  # the job's own disk, which no frame goes through
             raise
-        except Unfit:  # whose turn it is next is the pool's to say
-            outcome: Made | Failed | None = None
+        except WorkerUnfit:  # whose turn it is next is the pool's to say
+            outcome: FrameResult | FailedFrame | None = None
             if not another:
                 self._again.append(task)
         except Exception as fault:
-            outcome = self._judge(task, fault, alone, another)
+            outcome = self._retry_or_fail(task, fault, alone, another)
         else:
             self._usual = max(self._usual, self._now() - started)
             outcome = made
         if outcome is not None:
-            self._stories.pop(frame, None)
+            self._histories.pop(frame, None)
             if another:
                 self._settled.add(frame)
         return outcome
 
-    def _judge(self, task: Task, fault: Exception, alone: bool, another: bool) -> Failed | None:
+    def _retry_or_fail(
+        self, task: FrameTask, fault: Exception, alone: bool, another: bool
+    ) -> FailedFrame | None:
         """Whether a fault is the end of a frame; if not, it is tried again."""
-        story = self._stories.setdefault(task.frame, _Story())
+        story = self._histories.setdefault(task.frame, _FrameHistory())
         story.tries += 1
         story.logs.append(f"attempt {story.tries}:\n" + "".join(traceback.format_exception(fault)))
         died = isinstance(fault, WorkerDied | BrokenExecutor)
@@ -232,33 +236,33 @@ class _Dispatch:
             text = str(fault).strip().partition("\n")[0]
             name = type(fault).__name__
             killed = f"{story.deaths} workers died of it, the last: " if died else ""
-            return Failed(
+            return FailedFrame(
                 task.frame, f"{killed}{name}: {text}" if text else f"{killed}{name}", "\n".join(story.logs)
             )
         if not another:
             (self._suspects if died and not named else self._again).append(task)
         return None
 
-    def _help_the_late(self) -> None:
+    def _speculate_stragglers(self) -> None:
         """Gives late frames to a second worker, where one has nothing else to do."""
         slots = self._pool.slots()  # asked in any case: a pool sees there who has gone
         if not self._pool.apart or self._again:
             return
-        late = max(PATIENCE, LATE * self._usual)
+        late = max(STRAGGLER_TIMEOUT, STRAGGLER_FACTOR * self._usual)
         latest = dict(self._under_way.values())  # they are in the order in which they were handed over
         for task, started in latest.items():
-            if self._waited_for() >= slots:
+            if self._pending() >= slots:
                 return
-            more = task.frame not in self._settled and self._copies[task.frame] < COPIES
+            more = task.frame not in self._settled and self._copies[task.frame] < MAX_COPIES
             if more and self._now() - started > late:
-                self._hand_over(task, self._alone)
+                self._submit(task, self._alone)
 
-    def _waited_for(self) -> int:
+    def _pending(self) -> int:
         """How many are under way whose answer still matters."""
         return len(self._under_way) - sum(self._copies[frame] for frame in self._settled)
 
 
-def _lost(fault: BaseException) -> JobError:
+def _lost_worker_error(fault: BaseException) -> JobError:
     return JobError(
         f"the workers are gone ({type(fault).__name__}: {fault}); what is finished is kept, and the same command goes "
         "on"

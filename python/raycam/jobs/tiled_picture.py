@@ -15,18 +15,18 @@ from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
 from ..world import World
 from . import Job, Progress, Shard
-from .job_package import Package
+from .job_package import JobPackage
 from .kinds import FrameMaker, register
 from .kinds import Progress as TileProgress
 from .scheduler import Pool
-from .worker import Made
+from .worker import FrameResult
 
-__all__ = ["join", "make_picture", "package", "tile_maker"]
+__all__ = ["assemble", "job_package", "render_tiled", "tile_maker"]
 
-TILE = 256
+DEFAULT_TILE = 256
 
 
-def package(
+def job_package(
     world: World,
     camera: Camera | None = None,
     *,
@@ -34,10 +34,10 @@ def package(
     region: Region | None = None,
     tile: int | None = None,
     **settings: Any,
-) -> Package:
+) -> JobPackage:
     """The picture that `raycam.render` makes of the same arguments, as a job of tiles of `tile` (256) pixels a side.
 
-    Run it by `Job(folder, package).run(pool)`, then `join` its tiles.
+    Run it by `Job(folder, package).run(pool)`, then `assemble` its tiles.
 
     Raises `SettingsError` for `time` and `denoise`, which look at the picture as a whole, and for a `region` that is
     not in the picture.
@@ -63,7 +63,7 @@ def package(
     names = channel_names(channels)
     if settings.get("transparent") and "color" in names and "alpha" not in names:
         names.append("alpha")
-    tile = tile or TILE
+    tile = tile or DEFAULT_TILE
     plan = {
         "camera": name,
         "view": seen.P.tolist(),  # for people: the camera itself is with the world
@@ -73,7 +73,7 @@ def package(
         "render": {key: value for key, value in settings.items() if key != "threads"},
     }
     count = -(-width // tile) * -(-height // tile)
-    return Package("picture", count, plan, world.with_cameras({name: seen}))
+    return JobPackage("picture", count, plan, world.with_cameras({name: seen}))
 
 
 def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
@@ -102,7 +102,7 @@ def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -
 register("picture", tile_maker)
 
 
-def join(job: Job) -> Frame:
+def assemble(job: Job) -> Frame:
     """The picture of a job whose tiles are all finished; raises `JobError` where some are missing."""
     state = job.status()
     if state.finished < state.frames:
@@ -128,8 +128,8 @@ def join(job: Job) -> Frame:
     return Frame.merge(parts)
 
 
-def make_picture(
-    package: Package,
+def render_tiled(
+    package: JobPackage,
     folder: str | os.PathLike[str],
     pool: Pool,
     *,
@@ -139,7 +139,7 @@ def make_picture(
     progress: Progress | None = None,
     save: Callable[[Frame], object] | None = None,
 ) -> Frame | None:
-    """The picture of a package from `package`, made by a job in `folder`; None where other shards have tiles to make.
+    """The picture of a package from `job_package`, made by a job in `folder`; None where other shards have tiles to make.
 
     With `save(picture)` the job is removed after it; where that of another shard has been before, it is None too. The
     rest is as in `Job.run`, whose errors it raises.
@@ -147,14 +147,14 @@ def make_picture(
     job = Job(folder, package, resume=resume)
     notices = dict.fromkeys(job.status().damaged)
 
-    def tell(made: Made) -> None:
+    def tell(made: FrameResult) -> None:
         notices.update(dict.fromkeys(made.notices))
 
     job.run(pool, shard=shard, retry_failed=retry_failed, progress=progress, finished=tell)
-    with job.joining() as there:
+    with job.assembling() as there:
         if not there or job.status().finished < package.frames:
             return None
-        picture = join(job)
+        picture = assemble(job)
         picture.notices = list(notices)
         if save is not None:
             save(picture)

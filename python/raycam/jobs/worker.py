@@ -16,26 +16,35 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import FormatError, JobError
-from ..io.temp_stream import Piece, Spool
-from .job_package import Package
+from ..io.temp_stream import Piece, TempStream
+from .job_package import JobPackage
 from .kinds import FrameMaker, Progress, frame_maker
 
-__all__ = ["Made", "NoPackage", "Task", "Unfit", "fetch", "forget", "keep", "make"]
+__all__ = [
+    "FrameResult",
+    "FrameTask",
+    "PackageNotFound",
+    "WorkerUnfit",
+    "cache_package",
+    "clear_cache",
+    "load_package",
+    "render_frame",
+]
 
-Files = Mapping[str, bytes | Spool]
-Gather = Callable[[Iterable[Piece]], bytes | Spool]
-"""What becomes of a file in pieces: `b"".join`, or a `Spool`."""
+Files = Mapping[str, bytes | TempStream]
+GatherPieces = Callable[[Iterable[Piece]], bytes | TempStream]
+"""What becomes of a file in pieces: `b"".join`, or a `TempStream`."""
 
-KEPT = 2  # jobs that a worker remembers
-PLACES: list[Path] = []
+MAX_CACHED = 2  # jobs that a worker remembers
+PACKAGE_PATHS: list[Path] = []
 """Folders where packages lie that came another way than through the job's own folder."""
 
 
-class Task(NamedTuple):
+class FrameTask(NamedTuple):
     """One frame to make."""
 
     job: str
-    """The `Package.id`."""
+    """The `JobPackage.id`."""
     package: str
     """Where the package lies."""
     frame: int
@@ -44,7 +53,7 @@ class Task(NamedTuple):
     """How many threads to use: it changes the speed alone."""
 
 
-class Made(NamedTuple):
+class FrameResult(NamedTuple):
     """A frame that was made."""
 
     frame: int
@@ -57,108 +66,108 @@ class Made(NamedTuple):
     """How long it took."""
 
 
-class Unfit(Exception):
+class WorkerUnfit(Exception):
     """This worker cannot make frames of the job; another one may. It is no fault of the frame."""
 
     worker: str | None = None
     """Where it is, as its engine calls it."""
 
 
-class NoPackage(Unfit):
+class PackageNotFound(WorkerUnfit):
     """The package of the job is not to be found from here."""
 
 
-_jobs: OrderedDict[tuple[str, int | None], FrameMaker] = OrderedDict()
-_packages: OrderedDict[str, Package] = OrderedDict()
+_frame_makers: OrderedDict[tuple[str, int | None], FrameMaker] = OrderedDict()
+_packages: OrderedDict[str, JobPackage] = OrderedDict()
 _lock = threading.Lock()
 
 
-def make(
-    task: Task,
+def render_frame(
+    task: FrameTask,
     progress: Progress | None = None,
     package: bytes | None = None,
-    gather: Gather = b"".join,
-) -> Made:
+    gather: GatherPieces = b"".join,
+) -> FrameResult:
     """Makes a frame; what it needs of the job is fetched at the first one and kept, or comes along as `package`.
 
-    `gather` takes each file that is made in pieces. Raises what making the frame raises, and `Unfit` as `fetch` does.
+    `gather` takes each file that is made in pieces. Raises what making the frame raises, and `WorkerUnfit` as `load_package` does.
     """
     if package is not None:
-        keep(_read(package, "the package that came along", task.job))
-    maker = _maker(task)
+        cache_package(_read_package(package, "the package that came along", task.job))
+    maker = _cached_frame_maker(task)
     start = time.perf_counter()
     made, notices = maker(task.frame, progress)
     files = {name: data if isinstance(data, bytes) else gather(data) for name, data in made.items()}
-    return Made(task.frame, files, list(notices), time.perf_counter() - start)
+    return FrameResult(task.frame, files, list(notices), time.perf_counter() - start)
 
 
-def keep(package: Package) -> None:
+def cache_package(package: JobPackage) -> None:
     """Remembers a package that is here already."""
     with _lock:
-        _keep(package)
+        _cache_package(package)
 
 
-def fetch(task: Task) -> Package:
-    """The package of a task: one that is kept, or from where the task says that it lies, or from `PLACES`.
+def load_package(task: FrameTask) -> JobPackage:
+    """The package of a task: one that is kept, or from where the task says that it lies, or from `PACKAGE_PATHS`.
 
-    It is kept, for tasks with other threads. Raises `NoPackage` where it is in none of them, and `Unfit` where another
+    It is kept, for tasks with other threads. Raises `PackageNotFound` where it is in none of them, and `WorkerUnfit` where another
     version of raycam has made it.
     """
     with _lock:  # others wait for the first one: the world is fetched once
-        return _fetch(task)
+        return _load_package(task)
 
 
-def forget() -> None:
+def clear_cache() -> None:
     """Lets go of everything that is remembered."""
     with _lock:
         _packages.clear()
-        _jobs.clear()
+        _frame_makers.clear()
 
 
-def _maker(task: Task) -> FrameMaker:
+def _cached_frame_maker(task: FrameTask) -> FrameMaker:
     key = (task.job, task.threads)
     with _lock:  # and built once
-        maker = _jobs.get(key)
+        maker = _frame_makers.get(key)
         if maker is None:
-            package = _fetch(task)
+            package = _load_package(task)
             maker = frame_maker(package.kind, package.world, package.settings, task.threads)
-            _jobs[key] = maker
-            while len(_jobs) > KEPT:
-                _jobs.popitem(last=False)
+            _frame_makers[key] = maker
+            while len(_frame_makers) > MAX_CACHED:
+                _frame_makers.popitem(last=False)
         else:
-            _jobs.move_to_end(key)
+            _frame_makers.move_to_end(key)
         return maker
 
 
-def _keep(package: Package) -> None:
+def _cache_package(package: JobPackage) -> None:
     _packages[package.id] = package
-    while len(_packages) > KEPT:
+    while len(_packages) > MAX_CACHED:
         _packages.popitem(last=False)
 
 
-def _fetch(task: Task) -> Package:
-    """See `fetch`."""
+def _load_package(task: FrameTask) -> JobPackage:
+    """See `load_package`."""
     if task.job in _packages:
         return _packages[task.job]
     strange = ""
-    for path in (Path(task.package), *(place / task.job for place in PLACES)):
+    for path in (Path(task.package), *(place / task.job for place in PACKAGE_PATHS)):
         try:
-            package = _read(path.read_bytes(), str(path), task.job)
+            package = _read_package(path.read_bytes(), str(path), task.job)
         except OSError:
             continue
         except FormatError as fault:  # damaged, or another job's on the disk of this machine
             strange = f" ({fault})"
         else:
-            _keep(package)
+            _cache_package(package)
             return package
-    raise NoPackage(
+    raise PackageNotFound(
         f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: put the job's folder where "
         "every worker reads it under the same name"
     )
 
 
-def _read(data: bytes, name: str, job: str) -> Package:
+def _read_package(data: bytes, name: str, job: str) -> JobPackage:
     try:
-        return Package.from_bytes(data, name, job)
+        return JobPackage.from_bytes(data, name, job)
     except JobError as fault:
-        raise Unfit(f"{fault} (seen from {platform.node()})") from None
+        raise WorkerUnfit(f"{fault} (seen from {platform.node()})") from None

@@ -26,23 +26,23 @@ from ..errors import FormatError, WorldError
 from ..world import World
 from ..world.description import plain
 from ..world.load import load
-from .draws import ONE_OF, Draw, NotThisTime, known_keys
-from .placement import Placer, Prism
-from .views import see
+from .draws import ONE_OF, RandomStream, RejectedSample, known_keys
+from .placement import ConvexPrism, PlacementSampler
+from .views import place_camera
 
 __all__ = ["Recipe", "sample"]
 
 PLACE_KEYS = ("on", "gap", "count")
 """What a recipe says of an object besides what a world file says."""
-LARGEST_FILE = 16 << 20
-MOST_OBJECTS = 100_000
+MAX_FILE_BYTES = 16 << 20
+MAX_OBJECTS = 100_000
 GEOMETRY = (
     *("box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "triangles", "refine"),
     *("roll", "pitch", "yaw", "scale", "matrix"),
 )
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
-GAP = 0.001
-CHANCES = 10
+MIN_GAP = 0.001
+MAX_ATTEMPTS = 10
 """Draws of a world before it is given up."""
 
 
@@ -60,7 +60,7 @@ class Recipe:
     * `on` puts an object on another one, by name: at a random place, turned at random about up, its lowest
       point on what is level there, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Placed
       objects stand on what is not placed.
-    * `see = {...}` in a [[camera]] finds a place from where it sees an object: see `raycam.randomize.views.see`.
+    * `see = {...}` in a [[camera]] finds a place from where it sees an object: see `raycam.randomize.views.place_camera`.
     * `world` is another world file, glTF or mesh in the same folder that everything is added to.
     * `seed` (0).
 
@@ -113,7 +113,7 @@ class Recipe:
         return path if path.is_relative_to(self.folder.resolve()) else None
 
     @cached_property
-    def _shapes(self) -> dict[str, tuple[Prism, Floats]]:
+    def _shapes(self) -> dict[str, tuple[ConvexPrism, Floats]]:
         """What things to be placed take up at the origin, and their world_from_mesh, by their description."""
         return {}
 
@@ -156,26 +156,26 @@ class Recipe:
     def world(self, number: int) -> World:
         """World `number`, from 0: the same whatever others are made.
 
-        Where what was drawn has no room or no view sees it, all of it is drawn again, `CHANCES` times in all.
+        Where what was drawn has no room or no view sees it, all of it is drawn again, `MAX_ATTEMPTS` times in all.
 
         Raises what `World.from_dict` raises, and `WorldError` where there is no room or no such view in any draw.
         """
-        draw = Draw(self.seed, "world", whole("number", number, 0, 1 << 62))
-        for chance in range(CHANCES):
+        draw = RandomStream(self.seed, "world", whole("number", number, 0, 1 << 62))
+        for chance in range(MAX_ATTEMPTS):
             try:
-                return self._drawn(draw.at("again", chance) if chance else draw)
-            except NotThisTime as fault:
+                return self._drawn(draw.substream("again", chance) if chance else draw)
+            except RejectedSample as fault:
                 last = fault
             except WorldError as fault:
                 raise WorldError(f"{self._source}{fault}") from None
         raise WorldError(
-            f"{self._source}{last} (the last of {CHANCES} draws of world {number}, none of which will do)"
+            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
         )
 
-    def _drawn(self, draw: Draw) -> World:
-        """The world of a draw; raises `NotThisTime` too."""
+    def _drawn(self, draw: RandomStream) -> World:
+        """The world of a draw; raises `RejectedSample` too."""
         still: list[dict[str, Any]] = []
-        placed: list[tuple[dict[str, Any], dict[str, Any], Draw]] = []
+        placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]] = []
         for item, place in self._rows("object", draw):
             how = {key: item.pop(key) for key in PLACE_KEYS[:2] if key in item}
             if "on" in how:
@@ -185,33 +185,33 @@ class Recipe:
             else:
                 still.append(item)
         world = self._begun(draw, still)
-        self._put(world, placed)
+        self._place_objects(world, placed)
         for light, _ in self._rows("light", draw):
             _core.world_add_light(world._core, plain(light), self.folder)
         for camera, place in self._rows("camera", draw):
-            self._look(world, camera, place)
+            self._place_cameras(world, camera, place)
         return world
 
-    def _rows(self, kind: str, draw: Draw) -> list[tuple[dict[str, Any], Draw]]:
+    def _rows(self, kind: str, draw: RandomStream) -> list[tuple[dict[str, Any], RandomStream]]:
         """The tables of a kind with their values drawn, each as often as its `count` says."""
-        found: list[tuple[dict[str, Any], Draw]] = []
+        found: list[tuple[dict[str, Any], RandomStream]] = []
         for i, table in enumerate(self.description[kind]):
             row = dict(table)
-            place, where = draw.at(kind, i), f"{kind}[{i}]"
-            drawn = place.at("count").value(row.pop("count", None), f"{where}.count")
-            copies = 1 if drawn is None else whole(f"{where}.count", drawn, 0, MOST_OBJECTS)
+            place, where = draw.substream(kind, i), f"{kind}[{i}]"
+            drawn = place.substream("count").value(row.pop("count", None), f"{where}.count")
+            copies = 1 if drawn is None else whole(f"{where}.count", drawn, 0, MAX_OBJECTS)
             for copy in range(copies):
-                here = place.at(copy)
+                here = place.substream(copy)
                 one = here.value(row, where)
                 if drawn is not None and kind != "light" and isinstance(one.get("name"), str):
                     one["name"] = f"{one['name']}-{copy + 1}"
                 found.append((one, here))
         return found
 
-    def _begun(self, draw: Draw, objects: list[dict[str, Any]]) -> World:
+    def _begun(self, draw: RandomStream, objects: list[dict[str, Any]]) -> World:
         """The world with what is not placed."""
         table = self.description
-        render = draw.at("render").value(table.get("render", {}), "render")
+        render = draw.substream("render").value(table.get("render", {}), "render")
         if self._base is None:
             more = {"video": table["video"]} if "video" in table else {}
             return World.from_dict(
@@ -232,8 +232,10 @@ class Recipe:
         """Adds an object, whose files are in the recipe's folder: a stranger may have written it."""
         return _core.world_add_object(world._core, plain(item), self.folder)
 
-    def _put(self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], Draw]]) -> None:
-        placer = Placer(world) if placed else None
+    def _place_objects(
+        self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]]
+    ) -> None:
+        placer = PlacementSampler(world) if placed else None
         first: dict[str, str] = {}
         for item, how, place in placed:
             what = f"object {item.get('name', '')!r}".replace(" ''", "")
@@ -241,7 +243,7 @@ class Recipe:
                 raise WorldError(
                     f"{what}: location and instance_of do not go with on, which finds it a place"
                 )
-            gap = how.get("gap", GAP)
+            gap = how.get("gap", MIN_GAP)
             if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
                 raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}")
             if not isinstance(how["on"], str):
@@ -251,7 +253,7 @@ class Recipe:
                 shape, matrix = self._shape(world, item)
             except WorldError as fault:
                 raise WorldError(f"{what}: {fault}") from None
-            pose = placer.place(shape, how["on"] or None, place.at("on"), float(gap), what)
+            pose = placer.place(shape, how["on"] or None, place.substream("on"), float(gap), what)
             row = {key: value for key, value in item.items() if key not in POSE}
             style = row.keys() - {*GEOMETRY, "name", "category"}
             # Things of one shape share one mesh, where nothing of the first one's look would be inherited.
@@ -265,7 +267,7 @@ class Recipe:
             number = self._add(world, {**row, "matrix": (pose @ matrix).tolist()})
             first.setdefault(key, world.objects[number].name)
 
-    def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[Prism, Floats]:
+    def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """What a thing takes up as it stands at the origin, and its world_from_mesh."""
         alone = _kept(item, GEOMETRY)
         key = json.dumps([world.up, alone], sort_keys=True, default=str)
@@ -274,10 +276,10 @@ class Recipe:
             self._add(thing, alone)
             if len(self._shapes) >= 256:
                 self._shapes.pop(next(iter(self._shapes)))
-            self._shapes[key] = (Prism.around(thing.triangles(), world.up), thing.objects[0].matrix)
+            self._shapes[key] = (ConvexPrism.around(thing.triangles(), world.up), thing.objects[0].matrix)
         return self._shapes[key]
 
-    def _look(self, world: World, table: Mapping[str, Any], place: Draw) -> None:
+    def _place_cameras(self, world: World, table: Mapping[str, Any], place: RandomStream) -> None:
         row = dict(table)
         wanted = row.pop("see", None)
         name = row.get("name", "camera")
@@ -286,7 +288,11 @@ class Recipe:
         if wanted is not None:
             row |= {"R": np.eye(3).tolist(), "C": [0.0, 0.0, 0.0]}
         lens: Camera = next(iter(World.from_dict({"up": world.up, "camera": [row]}).cameras.values()))
-        camera = lens if wanted is None else see(world, lens, wanted, place.at("see"), f"camera {name!r}")
+        camera = (
+            lens
+            if wanted is None
+            else place_camera(world, lens, wanted, place.substream("see"), f"camera {name!r}")
+        )
         world.add_camera(camera, name)
 
 
@@ -309,9 +315,9 @@ def sample(
 
 def _read(path: Path) -> tuple[dict[str, Any], Path]:
     with path.open("rb") as file:
-        data = file.read(LARGEST_FILE + 1)
-    if len(data) > LARGEST_FILE:
-        raise FormatError(f"{path}: a recipe of more than {LARGEST_FILE >> 20} MiB")
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
+        raise FormatError(f"{path}: a recipe of more than {MAX_FILE_BYTES >> 20} MiB")
     try:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:

@@ -1,6 +1,6 @@
 """Random values in descriptions: a draw's value depends on the seed, the world's number and its own place alone.
 
-A draw is a table with one of the keys of `DRAWS` in the place of a value. Nothing depends on what else is drawn, or on
+A draw is a table with one of the keys of `DISTRIBUTIONS` in the place of a value. Nothing depends on what else is drawn, or on
 how many worlds there are: numbers are hashes, not a sequence.
 """
 
@@ -13,7 +13,7 @@ from typing import Any
 
 from ..errors import WorldError, nearest
 
-__all__ = ["DRAWS", "ONE_OF", "Draw", "NotThisTime"]
+__all__ = ["DISTRIBUTIONS", "ONE_OF", "RandomStream", "RejectedSample"]
 
 ONE_OF = "one_of"
 """The key of a list of tables, one of which lends its keys to the table that it is in."""
@@ -21,11 +21,11 @@ DIGITS = 12
 """Significant digits that computed numbers are rounded to: mathematical libraries differ in the last of 16."""
 
 
-class NotThisTime(WorldError):
+class RejectedSample(WorldError):
     """What was drawn has no room, or nothing sees it: another draw may."""
 
 
-class Draw:
+class RandomStream:
     """Random numbers of one place: a function of `seed` and the names on the way to it."""
 
     def __init__(self, seed: int, *way: object) -> None:
@@ -34,24 +34,24 @@ class Draw:
         self.way = way
         """Names and numbers: the world's, the table's, the key's."""
 
-    def at(self, *way: object) -> Draw:
+    def substream(self, *way: object) -> RandomStream:
         """A place below this one."""
-        return Draw(self.seed, *self.way, *way)
+        return RandomStream(self.seed, *self.way, *way)
 
     def bits(self, number: int = 0) -> int:
         """64 random bits, the `number`-th of this place."""
         text = "/".join(str(name) for name in (self.seed, *self.way, number))
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
-    def unit(self, number: int = 0) -> float:
+    def uniform01(self, number: int = 0) -> float:
         """A number in [0, 1), all 53 bits of it random."""
         return (self.bits(number) >> 11) / (1 << 53)
 
-    def between(self, low: float, high: float, number: int = 0) -> float:
+    def uniform(self, low: float, high: float, number: int = 0) -> float:
         """A number in [low, high), evenly."""
-        return low + (high - low) * self.unit(number)
+        return low + (high - low) * self.uniform01(number)
 
-    def whole(self, low: int, high: int, number: int = 0) -> int:
+    def integer(self, low: int, high: int, number: int = 0) -> int:
         """A whole number from `low` to `high`, both included."""
         return low + self.bits(number) % (high - low + 1)
 
@@ -61,12 +61,12 @@ class Draw:
         Raises `WorldError`, with the key, for draws that make no sense.
         """
         if isinstance(description, Mapping):
-            if len(description) == 1 and (kind := next(iter(description))) in DRAWS:
+            if len(description) == 1 and (kind := next(iter(description))) in DISTRIBUTIONS:
                 try:
-                    drawn = DRAWS[kind](self, description[kind])
+                    drawn = DISTRIBUTIONS[kind](self, description[kind])
                 except (TypeError, ValueError, IndexError) as fault:
                     raise WorldError(f"{where}: {kind} = {description[kind]!r}: {fault}") from None
-                return self.at(kind).value(drawn, where)
+                return self.substream(kind).value(drawn, where)
             table = dict(description)
             if ONE_OF in table:
                 lists = table.pop(ONE_OF)
@@ -74,31 +74,32 @@ class Draw:
                     raise WorldError(f"{where}: {ONE_OF} must be a list of tables, not {lists!r}")
                 if not lists:
                     raise WorldError(f"{where}: {ONE_OF} is an empty list")
-                place = self.at(ONE_OF)
-                lent = dict(lists[place.whole(0, len(lists) - 1)])
+                place = self.substream(ONE_OF)
+                lent = dict(lists[place.integer(0, len(lists) - 1)])
                 if twice := sorted(lent.keys() & table.keys()):
                     raise WorldError(f"{where}: {', '.join(twice)}: given in {ONE_OF} and beside it")
                 table |= lent
             return {
-                key: self.at(key).value(value, f"{where}.{key}".lstrip(".")) for key, value in table.items()
+                key: self.substream(key).value(value, f"{where}.{key}".lstrip("."))
+                for key, value in table.items()
             }
         if isinstance(description, list | tuple):
-            return [self.at(i).value(value, f"{where}[{i}]") for i, value in enumerate(description)]
+            return [self.substream(i).value(value, f"{where}[{i}]") for i, value in enumerate(description)]
         return description
 
 
-def _uniform(draw: Draw, given: Any) -> Any:
+def _uniform(draw: RandomStream, given: Any) -> Any:
     """Between two numbers, or two lists of numbers: each on its own."""
-    return _each(given, lambda low, high, i: draw.between(low, high, i))
+    return _each(given, lambda low, high, i: draw.uniform(low, high, i))
 
 
-def _log_uniform(draw: Draw, given: Any) -> Any:
+def _log_uniform(draw: RandomStream, given: Any) -> Any:
     """Between two numbers above 0, each factor as likely as any; lists of numbers have one factor in common."""
 
     def one(low: float, high: float, _: int) -> float:
         if low <= 0.0:
             raise ValueError("expected numbers above 0")
-        return rounded(low * math.exp(draw.unit() * math.log(high / low)))
+        return rounded(low * math.exp(draw.uniform01() * math.log(high / low)))
 
     return _each(given, one)
 
@@ -112,22 +113,22 @@ def _each(given: Any, draw: Callable[[float, float, int], float]) -> Any:
     return [draw(*_numbers(a, b), i) for i, (a, b) in enumerate(zip(low, high, strict=True))]
 
 
-def _integer(draw: Draw, given: Any) -> int:
+def _integer(draw: RandomStream, given: Any) -> int:
     """A whole number between two, both included."""
     low, high = _pair(given)
     if not all(isinstance(end, int) and not isinstance(end, bool) for end in (low, high)) or low > high:
         raise ValueError("expected two whole numbers, the smaller first")
-    return draw.whole(low, high)
+    return draw.integer(low, high)
 
 
-def _choice(draw: Draw, given: Any) -> Any:
+def _choice(draw: RandomStream, given: Any) -> Any:
     """One of a list."""
     if not isinstance(given, list | tuple) or not given:
         raise ValueError("expected a list of what to choose from")
-    return given[draw.whole(0, len(given) - 1)]
+    return given[draw.integer(0, len(given) - 1)]
 
 
-DRAWS: dict[str, Callable[[Draw, Any], Any]] = {
+DISTRIBUTIONS: dict[str, Callable[[RandomStream, Any], Any]] = {
     "uniform": _uniform,
     "log_uniform": _log_uniform,
     "integer": _integer,

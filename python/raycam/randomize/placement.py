@@ -15,20 +15,20 @@ import numpy.typing as npt
 from ..arrays import Floats
 from ..errors import WorldError, nearest
 from ..world import World
-from .draws import Draw, NotThisTime, rounded
+from .draws import RandomStream, RejectedSample, rounded
 
-__all__ = ["Placer", "Prism", "outline"]
+__all__ = ["ConvexPrism", "PlacementSampler", "outline"]
 
 AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
 """The axes of a world, the one that is up last."""
 LEVEL = 0.999
 """The cosine of the steepest slope that things stand on: 2.6 degrees."""
-TRIES = 2000
-BATCH = 8
+MAX_TRIES = 2000
+TRIES_PER_BATCH = 8
 
 
 @dataclass(frozen=True)
-class Prism:
+class ConvexPrism:
     """An upright convex prism, in axes whose third one is up."""
 
     outline: Floats
@@ -39,18 +39,18 @@ class Prism:
     """Where it ends."""
 
     @classmethod
-    def around(cls, corners: Floats, up: str) -> Prism:
+    def around(cls, corners: Floats, up: str) -> ConvexPrism:
         """The smallest one around triangles [n, 3, 3] of a world whose axis `up` is."""
         points = corners.reshape(-1, 3)[:, AXES[up]]
         return cls(outline(points[:, :2]), float(points[:, 2].min()), float(points[:, 2].max()))
 
-    def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> Prism:
+    def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> ConvexPrism:
         """Turned about up, then moved by `shift` [3]."""
         x, y, z = np.asarray(shift, float)
         turn = np.array([[cos, sin], [-sin, cos]])
-        return Prism(self.outline @ turn + [x, y], self.low + z, self.high + z)
+        return ConvexPrism(self.outline @ turn + [x, y], self.low + z, self.high + z)
 
-    def meets(self, other: Prism, gap: float) -> bool:
+    def intersects(self, other: ConvexPrism, gap: float) -> bool:
         """Whether they come nearer to each other than `gap`: no axis separates them. Source: Ericson 2005, 5.2.1."""
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
@@ -59,7 +59,7 @@ class Prism:
         apart = np.maximum(b.min(axis=1) - a.max(axis=1), a.min(axis=1) - b.max(axis=1))
         return bool(apart.max() < max(gap, 1e-12))
 
-    def meets_triangles(self, corners: Floats) -> bool:
+    def intersects_triangles(self, corners: Floats) -> bool:
         """Whether any triangle of [n, 3, 3] reaches into it: no axis separates them. Source: Ericson 2005, 5.2.9."""
         box_low = np.append(self.outline.min(axis=0), self.low)
         box_high = np.append(self.outline.max(axis=0), self.high)
@@ -131,7 +131,7 @@ def _normals(corners: Floats) -> Floats:
     return np.column_stack([edges[:, 1], -edges[:, 0]]) / np.where(lengths > 0.0, lengths, 1.0)
 
 
-class Placer:
+class PlacementSampler:
     """Finds room on the surfaces of a world, for one thing after the other."""
 
     def __init__(self, world: World) -> None:
@@ -140,9 +140,11 @@ class Placer:
         self._names = [item.name for item in world.objects]
         self._ids = world.triangle_ids()[:, 0] if self._names else np.empty(0, np.int32)
         self._corners = world.triangles()[..., self._axes] if self._names else np.empty((0, 3, 3))
-        self._taken: list[Prism] = []
+        self._taken: list[ConvexPrism] = []
 
-    def place(self, shape: Prism, surface: str | None, draw: Draw, gap: float, what: str) -> Floats:
+    def place(
+        self, shape: ConvexPrism, surface: str | None, draw: RandomStream, gap: float, what: str
+    ) -> Floats:
         """The turn and move world_from_thing [4, 4] that lets a thing that takes up `shape` rest.
 
         It stays as upright as it is, turns about up, and stands with its lowest point on the object `surface`
@@ -153,17 +155,18 @@ class Placer:
             raise WorldError(
                 f"{what}: nothing of {surface or 'the world'} is level and faces up, to stand on"
             )
-        for first in range(0, TRIES, BATCH):
+        for first in range(0, MAX_TRIES, TRIES_PER_BATCH):
             tries = [
-                self._try(shape, ground, areas, draw.at(number)) for number in range(first, first + BATCH)
+                self._try(shape, ground, areas, draw.substream(number))
+                for number in range(first, first + TRIES_PER_BATCH)
             ]
             supported = self._supported([prism for prism, _ in tries], owners)
             for (prism, pose), stands in zip(tries, supported, strict=True):
                 if stands and self._free(prism, gap):
                     self._taken.append(prism)
                     return self._world_axes(pose)
-        raise NotThisTime(
-            f"{what}: there is no room on {surface or 'the world'} after {TRIES} tries; fewer things, smaller ones, a "
+        raise RejectedSample(
+            f"{what}: there is no room on {surface or 'the world'} after {MAX_TRIES} tries; fewer things, smaller ones, a "
             "larger surface or a smaller gap would make room"
         )
 
@@ -179,15 +182,17 @@ class Placer:
             level &= self._ids == self._names.index(surface)
         return self._corners[level], np.cumsum(normals[level, 2]), np.unique(self._ids[level])
 
-    def _try(self, shape: Prism, ground: Floats, areas: Floats, draw: Draw) -> tuple[Prism, Floats]:
+    def _try(
+        self, shape: ConvexPrism, ground: Floats, areas: Floats, draw: RandomStream
+    ) -> tuple[ConvexPrism, Floats]:
         """A place and a turn, evenly over the ground."""
-        triangle = ground[min(int(np.searchsorted(areas, draw.unit(0) * areas[-1])), len(ground) - 1)]
-        u, v = draw.unit(1), draw.unit(2)
+        triangle = ground[min(int(np.searchsorted(areas, draw.uniform01(0) * areas[-1])), len(ground) - 1)]
+        u, v = draw.uniform01(1), draw.uniform01(2)
         u, v = (u, v) if u + v <= 1.0 else (1.0 - u, 1.0 - v)
         point = triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0])
         # A direction without trigonometry: a point in the unit disk, made as long as 1.
         for number in range(3, 200, 2):
-            x, y = draw.between(-1, 1, number), draw.between(-1, 1, number + 1)
+            x, y = draw.uniform(-1, 1, number), draw.uniform(-1, 1, number + 1)
             length = np.sqrt(x * x + y * y)
             if 0.1 < length <= 1.0:
                 break
@@ -199,7 +204,7 @@ class Placer:
         pose[:2, :2], pose[:3, 3] = [[cos, -sin], [sin, cos]], shift
         return shape.turned(cos, sin, shift), pose
 
-    def _supported(self, prisms: list[Prism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
+    def _supported(self, prisms: list[ConvexPrism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
         """Whether the ground is below every corner of their outlines, where they stand, and nothing is in between."""
         counts = [len(prism.outline) + 1 for prism in prisms]
         starts = np.concatenate(
@@ -237,15 +242,15 @@ class Placer:
         found[there] = normal[:, 2] <= 0.0
         return found
 
-    def _free(self, prism: Prism, gap: float) -> bool:
+    def _free(self, prism: ConvexPrism, gap: float) -> bool:
         """Whether nothing that was there, and nothing that was placed, comes nearer than `gap`."""
-        if any(prism.meets(other, gap) for other in self._taken):
+        if any(prism.intersects(other, gap) for other in self._taken):
             return False
         # It touches what it stands on, and may stand a little in it where that is not quite level.
-        wide = Prism(
-            _grown(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
+        wide = ConvexPrism(
+            _inflate(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
         )
-        return not wide.meets_triangles(self._corners)
+        return not wide.intersects_triangles(self._corners)
 
     def _world_axes(self, pose: Floats) -> Floats:
         """A transform of the axes with up last, as one of the world's own axes."""
@@ -255,7 +260,7 @@ class Placer:
         return np.asarray(found)
 
 
-def _grown(corners: Floats, gap: float) -> Floats:
+def _inflate(corners: Floats, gap: float) -> Floats:
     """A convex outline, each edge moved outwards by `gap`; its corners become cut ones."""
     normals = _normals(corners)
     return outline(

@@ -13,18 +13,20 @@ from ..arrays import Floats
 from ..camera import Camera
 from ..errors import WorldError, nearest
 from ..world import World
-from .draws import Draw, NotThisTime, known_keys, range_of, rounded
+from .draws import RandomStream, RejectedSample, known_keys, range_of, rounded
 
-__all__ = ["SEE_KEYS", "see"]
+__all__ = ["SEE_KEYS", "place_camera"]
 
 SEE_KEYS = ("object", "distance", "elevation", "azimuth", "roll", "coverage", "visible", "off_center")
-"""The keys of `see` in a [[camera]] of a recipe."""
-TRIES = 500
-SMALL = 96
+"""The keys of `place_camera` in a [[camera]] of a recipe."""
+MAX_TRIES = 500
+PREVIEW_SIZE = 96
 """The side of the picture in which views that are far from what is asked are found out."""
 
 
-def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, what: str) -> Camera:
+def place_camera(
+    world: World, camera: Camera, wanted: Mapping[str, Any], draw: RandomStream, what: str
+) -> Camera:
     """`camera` at a place from where it sees what is `wanted`; depends on the world, `wanted` and `draw` alone.
 
     `object` is a name or a category, one of whose objects is chosen (default: any object with a category, or any at
@@ -37,7 +39,7 @@ def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, wha
     Raises `WorldError` where no such view is found.
     """
     known_keys(f"see of {what}", wanted, SEE_KEYS)
-    number = _chosen(world, wanted.get("object"), draw.at("object"), what)
+    number = _chosen(world, wanted.get("object"), draw.substream("object"), what)
     box = box3d(world, number)
     radius = float(np.linalg.norm(box.size)) / 2
     distance = range_of(f"{what}: distance", wanted.get("distance"), (2 * radius, 6 * radius))
@@ -51,47 +53,49 @@ def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, wha
         raise WorldError(f"{what}: coverage and visible are shares, from 0 to 1, not {coverage} and {least}")
     if distance[0] <= 0.0:
         raise WorldError(f"{what}: distance must be more than 0, not {distance[0]}")
-    scale = SMALL / max(camera.size)
+    scale = PREVIEW_SIZE / max(camera.size)
     small_size = (max(1, round(camera.size[0] * scale)), max(1, round(camera.size[1] * scale)))
-    for number_of_try in range(TRIES):
-        at = draw.at(number_of_try)
+    for number_of_try in range(MAX_TRIES):
+        at = draw.substream(number_of_try)
         pose = _pose(world.up, camera, box.center, at, distance, elevation, azimuth, roll, aside)
         if pose is None:
             continue
         placed = camera.at_pose(*pose)
         # A small picture says no to most of what is wrong; the picture itself says yes.
-        if scale < 0.5 and not _shows(world, placed.resized(small_size), number, coverage, least, slack=0.3):
+        if scale < 0.5 and not _is_visible(
+            world, placed.resized(small_size), number, coverage, least, slack=0.3
+        ):
             continue
-        if _shows(world, placed, number, coverage, least):
+        if _is_visible(world, placed, number, coverage, least):
             return placed
-    raise NotThisTime(
-        f"{what}: after {TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
+    raise RejectedSample(
+        f"{what}: after {MAX_TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
         f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m; wider "
         "ranges, another focal length or fewer things in the way would"
     )
 
 
-def _chosen(world: World, wanted: object, draw: Draw, what: str) -> int:
+def _chosen(world: World, wanted: object, draw: RandomStream, what: str) -> int:
     objects = world.objects
     if wanted is None:
         found = [item.id for item in objects if item.category is not None] or [item.id for item in objects]
         if not found:
-            raise NotThisTime(f"{what}: there is no object to see")
+            raise RejectedSample(f"{what}: there is no object to see")
     else:
         found = [item.id for item in objects if wanted in (item.name, item.category)]
         names = [item.name for item in objects] + [
             item.category for item in objects if item.category is not None
         ]
         if not found:
-            raise NotThisTime(f"{what}: {nearest('object or category', str(wanted), names)}")
-    return found[draw.whole(0, len(found) - 1)]
+            raise RejectedSample(f"{what}: {nearest('object or category', str(wanted), names)}")
+    return found[draw.integer(0, len(found) - 1)]
 
 
 def _pose(
     up: str,
     camera: Camera,
     target: Floats,
-    draw: Draw,
+    draw: RandomStream,
     distance: tuple[float, float],
     elevation: tuple[float, float],
     azimuth: tuple[float, float],
@@ -100,7 +104,7 @@ def _pose(
 ) -> tuple[Floats, Floats] | None:
     """Rotation and centre that put `target` where the draw wants it; None where the lens has no ray there."""
     around, rise = (
-        math.radians(draw.between(*ends, number=i)) for i, ends in enumerate((azimuth, elevation))
+        math.radians(draw.uniform(*ends, number=i)) for i, ends in enumerate((azimuth, elevation))
     )
     way = [math.cos(rise) * math.cos(around), math.cos(rise) * math.sin(around), math.sin(rise)]
     if up == "y":
@@ -109,17 +113,17 @@ def _pose(
     center = np.array(
         [
             rounded(float(t) + w * d)
-            for t, w, d in zip(target, way, [draw.between(*distance, number=2)] * 3, strict=True)
+            for t, w, d in zip(target, way, [draw.uniform(*distance, number=2)] * 3, strict=True)
         ]
     )
-    shift = [draw.between(-aside, aside, number) for number in (3, 4)]
+    shift = [draw.uniform(-aside, aside, number) for number in (3, 4)]
     half = np.array(camera.size) / 2
     pixel = half * (1.0 + np.array(shift)) + camera.corner
     lying = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(lying).all():
         return None
     upwards = np.array([0.0, 0.0, 1.0] if up == "z" else [0.0, 1.0, 0.0])
-    turn = math.radians(draw.between(*roll, number=5))
+    turn = math.radians(draw.uniform(*roll, number=5))
     # The camera's ray through the pixel goes along -way: from the axes of the one to the axes of the other.
     world_axes, camera_axes = (
         _axes(target - center, -upwards),
@@ -140,7 +144,7 @@ def _axes(forward: Floats, down: Floats) -> Floats:
     return np.column_stack([np.cross(y, z), y, z])
 
 
-def _shows(
+def _is_visible(
     world: World, camera: Camera, number: int, coverage: tuple[float, float], least: float, slack: float = 0.0
 ) -> bool:
     found: list[Label] = label(world, camera, objects=[number])

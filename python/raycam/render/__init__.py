@@ -21,7 +21,7 @@ SURFACES = ["first", "solid"]
 FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
-MOST_SAMPLES = 1 << 14
+MAX_SAMPLES = 1 << 14
 """What a pixel gets at most where noise or time ends it."""
 
 Integrator = Literal["flat", "direct", "path", "ao", "reference"]
@@ -141,7 +141,7 @@ def render(
     }
     asked = world.render_settings | chosen
     if ("noise" in asked or "time" in asked) and "samples" not in asked:
-        asked["samples"] = MOST_SAMPLES
+        asked["samples"] = MAX_SAMPLES
     settings |= asked
     stops = _stops(settings.pop("exposure"))
     display = _name("view", settings.pop("view"), VIEWS)

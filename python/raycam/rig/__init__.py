@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._serialization import Described
+from .._serialization import DictSerializable
 from ..annotations.flow import disparity
 from ..arrays import Floats
 from ..camera import Camera
@@ -30,7 +30,7 @@ CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 """The axes of a camera that looks along the x axis of a body with its z axis upwards."""
 
 
-class Rig(Described, Mapping[str, Camera]):
+class Rig(DictSerializable, Mapping[str, Camera]):
     """Cameras that one body carries, immutable: a mapping from their names to the cameras in the world.
 
     `cameras` are those in the axes of the body: their `R` is camera_from_body, their `C` the centre there. The body

@@ -1,6 +1,6 @@
 """USD files, read by Pixar's library in a process of its own: the `raycam[usd]` extra.
 
-Whatever such a file makes the library do, it happens in another process, which may take no more than a `Budget` of
+Whatever such a file makes the library do, it happens in another process, which may take no more than a `UsdLimits` of
 time, memory and disk and writes into an empty folder: `raycam.usd.worker`. From there raycam reads like from any
 other folder.
 """
@@ -21,14 +21,14 @@ from typing import Any
 
 from ..errors import FormatError, SettingsError
 
-__all__ = ["SUFFIXES", "Budget", "read"]
+__all__ = ["SUFFIXES", "UsdLimits", "read"]
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 """The files that are USD."""
 
 
 @dataclass(frozen=True)
-class Budget:
+class UsdLimits:
     """The most that reading one USD file may take."""
 
     seconds: float = 300.0
@@ -41,14 +41,14 @@ class Budget:
     """Face corners, with every instance."""
 
 
-def read(path: str | os.PathLike[str], folder: Path, budget: Budget | None = None) -> dict[str, Any]:
+def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = None) -> dict[str, Any]:
     """The world in a USD file as `World.from_dict` takes it; its meshes and images are written into `folder`.
 
     Its notices are under `"notices"`, and under `"files"` what it calls the images. Raises `OSError` where the file
     cannot be opened, `FormatError` where it cannot be read within the budget, and `SettingsError` where the extra is
     not installed.
     """
-    budget = budget or Budget()
+    budget = budget or UsdLimits()
     path = Path(path)
     with path.open("rb") as file:  # for the errors that every file has
         if not path.is_file():
@@ -78,7 +78,7 @@ def read(path: str | os.PathLike[str], folder: Path, budget: Budget | None = Non
         except subprocess.TimeoutExpired:
             raise FormatError(f"{path}: not read within {budget.seconds:g} s, the budget for USD") from None
         finally:
-            _end(process)
+            _terminate(process)
         said.seek(max(0, said.seek(0, os.SEEK_END) - 2000))
         words = said.read().decode("utf-8", "replace").strip()
     answer = folder / "world.json"
@@ -92,7 +92,7 @@ def read(path: str | os.PathLike[str], folder: Path, budget: Budget | None = Non
     return found
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def _terminate(process: subprocess.Popen[bytes]) -> None:
     """Ends the worker and whatever it started."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)

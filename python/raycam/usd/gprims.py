@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pxr import Usd, UsdGeom
 
-__all__ = ["SOLIDS", "Faces", "solid"]
+__all__ = ["GPRIMS", "Faces", "gprim_faces"]
 
 SEGMENTS = 64
 """Of a circle: no point of its polygon is nearer to the middle than 0.9988 of the radius."""
@@ -32,11 +32,11 @@ class Faces(NamedTuple):
     """[corners, 3], unit length, where the surface is curved."""
 
 
-def solid(prim: Usd.Prim) -> Faces:
-    """The faces of a solid of one of the kinds `SOLIDS`, in its own coordinates."""
-    found = SOLIDS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(Usd.TimeCode.EarliestTime()))
+def gprim_faces(prim: Usd.Prim) -> Faces:
+    """The faces of a solid of one of the kinds `GPRIMS`, in its own coordinates."""
+    found = GPRIMS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(Usd.TimeCode.EarliestTime()))
     axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else UsdGeom.Tokens.z
-    return _along(found, axis, turned=prim.GetTypeName() != "Plane")
+    return _align_axis(found, axis, turned=prim.GetTypeName() != "Plane")
 
 
 Value = Callable[[str], Any]
@@ -55,13 +55,13 @@ def _plane(value: Value) -> Faces:
 
 
 def _sphere(value: Value) -> Faces:
-    return _revolved(_arc(-90, 90, value("radius"), 0.0))
+    return _surface_of_revolution(_arc(-90, 90, value("radius"), 0.0))
 
 
 def _capsule(value: Value) -> Faces:
     radius, half = value("radius"), value("height") / 2
     side = [((radius, -half, 1, 0), (radius, half, 1, 0))]
-    return _revolved([*_arc(-90, 0, radius, -half), *side, *_arc(0, 90, radius, half)])
+    return _surface_of_revolution([*_arc(-90, 0, radius, -half), *side, *_arc(0, 90, radius, half)])
 
 
 def _cylinder(value: Value) -> Faces:
@@ -79,7 +79,7 @@ def _cone(value: Value) -> Faces:
 def _frustum(bottom: float, top: float, height: float) -> Faces:
     half, slope = height / 2, np.array([height, bottom - top])
     out, up = slope / max(np.hypot(*slope), np.finfo(float).tiny)
-    return _revolved(
+    return _surface_of_revolution(
         [
             ((0.0, -half, 0, -1), (bottom, -half, 0, -1)),
             ((bottom, -half, out, up), (top, half, out, up)),
@@ -102,7 +102,7 @@ def _arc(first: float, last: float, radius: float, height: float) -> list[tuple[
     return list(pairwise(points))
 
 
-def _revolved(profile: list[tuple[Point, Point]]) -> Faces:
+def _surface_of_revolution(profile: list[tuple[Point, Point]]) -> Faces:
     """A surface of revolution about z, of the pieces of a profile that leads upwards on its outside."""
     turns = np.arange(SEGMENTS) * 2 * np.pi / SEGMENTS
     x, y = np.cos(turns), np.sin(turns)
@@ -132,7 +132,7 @@ def _revolved(profile: list[tuple[Point, Point]]) -> Faces:
     return Faces(points, np.concatenate(counts), indices.reshape(-1), all_normals)
 
 
-def _along(found: Faces, axis: str, turned: bool) -> Faces:
+def _align_axis(found: Faces, axis: str, turned: bool) -> Faces:
     """With z along another axis; a plane keeps its width horizontal, as its schema says."""
     order, signs = {
         ("X", True): ([2, 0, 1], [1, 1, 1]),
@@ -144,7 +144,7 @@ def _along(found: Faces, axis: str, turned: bool) -> Faces:
     return found._replace(points=moved[0], normals=moved[1])
 
 
-SOLIDS: dict[str, Callable[[Value], Faces]] = {
+GPRIMS: dict[str, Callable[[Value], Faces]] = {
     "Cube": _cube,
     "Sphere": _sphere,
     "Cylinder": _cylinder,

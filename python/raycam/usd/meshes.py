@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
-from .gprims import SOLIDS, Faces, solid
+from .gprims import GPRIMS, Faces, gprim_faces
 from .materials import Materials
 
 __all__ = ["Meshes", "rows"]
@@ -45,8 +45,8 @@ class Meshes:
 
     def _write(self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None) -> tuple[str | None, int]:
         prim, path = mesh.GetPrim(), mesh.GetPath().pathString
-        is_solid = prim.GetTypeName() in SOLIDS
-        found = solid(prim) if is_solid else _faces(UsdGeom.Mesh(prim))
+        is_solid = prim.GetTypeName() in GPRIMS
+        found = gprim_faces(prim) if is_solid else _faces(UsdGeom.Mesh(prim))
         points, counts, indices = found.points, found.counts, found.indices
         if fault := _fault(found):
             self.notices.append(f"{'solid' if is_solid else 'mesh'} {path} is left out: {fault}")

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from pxr import Gf, Usd, UsdGeom
 
-__all__ = ["copies"]
+__all__ = ["instances"]
 
 
-def copies(
+def instances(
     instancer: UsdGeom.PointInstancer, world_from_instancer: Gf.Matrix4d, places: UsdGeom.XformCache
 ) -> Iterator[tuple[int, Usd.Prim, Gf.Matrix4d]]:
     """The number of each copy that is not masked, and the prims of its prototype, each with its place in the world."""

@@ -18,28 +18,28 @@ from typing import Any
 from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux
 
 from .camera import camera_spec
-from .gprims import SOLIDS
+from .gprims import GPRIMS
 from .lights import light_spec
 from .materials import Materials
 from .meshes import Meshes, rows
-from .point_instancer import copies
+from .point_instancer import instances
 
-__all__ = ["Refused"]
+__all__ = ["UsdRejected"]
 
-DRAWN = (
+UNSUPPORTED_TYPES = (
     *("Capsule_1", "Points", "BasisCurves", "NurbsCurves"),
     *("NurbsPatch", "HermiteCurves", "TetMesh", "Volume", "PointInstancer"),
 )
 """What other programs draw and raycam does not."""
-MADE = {"Mesh", *SOLIDS}
+GEOMETRY_TYPES = {"Mesh", *GPRIMS}
 """What becomes an object."""
 
 
-class Refused(Exception):
+class UsdRejected(Exception):
     """A file that is not read, with the reason."""
 
 
-def limit(memory: int, seconds: float, size: int) -> None:
+def apply_rlimits(memory: int, seconds: float, size: int) -> None:
     """Bounds this process, where the system can."""
     try:
         import resource
@@ -51,7 +51,7 @@ def limit(memory: int, seconds: float, size: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def confined(path: Path, most: int) -> None:
+def check_confined(path: Path, most: int) -> None:
     """Refuses a file whose layers are not all regular files in its own folder or below, before opening such a one."""
     root, left = path.parent.resolve(), most
     waiting, seen = [path], set()
@@ -63,19 +63,19 @@ def confined(path: Path, most: int) -> None:
         seen.add(real)
         shown = layer_path.name if layer_path == path else str(layer_path)
         if not real.is_relative_to(root):
-            raise Refused(f"{shown}: it leads out of the folder of the USD file; copy it there")
+            raise UsdRejected(f"{shown}: it leads out of the folder of the USD file; copy it there")
         if not real.is_file():
-            raise Refused(f"{shown}: no such file, or no regular one")
+            raise UsdRejected(f"{shown}: no such file, or no regular one")
         left -= real.stat().st_size
         if left < 0:
-            raise Refused(f"its layers have more bytes than the budget of {most}")
+            raise UsdRejected(f"its layers have more bytes than the budget of {most}")
         layer = Sdf.Layer.FindOrOpen(str(layer_path))
         if layer is None:
-            raise Refused(f"{shown}: not a USD layer that Pixar's library can read")
+            raise UsdRejected(f"{shown}: not a USD layer that Pixar's library can read")
         # An empty name is this layer itself.
         for asset in filter(None, layer.GetCompositionAssetDependencies()):
             if "`" in asset or ":" in asset:
-                raise Refused(
+                raise UsdRejected(
                     f"{shown}: layer {asset!r}: expected a path in the file's folder, without expressions"
                 )
             if not asset.endswith("]") and path.suffix.lower() != ".usdz":
@@ -101,7 +101,7 @@ class Images:
             try:
                 self.known[place] = name = self._copied(place)
                 self.files[name] = asset.path
-            except (OSError, KeyError, ValueError, Refused) as error:
+            except (OSError, KeyError, ValueError, UsdRejected) as error:
                 self.notices.append(f"image {asset.path!r} is left out: {error}")
                 self.known[place] = None
         return self.known[place]
@@ -117,25 +117,25 @@ class Images:
             return name
         real = Path(place).resolve()
         if not real.is_relative_to(self.root):
-            raise Refused("it is not in the folder of the USD file")
+            raise UsdRejected("it is not in the folder of the USD file")
         if not real.is_file():
-            raise Refused("no such file, or no regular one")
+            raise UsdRejected("no such file, or no regular one")
         self._take(real.stat().st_size)
         shutil.copyfile(real, target)
         return name
 
     def _take(self, size: int) -> None:
         if size > self.left:
-            raise Refused(f"{size} bytes, more than the budget has left")
+            raise UsdRejected(f"{size} bytes, more than the budget has left")
         self.left -= size
 
 
-def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> dict[str, Any]:
+def world_dict(path: Path, folder: Path, most_bytes: int, most_corners: int) -> dict[str, Any]:
     """The world in a file, and the files that it needs in the folder."""
-    confined(path, most_bytes)
+    check_confined(path, most_bytes)
     stage = Usd.Stage.Open(str(path))
     if stage is None:
-        raise Refused("not a USD stage that Pixar's library can open")
+        raise UsdRejected("not a USD stage that Pixar's library can open")
     images = Images(path, folder, most_bytes)
     materials = Materials(images.file)
     meshes = Meshes(folder, materials, most_corners)
@@ -148,21 +148,21 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
     for prim in walk:
         kind = prim.GetTypeName()
         seen = UsdGeom.Imageable(prim)
-        if seen and _hidden(seen):
+        if seen and _is_invisible(seen):
             continue
         from_local = places.GetLocalToWorldTransform(prim)
-        if kind in MADE:
+        if kind in GEOMETRY_TYPES:
             if file := meshes.file(UsdGeom.Gprim(prim)):
                 objects.append({"name": prim.GetName(), "mesh": file, "matrix": rows(from_local)[:3]})
         elif prim.IsA(UsdGeom.PointInstancer):
             # Its prototypes are no objects by themselves.
             walk.PruneChildren()
-            for number, part, place in copies(UsdGeom.PointInstancer(prim), from_local, places):
-                if part.GetTypeName() in MADE and not _hidden(UsdGeom.Imageable(part)):
+            for number, part, place in instances(UsdGeom.PointInstancer(prim), from_local, places):
+                if part.GetTypeName() in GEOMETRY_TYPES and not _is_invisible(UsdGeom.Imageable(part)):
                     if file := meshes.file(UsdGeom.Gprim(part)):
                         name = f"{prim.GetName()}.{number}"
                         objects.append({"name": name, "mesh": file, "matrix": rows(place)[:3]})
-                elif part.GetTypeName() in DRAWN:
+                elif part.GetTypeName() in UNSUPPORTED_TYPES:
                     skipped[part.GetTypeName()] += 1
         elif prim.IsA(UsdGeom.Camera):
             cameras.append(camera_spec(UsdGeom.Camera(prim), from_local))
@@ -170,12 +170,12 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
             light, notice = light_spec(prim, from_local, images.file, world["up"])
             lights.extend([light] if light else [])
             meshes.notices.extend([notice] if notice else [])
-        elif kind in DRAWN:
+        elif kind in UNSUPPORTED_TYPES:
             skipped[kind] += 1
     left_out = [f"{count} {kind} prims are left out" for kind, count in sorted(skipped.items())]
     if not objects:
         said = "".join(f"; {notice}" for notice in [*left_out, *meshes.notices][:5])
-        raise Refused(f"no meshes or solids in it: nothing to see{said}")
+        raise UsdRejected(f"no meshes or solids in it: nothing to see{said}")
     materials.write(folder / "materials.mtl")
     notices = [*images.notices, *materials.notices, *meshes.notices, *left_out]
     unit = _unit(stage)
@@ -193,16 +193,16 @@ def _unit(stage: Usd.Stage) -> float:
     return float(root.GetInfo("metersPerUnit"))
 
 
-def _hidden(prim: UsdGeom.Imageable) -> bool:
+def _is_invisible(prim: UsdGeom.Imageable) -> bool:
     return prim.ComputeVisibility() == "invisible" or prim.ComputePurpose() in ("guide", "proxy")
 
 
 def main(path: Path, folder: Path, limits: dict[str, Any]) -> None:
     """Writes the world, or the reason why there is none."""
-    limit(limits["memory"], limits["seconds"], limits["bytes"])
+    apply_rlimits(limits["memory"], limits["seconds"], limits["bytes"])
     try:
-        found = described(path, folder, limits["bytes"], limits["triangles"])
-    except Refused as error:
+        found = world_dict(path, folder, limits["bytes"], limits["triangles"])
+    except UsdRejected as error:
         found = {"error": str(error)}
     except Tf.ErrorException as error:
         found = {"error": "Pixar's library: " + "; ".join(part.commentary for part in error.args)}

@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays import whole
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
-from ..jobs.job_package import Package
+from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..render import render
 from ..render.frame import Frame
@@ -24,14 +24,14 @@ from ..rig import Rig
 from ..world import Animation, World
 from .files import check_video, open_video, picture_name
 
-__all__ = ["Film", "write_video"]
+__all__ = ["VideoPlan", "write_video"]
 
 Progress = Callable[[int, int], object]
 MAX_FRAMES = 1_000_000
 FPS = 24.0
 
 
-class Film:
+class VideoPlan:
     """The frames of a video, each rendered when it is asked for.
 
     `world` moves as its `[video]` says; one without shows its `animation`, a name or number (the first where not
@@ -135,18 +135,18 @@ class Film:
         if self._follows is not None:
             camera = _resized(moment.camera(self._follows), camera.size)
         if self._world.video is not None:
-            camera = self._moved(camera, self.time(number))
+            camera = self._camera_at(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
         return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
 
-    def _moved(self, camera: Camera, time: float) -> Camera:
+    def _camera_at(self, camera: Camera, time: float) -> Camera:
         """The camera, or the one of the rig, where the video has it at a time."""
         if self._rig is None:
             return self._world.camera_at(camera, time)
         rig, name = self._rig
         return self._world.rig_at(rig, time)[name]
 
-    def package(self) -> Package:
+    def package(self) -> JobPackage:
         """The film as a job, one PNG picture a frame."""
         name = self._follows
         world = self._world
@@ -164,14 +164,14 @@ class Film:
         }
         if self._rig is not None:
             settings["rig"] = [self._rig[0].to_dict(), self._rig[1]]
-        return Package("video", len(self), settings, world)
+        return JobPackage("video", len(self), settings, world)
 
 
 def frame_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
     """What a worker does for a job of kind "video": frame_0000.png and so on."""
     table, name = settings.get("rig", (None, ""))
     size = tuple(settings["size"])
-    film = Film(
+    film = VideoPlan(
         world,
         _resized(world.camera(settings["camera"]), size) if table is None else None,
         rig=None if table is None else (Rig.from_dict(table, up=world.up), name),
@@ -204,7 +204,7 @@ def write_video(
     audio: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     **settings: Any,
-) -> Film:
+) -> VideoPlan:
     """Renders the video of a world into a file (.mp4 .mov .mkv .webm .gif), or a folder as frame_0000.png and so on.
 
     `lossless` keeps every bit of the pictures. `audio` is a file whose first track of sound goes along, cut off or
@@ -213,7 +213,7 @@ def write_video(
 
     `frames` (start, stop) renders a part, from `start` up to but not `stop`; either may be None, or negative
     to count from the end, as in a slice. `progress(done, total)` is called after every frame. The rest is as
-    in `Film`, which is returned.
+    in `VideoPlan`, which is returned.
 
     A file has its name when it is complete: an error or Ctrl-C leaves none behind, and a folder keeps the
     pictures it has. The same call gives the same bytes.
@@ -224,7 +224,7 @@ def write_video(
     """
     sound = None if audio is None else Path(audio)
     check_video(Path(path), lossless=lossless, alpha=bool(settings.get("transparent")), audio=sound)
-    film = Film(world, camera, fps=fps, seconds=seconds, **settings)
+    film = VideoPlan(world, camera, fps=fps, seconds=seconds, **settings)
     numbers = film.numbers(frames)
     shown = open_video(
         Path(path), film.camera.size, film.fps, lossless=lossless, alpha=film.transparent, audio=sound
@@ -233,7 +233,7 @@ def write_video(
     def encode(number: int, frame: Frame) -> None:
         add(number, frame.to_srgba8() if film.transparent else frame.to_srgb8())
 
-    with shown as add, _behind(encode) as hand_over:
+    with shown as add, _pipelined(encode) as hand_over:
         for done, number in enumerate(numbers):
             if progress is not None:
                 progress(done, len(numbers))
@@ -246,7 +246,7 @@ def write_video(
 
 
 @contextmanager
-def _behind(work: Callable[[int, Frame], None]) -> Iterator[Callable[[int, Frame], None]]:
+def _pipelined(work: Callable[[int, Frame], None]) -> Iterator[Callable[[int, Frame], None]]:
     """A function that has `work` done in order by a thread of its own while the next frame is rendered.
 
     It waits for the frame before, and raises what that has raised; so does the end of the block.
@@ -319,3 +319,7 @@ def _positive(name: str, value: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise SettingsError(f"{name} must be a number greater than 0, not {value!r}")
     return float(value)
+
+
+Film = VideoPlan
+"""Former name of `VideoPlan`, kept for one release."""

@@ -15,7 +15,7 @@ from ..errors import FormatError
 if TYPE_CHECKING:
     from av.container import OutputContainer
 
-__all__ = ["RATE", "Sound", "check_audio"]
+__all__ = ["RATE", "AudioTrack", "check_audio"]
 
 RATE = 48_000
 """Samples a second of every file's sound: what all codecs here take."""
@@ -43,7 +43,7 @@ def check_audio(path: Path) -> int:
     raise FormatError(f"{path}: its track of sound is empty")
 
 
-class Sound:
+class AudioTrack:
     """The first track of sound of the file `path`, added to the video `file` by an encoder.
 
     One or two channels stay, more are mixed to two; the rate becomes `RATE`. Raises what `check_audio` raises.

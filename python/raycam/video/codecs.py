@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 from ..errors import SettingsError
 from ..io import atomic_files
-from .audio import Sound
+from .audio import AudioTrack
 from .filters import Filters, Picture, as_rate
 
-__all__ = ["CODECS", "Codec", "codec_of", "encoded"]
+__all__ = ["CODECS", "Codec", "codec_of", "open_encoder"]
 
 # ITU-T H.273: the primaries of BT.709 (sRGB's too), the curve of sRGB, the matrices of RGB and of BT.709, levels from
 # 16 to 235.
@@ -55,18 +55,20 @@ class Codec(NamedTuple):
 # x264's macroblock tree is not reproducible: the same pictures give other bytes now and then.
 X264 = {"preset": "medium", "x264-params": "mbtree=0"}
 VP9 = {"b": "0", "deadline": "good", "cpu-used": "2", "row-mt": "0", "tile-columns": "0"}
-FRONT = {"movflags": "+faststart"}  # the index in front, for players that begin before the end
+FASTSTART = {"movflags": "+faststart"}  # the index in front, for players that begin before the end
 
 CODECS: dict[tuple[str, bool, bool], Codec] = {
     # (ending, lossless, alpha)
-    (".mp4", False, False): Codec("mp4", "libx264", "yuv420p", X264 | {"crf": "17"}, "aac", FRONT),
-    (".mp4", True, False): Codec("mp4", "libx264rgb", "rgb24", X264 | {"qp": "0"}, "aac", FRONT),
-    (".mov", False, False): Codec("mov", "prores_ks", "yuv444p10le", {"profile": "4444"}, "pcm_s16le", FRONT),
-    (".mov", False, True): Codec(
-        "mov", "prores_ks", "yuva444p10le", {"profile": "4444", "alpha_bits": "16"}, "pcm_s16le", FRONT
+    (".mp4", False, False): Codec("mp4", "libx264", "yuv420p", X264 | {"crf": "17"}, "aac", FASTSTART),
+    (".mp4", True, False): Codec("mp4", "libx264rgb", "rgb24", X264 | {"qp": "0"}, "aac", FASTSTART),
+    (".mov", False, False): Codec(
+        "mov", "prores_ks", "yuv444p10le", {"profile": "4444"}, "pcm_s16le", FASTSTART
     ),
-    (".mov", True, False): Codec("mov", "png", "rgb24", {}, "pcm_s16le", FRONT),
-    (".mov", True, True): Codec("mov", "png", "rgba", {}, "pcm_s16le", FRONT),
+    (".mov", False, True): Codec(
+        "mov", "prores_ks", "yuva444p10le", {"profile": "4444", "alpha_bits": "16"}, "pcm_s16le", FASTSTART
+    ),
+    (".mov", True, False): Codec("mov", "png", "rgb24", {}, "pcm_s16le", FASTSTART),
+    (".mov", True, True): Codec("mov", "png", "rgba", {}, "pcm_s16le", FASTSTART),
     (".mkv", True, False): Codec("matroska", "ffv1", "bgr0", {"level": "3", "slicecrc": "1"}, "flac"),
     (".mkv", True, True): Codec("matroska", "ffv1", "bgra", {"level": "3", "slicecrc": "1"}, "flac"),
     (".webm", False, False): Codec("webm", "libvpx-vp9", "yuv420p", VP9 | {"crf": "20"}, "libopus"),
@@ -92,7 +94,7 @@ def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
 
 
 @contextmanager
-def encoded(
+def open_encoder(
     path: Path, size: tuple[int, int], fps: float, codec: Codec, *, audio: Path | None = None
 ) -> Iterator[Callable[[int, Picture], None]]:
     """The file of a codec; what it gives takes the pictures in order.
@@ -137,7 +139,7 @@ def encoded(
             scale = "out_color_matrix=bt709:out_range=limited:" + scale
         chain = [("scale", scale), ("format", codec.pixels)]
         convert = Filters(rate, [("rgba" if alpha else "rgb24", size)], chain)
-        sound = None if audio is None else Sound(audio, file, codec.sound)
+        sound = None if audio is None else AudioTrack(audio, file, codec.sound)
         shown = 0
 
         def add(_: int, picture: Picture) -> None:

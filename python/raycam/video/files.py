@@ -19,7 +19,7 @@ from .. import _core
 from ..errors import SettingsError
 from ..io import atomic_files
 from .audio import check_audio
-from .codecs import CODECS, REPRODUCIBLE, codec_of, encoded
+from .codecs import CODECS, REPRODUCIBLE, codec_of, open_encoder
 from .filters import Filters, Picture, as_rate
 
 __all__ = ["ENDINGS", "check_video", "open_video", "picture_name", "read_picture"]
@@ -85,7 +85,7 @@ def open_video(
         return _gif(path, size, fps)
     if not suffix:
         return _png_folder(path, size, fps)
-    return encoded(path, size, fps, codec_of(suffix, lossless=lossless, alpha=alpha), audio=audio)
+    return open_encoder(path, size, fps, codec_of(suffix, lossless=lossless, alpha=alpha), audio=audio)
 
 
 def read_picture(png: bytes) -> Picture:

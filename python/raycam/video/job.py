@@ -10,8 +10,8 @@ from pathlib import Path
 
 from ..jobs import Job, Progress, Shard
 from ..jobs.scheduler import Pool
-from ..jobs.worker import Made
-from . import Film
+from ..jobs.worker import FrameResult
+from . import VideoPlan
 from .files import Add, open_video, picture_name, read_picture
 
 __all__ = ["job_folder", "make_video"]
@@ -24,7 +24,7 @@ def job_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def make_video(
-    film: Film,
+    film: VideoPlan,
     path: str | os.PathLike[str],
     pool: Pool,
     *,
@@ -64,8 +64,8 @@ def make_video(
             pass
         job = Job(target, film.package(), resume=resume)
         film.notices += job.status().damaged
-        run(job, finished=partial(_tell, film))
-        with job.joining():
+        run(job, finished=partial(_report, film))
+        with job.assembling():
             return len(numbers) if all(map(job.has, numbers)) else None
     with ExitStack() as alone:
         try:
@@ -75,18 +75,18 @@ def make_video(
                 encode = _encoder(job, numbers, add)
                 encode()
 
-                def finished(made: Made) -> None:
-                    _tell(film, made)
+                def finished(made: FrameResult) -> None:
+                    _report(film, made)
                     encode()
 
                 run(job, finished=finished)
-                there = alone.enter_context(job.joining())
+                there = alone.enter_context(job.assembling())
                 if not there or not encode():
-                    raise _Others
-        except _Others:
+                    raise _OtherShards
+        except _OtherShards:
             return None if there else len(numbers)
         if keep_frames:
-            job.note_joined([f"../{target.name}"])
+            job.mark_assembled([f"../{target.name}"])
         else:
             job.remove()
     return len(numbers)
@@ -107,9 +107,9 @@ def _encoder(job: Job, numbers: Iterable[int], add: Add) -> Callable[[], bool]:
     return encode
 
 
-def _tell(film: Film, made: Made) -> None:
+def _report(film: VideoPlan, made: FrameResult) -> None:
     film.notices += [notice for notice in made.notices if notice not in film.notices]
 
 
-class _Others(Exception):
+class _OtherShards(Exception):
     """Other shards make the file, or have made it."""

@@ -48,7 +48,7 @@ class World:
         folder: str | os.PathLike[str] | None = None,
         texture_memory: int | str | None = None,
     ) -> None:
-        limit = memory_limits.limit_of("texture_memory", texture_memory)
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
         self._core = _core.World(up, "" if folder is None else os.fspath(Path(folder).absolute()), limit)
 
     @classmethod
@@ -70,7 +70,7 @@ class World:
         Lists of numbers may be NumPy arrays. As those of a world file, the files that it names are in `folder` and
         nowhere else: it may come from a stranger. Raises what `load` raises, without file and line.
         """
-        limit = memory_limits.limit_of("texture_memory", texture_memory)
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
         return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
 
     def to_bytes(self) -> bytes:
@@ -84,7 +84,9 @@ class World:
     @classmethod
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` wrote; raises `FormatError` and `WorldError` where it is none that can be."""
-        return cls._of(_core.world_from_bytes(data, memory_limits.limit_of("texture_memory", texture_memory)))
+        return cls._of(
+            _core.world_from_bytes(data, memory_limits.parse_size("texture_memory", texture_memory))
+        )
 
     def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
         """Writes a GLB file (glTF 2.0), and returns what glTF cannot say of this world, in words.

@@ -39,7 +39,7 @@ def load(
         world = _load_usd(path, texture_memory)
     else:
         world = World._of(
-            _core.World.load(os.fspath(path), memory_limits.limit_of("texture_memory", texture_memory))
+            _core.World.load(os.fspath(path), memory_limits.parse_size("texture_memory", texture_memory))
         )
     return world if variant is None else world.with_variant(variant)
 
