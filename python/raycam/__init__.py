@@ -82,7 +82,7 @@ _LAZY_IMPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Imports what most pictures do not need when it is first asked for."""
+    """Imports a name of `_LAZY_IMPORTS` on first use: most programs need none of them."""
     if name in _LAZY_IMPORTS:
         import importlib
 

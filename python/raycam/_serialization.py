@@ -1,4 +1,4 @@
-"""What a table of a world file describes to the last digit: cameras and rigs."""
+"""Equality, hashes and pickles of cameras and rigs by their exact description."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ __all__ = ["DictSerializable"]
 
 
 class DictSerializable:
-    """Compares, hashes and pickles as its description, the `to_dict` that its `from_dict` takes, with `up`."""
+    """Base of classes that compare, hash and pickle as their `to_dict` and `up`, from which `from_dict` restores them."""
 
     __slots__ = ()
 
     def __eq__(self, other: object) -> bool:
-        """Whether every number is the same."""
+        """True if both have the same type and every number is the same."""
         if not isinstance(other, type(self)):
             return NotImplemented
         return self._key() == other._key()
 
     def __hash__(self) -> int:
-        """Equal ones have equal hashes."""
+        """Hash of the description: equal objects have equal hashes."""
         return hash(self._key())
 
     def _key(self) -> tuple[str, str]:
@@ -28,7 +28,7 @@ class DictSerializable:
         return described._up, described._core.to_json()
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """Pickles as its description."""
+        """Pickles the description, so that pickles do not hold the Rust object."""
         described: Any = self
         return _from_dict, (type(self), described.to_dict(), described.up)
 

@@ -1,4 +1,4 @@
-"""A world with a real mesh, pictures of it, one pixel explained, and a video: by commands to be typed again."""
+"""The demo: a world with a scanned mesh, pictures, an explained pixel and a video, made by shell commands."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ MESH = ("cow.obj", "cow.mtl", "cow_texture.png")
 
 
 def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
-    """Makes the world `spot.toml` in `folder`, which is made if it is not there, and everything from it.
+    """Writes the world `spot.toml` and its pictures and video to `folder`, which is created if necessary.
 
-    A world file that is there already stays as it is, so that the demo shows what was changed in it.
+    An existing world file is kept, so that the demo shows changes to it.
     `run` executes the words of a command line and returns its exit status.
     """
     (folder / "spot").mkdir(parents=True, exist_ok=True)
@@ -38,7 +38,7 @@ def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
 
 
 def commands(folder: Path) -> list[str]:
-    """What the demo types."""
+    """The commands of the demo."""
 
     def place(name: str) -> str:
         return shlex.quote(str(folder / name))

@@ -14,8 +14,8 @@ from raycam.io.file_lock import hold_lock, lock_holder
 
 PROGRAM = """
 import sys, pathlib
-from raycam.io.file_lock import locked
-with locked(pathlib.Path(sys.argv[1]), pathlib.Path("there")):
+from raycam.io.file_lock import hold_lock
+with hold_lock(pathlib.Path(sys.argv[1]), pathlib.Path("there")):
     print("held", flush=True)
     sys.stdin.read()
 """

@@ -1,1 +1,1 @@
-"""Answers about pictures beside the pictures themselves: labels, optical flow, keypoints."""
+"""Annotations of pictures: labels, keypoints, optical flow and disparity."""

@@ -1,4 +1,4 @@
-"""Optical flow, scene flow and disparity: what one camera sees, followed to another time and another camera."""
+"""Optical flow, scene flow and disparity: surface points of one picture, found in another one."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ def flow(
     *,
     threads: int | None = None,
 ) -> Maps:
-    """Where what `camera` sees of `world` is in `world2`, and where `camera2` sees it there.
+    """Optical flow and scene flow from `world` seen by `camera` to `world2` seen by `camera2`.
 
-    The second world is the first at another time (`world.at(0.5)`), or any with the same objects and triangles; not
-    given, it is the first, as is the camera. The surface point at each pixel's exact centre ray keeps its object,
-    its triangle and its place on it: rigid and deforming meshes are followed alike, by arithmetic in float64.
+    The second world is the first at another time (`world.at(0.5)`), or any with the same objects and triangles. A world
+    or camera that is not given is the first one. The surface point on each pixel's centre ray keeps its object, its
+    triangle and its barycentric coordinates, so rigid and deforming meshes are followed alike, in float64.
     Returns arrays of the size of `camera`:
 
     ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
     scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
-    depth      float32 [h, w]     its z along the principal axis of `camera2`, metres                        NaN
-    occluded   bool [h, w]        it is inside of the second picture, but something hides it there           False
-    outside    bool [h, w]        it is not inside of the second picture                                     False
+    depth      float32 [h, w]    z of the point along the principal axis of `camera2`, metres               NaN
+    occluded   bool [h, w]       the point is inside the second picture, but hidden there                   False
+    outside    bool [h, w]       the point is not inside the second picture                                 False
     ========== ================= ========================================================================== ==========
 
-    The last column is the background's. `flow` is NaN too where `camera2` has no image of the point: behind it, or
-    beyond its lens. A point counts as hidden where the second camera's own ray to it meets something nearer by more
-    than a millionth of the distance; a point on the far side of its object is hidden by the object.
+    The last column is the value of pixels that show the background. `flow` is also NaN where `camera2` has no image of
+    the point: behind the camera, or beyond its lens. A point is occluded if the second camera's ray to it hits a surface
+    that is nearer by more than 1e-6 of the distance. A point on the far side of its own object is occluded too.
 
-    Of a world that moves while a camera reads line after line, points are where the lines see them: in the first
-    picture, and in the second, where everything moves straight on from one line to the next.
+    With a rolling shutter, each line shows the world at its own time, in both pictures. In the second picture, points
+    move linearly between the times of two lines.
 
     Raises `WorldError` where the worlds differ in objects or triangles, and where the second camera reads its lines
     while so much moves that the worlds of all lines take more than 2 GiB: about 1 KiB an object, and 128 bytes for each
@@ -66,15 +66,15 @@ def disparity(
     of: Literal["left", "right"] = "left",
     threads: int | None = None,
 ) -> Maps:
-    """The disparity of a rectified pair, x_left - x_right of the same point in pixels, as one of the two sees it.
+    """The disparity of a rectified pair, x_left - x_right in pixels, in the picture of one of its cameras.
 
-    The pair are two cameras, or a rig: its first two cameras, left and right. `of` says which of them sees it. Returns
-    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] as `flow` does: what
-    the other camera does not see. With focal length f and baseline B it is f B / depth + (cx_left - cx_right).
+    The pair is two cameras, or the first two cameras of a rig, left and right. `of` chooses the picture. Returns
+    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera, as
+    `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 
-    Raises `CameraError` where the cameras are no rectified pair: the same rotation, focal lengths, skew and
-    row of the principal point, no lens, and the right camera's centre to the right along the x axis of the left one;
-    `Rig.rectified` makes one of any two.
+    Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal lengths,
+    skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of the left
+    one. `Rig.rectified` makes one of any two cameras.
     """
     if not isinstance(left, Camera):
         if right is not None:

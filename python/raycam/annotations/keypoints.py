@@ -1,4 +1,4 @@
-"""Keypoints: where a camera sees points of objects, and what hides them."""
+"""Keypoints: the images of object points, and the objects that occlude them."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ __all__ = ["Keypoints", "keypoints"]
 
 @dataclass(frozen=True)
 class Keypoints:
-    """Points in one picture, [n] of them."""
+    """The images of n points in one picture."""
 
     points: Floats
-    """Where they are in the world [n, 3] when they are seen, metres; without an image, as the world stands."""
+    """Positions in the world [n, 3] at the time of exposure, metres; points without an image are taken at time 0."""
     pixels: Floats
-    """Their images [n, 2]; NaN where the camera has none."""
+    """Pixel coordinates [n, 2]; NaN where the camera has no image of the point."""
     in_picture: Bools
-    """Whether their image lies inside of the picture."""
+    """True [n] for images inside the picture."""
     visible: Bools
-    """Whether it does, and nothing lies before them."""
+    """True [n] for images inside the picture that nothing occludes."""
     occluder: npt.NDArray[np.int32]
-    """The object that lies before them, which may be their own; -1 where none does, and outside."""
+    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the picture."""
     on_surface: Bools
-    """Whether they are visible, and what is seen there is a surface at their place, and not one behind it."""
+    """True [n] for visible points that lie on the surface that the camera sees there, not in front of it."""
 
 
 def keypoints(
@@ -45,18 +45,18 @@ def keypoints(
     tolerance: float = 1e-4,
     threads: int | None = None,
 ) -> Keypoints:
-    """The images of `points` [n, 3], and what hides them.
+    """The images of `points` [n, 3], and the objects that occlude them.
 
-    `points` are in the world, or with `objects`, one for each, in the coordinates of their meshes, and go where the
-    objects go. With `triangles`, one for each, they are weights of the triangles' corners (as in the channels
-    `instance`, `triangle` and `barycentric`), and go where the corners go: so do points of meshes that bend.
+    `points` are in the world. With `objects`, one object id for each, they are in the coordinates of the objects' meshes
+    and move with the objects. With `triangles`, one for each, they are barycentric weights of the triangles' corners (as
+    in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
 
-    The camera's own ray to a point finds the object before it: what lies nearer than the point by more than `tolerance`
-    times the distance. Of a world that moves while the camera reads line after line, a point is seen by the line that
-    finds it, at the place where it is in the middle of that line's exposure, and what hides it is there then.
+    A point is occluded by the first object that the camera's ray to it hits, if the hit is nearer by more than
+    `tolerance` times the distance. With a rolling shutter, each point and its occluder are taken at the middle of the
+    exposure of the line that shows the point.
 
-    Raises `SettingsError` for numbers that there are not, for weights whose sum is not 1, and for points in the
-    coordinates of a mesh that a skin bends.
+    Raises `SettingsError` for unknown object or triangle ids, for weights whose sum is not 1, and for points in the
+    coordinates of a skinned mesh.
     """
     places = floats("points", points, ("n", 3))
     if triangles is not None and objects is None:

@@ -1,4 +1,4 @@
-"""Labels of what a camera sees: masks, boxes and visible fractions of objects."""
+"""Labels of the objects in a picture: masks, boxes and visible fractions."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ Region = tuple[int, int, int, int]
 class Box3D:
     """The smallest box around an object whose edges run along the axes of its mesh.
 
-    Of a sheared object they run along those of the rotation nearest to its transform.
+    The box of a sheared object is aligned with the rotation nearest to its transform.
     """
 
     rotation: Floats
-    """world_from_box [3, 3]: its columns are the box's axes."""
+    """The rotation world_from_box [3, 3]; its columns are the box's axes in the world."""
     center: Floats
-    """Its middle [3] in the world, metres."""
+    """The centre [3] in the world, metres."""
     size: Floats
-    """Its full edges [3] along its axes, metres."""
+    """The edge lengths [3] along the axes, metres."""
 
     @property
     def corners(self) -> Floats:
-        """Its corners [8, 3] in the world: corner i is at the far end of axis k where bit k of i is set."""
+        """The corners [8, 3] in the world, metres: corner i is at the far end of axis k if bit k of i is set."""
         signs = (np.arange(8)[:, None] >> np.arange(3) & 1) - 0.5
         return self.center + signs * self.size @ self.rotation.T
 
@@ -47,32 +47,32 @@ class Label:
     """One object in one picture. Boxes are (x, y, width, height) in pixels from the picture's top left corner."""
 
     object: int
-    """Its number in the channel `instance`."""
+    """The object's id in the channel `instance`."""
     name: str
-    """Its name in the world."""
+    """The object's name in the world."""
     category: str | None
-    """Its category in the world."""
+    """The object's category in the world, None for none."""
     category_id: int
-    """The number of its category in the channel `category`, -1 for none."""
+    """The category's id in the channel `category`, -1 for none."""
     region: Region
-    """x, y, width and height of the part of the picture and its margin that the masks show."""
+    """The rectangle (x, y, width, height) that the masks cover, in pixels; it may reach into the margin."""
     amodal_mask: Bools
-    """Which pixel centres of `region` [height, width] would show it if nothing stood before it."""
+    """True for the pixel centres of `region` [height, width] that would show the object if nothing occluded it."""
     visible_mask: Bools
-    """Which of them do show it."""
+    """True for the pixel centres of `region` [height, width] that show the object."""
     box3d: Box3D
-    """The box around it in the world."""
+    """The oriented box around the object in the world."""
     size: tuple[int, int]
-    """Width and height of the picture."""
+    """The picture's (width, height) in pixels."""
 
     @property
     def amodal_box(self) -> Region:
-        """The smallest box around the amodal mask; it may reach beyond the picture."""
+        """The bounding box of the amodal mask; it may reach beyond the picture."""
         return self.region
 
     @cached_property
     def visible_box(self) -> Region | None:
-        """The smallest box around the visible mask; None where nothing of it is seen."""
+        """The bounding box of the visible mask; None for an object that is not visible."""
         rows, columns = (np.flatnonzero(self.visible_mask.any(axis=axis)) for axis in (1, 0))
         if not len(rows):
             return None
@@ -81,26 +81,26 @@ class Label:
 
     @cached_property
     def amodal_pixels(self) -> int:
-        """How many pixels the amodal mask has, those in the margin included."""
+        """The number of pixels of the amodal mask, including the margin."""
         return int(np.count_nonzero(self.amodal_mask))
 
     @cached_property
     def visible_pixels(self) -> int:
-        """How many pixels show it."""
+        """The number of pixels that show the object."""
         return int(np.count_nonzero(self.visible_mask))
 
     @property
     def visible_fraction(self) -> float:
-        """The visible part of the amodal mask: what hides it and the picture's edge both count."""
+        """The fraction of the amodal mask that is visible; occluders and the picture's edge both reduce it."""
         return self.visible_pixels / self.amodal_pixels
 
     @cached_property
     def truncated_fraction(self) -> float:
-        """The part of the amodal mask that lies beyond the picture's edge, as far as the margin shows it."""
+        """The fraction of the amodal mask that lies outside the picture, as far as the margin reaches."""
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
     def in_picture(self, mask: Bools) -> Bools:
-        """A mask of `region` as one of the whole picture, [height, width]."""
+        """Returns a mask of `region` as a mask of the whole picture, [height, width]."""
         width, height = self.size
         whole_mask = np.zeros((height, width), dtype=bool)
         x, y, w, h = self.region
@@ -119,15 +119,14 @@ def label(
     margin: tuple[int, int] | None = None,
     threads: int | None = None,
 ) -> list[Label]:
-    """The labels of those of `objects` (default: all) that would be seen if nothing stood before them.
+    """The labels of the `objects` (default: all) with a nonempty amodal mask.
 
-    Masks are of the exact rays through the pixels' centres: the visible ones as in the channel `instance` (which is
-    rendered where it is not given), the amodal ones of each object alone. `margin` columns and rows around the picture
-    count to the amodal masks (default: as wide and high as the picture on every side, as the BOP toolkit has it). Of a
-    world that moves while the camera reads line after line, each line is of its own time, as in the picture; `box3d`
-    is of the middle.
+    Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
+    not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the amodal
+    masks (default: the picture's width and height on every side, as in the BOP toolkit). With a rolling shutter, each
+    line has its own time, as in the picture; `box3d` belongs to the middle of the exposure.
 
-    Raises `SettingsError` for objects there are not, and an `instance` that does not have the size of the picture.
+    Raises `SettingsError` for unknown objects, and for an `instance` of another size than the picture.
     """
     known = world.objects
     names = world.categories
@@ -176,7 +175,7 @@ def label(
 
 
 def box3d(world: World, number: int) -> Box3D:
-    """The box around an object in the world; raises `SettingsError` where there is no such object.
+    """The oriented box around an object in the world; raises `SettingsError` for an unknown object.
 
     Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
     """

@@ -1,12 +1,11 @@
-"""How many rays a second this machine traces, through the array interface that everybody uses; Embree's beside them.
+"""Benchmark: rays per second through the public array interface, with Embree for comparison.
 
-Rays a second are the figure by which ray tracers are compared. The scenes are generated (`bench_scenes`), the rays are
-those that a picture needs: `primary` from the camera, `shadow` from what they meet to a point light, `bounce` from
-there in cosine-weighted random directions; `shuffled` are the bounce rays in no order at all. Every measurement is a
-whole call, arrays in to arrays out.
+The scenes are generated (`bench.scenes`). The rays are those of a picture: `primary` rays from the camera, `shadow`
+rays from their hits to a point light, `bounce` rays from the hits in cosine-weighted random directions, and `shuffled`,
+the bounce rays in random order. Every measurement is a whole call, arrays in to arrays out.
 
-Where embreex is installed, its Embree answers the same rays. It offers single rays from one thread, in float32, and so
-stands beside raycam on one thread; it builds on all threads. Embree has faster modes (packets, more threads) that no
+If embreex is installed, its Embree traces the same rays. embreex traces single float32 rays on one thread, so its rates
+compare with raycam's on one thread; its builds use all threads. Embree has faster modes (packets, more threads) that no
 Python package offers; `benchmarks/embree_race.py` in raycam's source compares with those.
 """
 
@@ -31,53 +30,53 @@ from .scenes import SCENES, BenchScene, generate
 __all__ = ["KINDS", "BenchReport", "BenchRow", "bench", "tile_order"]
 
 KINDS = ["build", "primary", "shadow", "bounce", "shuffled"]
-"""What is measured, in this order: million triangles a second, then million rays a second."""
+"""The measured calls, in this order: million triangles per second for `build`, million rays per second for the rest."""
 
-WARMUP_SECONDS = 1e-4
-"""How far above the surface secondary rays start, as a part of the scene's size."""
+RAY_OFFSET = 1e-4
+"""Offset of secondary rays from the surface, as a fraction of the scene's size."""
 
 
 @dataclasses.dataclass(frozen=True)
 class BenchRow:
-    """One scene and kind; rates in millions a second."""
+    """The result for one scene and kind; rates in millions per second."""
 
     scene: str
     kind: str
     count: int
-    """Triangles or rays of one call."""
+    """The number of triangles or rays of one call."""
     raycam: float
-    """On all threads that were asked for."""
+    """The rate of raycam on all requested threads."""
     raycam_one_thread: float
     embree: float | None
-    """On one thread for rays, on all of the machine for builds. None where embreex is not installed."""
+    """The rate of Embree: rays on one thread, builds on all threads of the machine. None without embreex."""
     differ: int | None
-    """Rays of which Embree's answer is another: hit or miss, or t by more than 1e-4 of it. None for builds."""
+    """The number of rays for which Embree differs: hit or miss, or t by more than 1e-4 of it. None for builds."""
 
 
 @dataclasses.dataclass(frozen=True)
 class BenchReport:
-    """What `bench` found."""
+    """The results of `bench`."""
 
     version: str
     processor: str
     instructions: str
     threads: int
     embree: str | None
-    """The version of embreex; None where it is not installed."""
+    """The version of embreex; None if it is not installed."""
     seed: int
     size: tuple[int, int]
     repeat: int
     rows: list[BenchRow]
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values, for JSON; the names are those of the fields."""
+        """The fields by name as plain values, for JSON."""
         return dataclasses.asdict(self)
 
     def _like_for_like(self, row: BenchRow) -> float:
         return row.raycam if row.kind == "build" else row.raycam_one_thread
 
     def __str__(self) -> str:
-        """A table for people."""
+        """The results as a text table."""
         beside = self.embree is not None
         lines = [f"raycam {self.version}, {self.instructions}, {self.processor}", ""]
         head = f"{'':18}{'':>9}  {'raycam':>8}  {'raycam':>8}"
@@ -121,11 +120,11 @@ def bench(
     seed: int = 1,
     progress: Callable[[int, int], object] | None = None,
 ) -> BenchReport:
-    """Measures the scenes of these names (all), each of about as many `triangles`, seen in `size` pixels.
+    """Measures the named scenes (default: all), each of about `triangles` triangles, seen in `size` pixels.
 
-    Every figure is the best of `repeat` calls after one that does not count. `threads` are those of the first column
-    (None: all). `progress` is told how many of how many figures are there. Raises `SettingsError` where a name is not
-    known, or a number out of range.
+    Every figure is the best of `repeat` calls after one warm-up call. `threads` is the number of threads of raycam
+    (None: all). `progress(done, total)` counts the figures. Raises `SettingsError` for unknown names and numbers out of
+    range.
     """
     names = list(SCENES) if scenes is None else list(scenes)
     for name in names:
@@ -160,7 +159,7 @@ def _measure(
         made.add_mesh(scene.vertices, scene.faces)
         return made.prepare(threads=threads)
 
-    # A build takes long: two are as good as many rays.
+    # A build takes long, so two repetitions suffice.
     builds = min(repeat, 2)
     embree = None if _embree_version() is None else _Embree(scene)
     yield BenchRow(
@@ -206,7 +205,7 @@ def _measure(
     hits = ours.cast_rays(origins, directions, threads=threads)
     met = hits["instance"] >= 0
     normal = hits["normal"][met].astype(np.float64)
-    starts = _to_float32(hits["position"][met] + WARMUP_SECONDS * np.ptp(scene.vertices, 0).max() * normal)
+    starts = _to_float32(hits["position"][met] + RAY_OFFSET * np.ptp(scene.vertices, 0).max() * normal)
     yield row("shadow", starts, _to_float32(np.asarray(scene.light) - starts), 1.0)
     # A point on the unit sphere around the tip of the normal: cosine-weighted about it.
     rng = np.random.default_rng(seed)
@@ -218,19 +217,19 @@ def _measure(
 
 
 def tile_order(width: int, height: int) -> Floats:
-    """The pixels of a picture in tiles of 8 x 8, the order in which neighbours stay together; [n, 2]."""
+    """The pixel centres [n, 2] of a picture in tiles of 8 x 8, so that neighbours stay together."""
     v, u = np.divmod(np.arange(width * height), width)
     order = np.lexsort((u % 8, v % 8, u // 8, v // 8))
     return floats("pixels", np.stack([u[order], v[order]], -1), ("n", 2))
 
 
 def _to_float32(a: Floats) -> Floats:
-    """To float32, so that Embree sees the same rays."""
+    """Rounds to float32 values, so that raycam and Embree trace the same rays."""
     return a.astype(np.float32).astype(np.float64)
 
 
 def _rays_per_second(count: int, repeat: int, call: Callable[[], object]) -> float:
-    """Millions a second, the best of `repeat` calls after one that does not count."""
+    """Millions per second, the best of `repeat` calls after one warm-up call."""
     best = np.inf
     for turn in range(repeat + 1):
         start = time.perf_counter()
@@ -241,7 +240,7 @@ def _rays_per_second(count: int, repeat: int, call: Callable[[], object]) -> flo
 
 
 def _count_mismatches(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> int:
-    """How many answers are not the same: bools, or t with +inf for a miss."""
+    """The number of different answers: bools, or t with +inf for a miss."""
     if ours.dtype == bool:
         return int((ours != theirs).sum())
     hit = np.isfinite(ours)
@@ -260,18 +259,18 @@ class _Embree:
 
         self._scene = EmbreeScene()
         vertices, faces = scene.vertices.astype(np.float32), scene.faces.astype(np.int32)
-        # It reads its arrays when it builds.
+        # embreex reads the arrays later, when Embree builds.
         self._mesh = TriangleMesh(self._scene, vertices, faces), vertices, faces
 
     def build(self) -> None:
-        """Builds, which Embree puts off until a first ray."""
+        """Builds the scene; Embree builds lazily, so this traces one ray."""
         away = np.array([[0, 0, 1]], np.float32)
         self._scene.run(1e6 * away, away)
 
     def trace(
         self, kind: str, origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32], t_max: float
     ) -> npt.NDArray[Any]:
-        """As `World.occluded` or the t of `World.cast_rays`."""
+        """Traces the rays; returns bools like `World.occluded`, or t like `World.cast_rays`."""
         if kind == "shadow":
             dark = self._scene.run(origins, directions, t_max, query="OCCLUDED")
             return np.asarray(dark) >= 0

@@ -1,7 +1,7 @@
-"""Scenes to measure rays with: four families of triangles of any number, a new variation for every seed.
+"""Generated benchmark scenes: four families with any number of triangles, different for every seed.
 
-Generated, so that everybody has them: smooth and finely cut (terrain, rock), long and thin beside tiny (town), and what
-boxes fit worst (hair).
+Terrain and rock are smooth and finely tessellated. Town mixes long thin triangles with tiny ones. Hair is the worst
+case for bounding boxes.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ LIMIT = 100_000_000
 
 
 class BenchScene(NamedTuple):
-    """Triangles, and where they are seen and lit from."""
+    """A triangle mesh, a camera position and a light."""
 
     vertices: Floats
-    """float64 [v, 3]."""
+    """Vertices, float64 [v, 3]."""
     faces: Faces
-    """int64 [t, 3]."""
+    """Vertex indices of the triangles, int64 [t, 3]."""
     eye: tuple[float, float, float]
     target: tuple[float, float, float]
     fov: float
-    """Vertical, in degrees; z is up."""
+    """Vertical field of view in degrees; z is up."""
     light: tuple[float, float, float]
-    """A point light."""
+    """The position of a point light [3]."""
 
 
 def generate(name: str, triangles: int, seed: int = 1) -> BenchScene:
-    """The scene of a name, of about as many triangles as asked (a rock: the nearest 20 * 4^n).
+    """Generates a scene of about `triangles` triangles (a rock: the nearest 20 * 4^n).
 
-    Raises `SettingsError` for a name that is none of `SCENES`, with the nearest one.
+    Raises `SettingsError` for a name that is not in `SCENES`, with the nearest one.
     """
     if name not in SCENES:
         raise SettingsError(nearest("scene", name, list(SCENES)))
@@ -74,7 +74,7 @@ def _icosphere(levels: int) -> tuple[Floats, Faces]:
     corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0)]
     vertices = np.array([np.roll(corner, turn) for turn in range(3) for corner in corners])
     vertices /= np.hypot(1, g)
-    # Neighbours are a side apart: every three that are all neighbours make a triangle, turned outwards.
+    # Vertices one edge length apart are neighbours. Three mutual neighbours make a triangle, oriented outwards.
     near = np.abs(vertices @ vertices.T - 1 / 5**0.5) < 1e-9
     three = np.argwhere(near[:, :, None] & near[None] & near[:, None])
     three = three[(three[:, 0] < three[:, 1]) & (three[:, 0] < three[:, 2])]
@@ -156,4 +156,4 @@ SCENES: dict[str, Callable[[np.random.Generator, int], BenchScene]] = {
     "town": _town,
     "hair": _hair,
 }
-"""What `generate` knows, by name."""
+"""Generators of the scenes by name."""

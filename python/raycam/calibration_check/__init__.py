@@ -1,8 +1,8 @@
-"""The self-check: whether the picture is the one that the calibration says, judged by OpenCV.
+"""The self-check: OpenCV calibrates a camera from rendered pictures of a board and must recover it.
 
-A board is rendered through a camera from many places, OpenCV finds its corners and calibrates, and what it recovers is
-compared with the camera. The same calibration from the corners' exact projections tells apart who is to blame for what
-is left: the picture, or the finding of corners in it.
+The board is rendered through the camera from many places. OpenCV detects the corners and calibrates, and the recovered
+parameters are compared with the camera's. A second calibration, from the exact projections of the corners, separates
+errors of the picture from errors of the corner detection.
 """
 
 from __future__ import annotations
@@ -31,56 +31,56 @@ MIN_VIEWS = 3
 
 @dataclass(frozen=True)
 class Calibration:
-    """What OpenCV makes of corners, and how far it is from the camera."""
+    """A calibration by OpenCV from corners, and its differences from the true camera."""
 
     rms: float
-    """OpenCV's own: the root mean square distance of the corners from where it projects them, pixels."""
+    """OpenCV's reprojection error: the root mean square distance of corners and reprojected corners, pixels."""
     K: Floats
-    """Recovered intrinsics [3, 3], pixel centres at whole numbers."""
+    """The recovered intrinsics [3, 3], pixel centres at integers."""
     distortion: Floats
-    """Recovered coefficients, as many as the camera's."""
+    """The recovered distortion coefficients, as many as the camera's."""
     focal_error: float
     """The larger relative error of fx and fy."""
     center_error: float
-    """The distance of the principal points, pixels."""
+    """The distance between the principal points, pixels."""
     picture_error: float
-    """The largest distance, over all pixels where the corners lie, between where both calibrations see the same ray.
+    """The largest distance in pixels between the images of the same ray, over the part of the picture with corners.
 
-    Coefficients that make up for each other may differ much and mean the same: this does not.
+    Coefficients may differ much and compensate each other; this distance does not.
     """
 
 
 @dataclass(frozen=True)
 class SelfCheck:
-    """What the self-check found. Distances are in pixels."""
+    """The results of the self-check. Distances are in pixels."""
 
     camera: Camera
-    """The camera that was checked, without its place."""
+    """The checked camera; its pose does not matter."""
     board: str
     """The kind of board."""
     views: int
-    """How many pictures were taken."""
+    """The number of pictures."""
     corners: int
-    """How many corners OpenCV found in all of them."""
+    """The number of corners that OpenCV detected in all pictures."""
     detected: Calibration
-    """From the corners that OpenCV found in the pictures."""
+    """The calibration from the detected corners."""
     exact: Calibration
-    """From the projections of the same corners: what is left here is between raycam's camera and OpenCV's."""
+    """The calibration from the exact projections of the same corners: the difference of the camera models alone."""
     detector_rms: float
-    """The root mean square distance of the found corners from their exact projections."""
+    """The root mean square distance of the detected corners from their exact projections."""
     detector_bias: float
-    """The length of the mean of these distances: a shift of the whole picture, such as half a pixel, would be one."""
+    """The length of the mean offset of the detected corners; a shift of the picture by half a pixel would show here."""
     picture_largest: float
-    """The largest distance of a pixel's centre from the projection of the surface point that the pixel shows."""
+    """The largest distance of a pixel's centre from the projection of the surface point in that pixel."""
 
     @property
     def cause(self) -> str:
-        """Where the residual comes from: "detector", or "picture" where the picture is off by as much."""
+        """The source of the residual: "detector", or "picture" if the picture's own error is as large."""
         picture = max(self.picture_largest, self.exact.picture_error, self.detector_bias)
         return "picture" if picture > self.detector_rms / 2 else "detector"
 
     def __str__(self) -> str:
-        """The comparison, for people."""
+        """The comparison as text."""
         camera, found, exact = _whole_centers(self.camera), self.detected, self.exact
         width, height = self.camera.size
         lines = [
@@ -125,18 +125,18 @@ def selfcheck(
     """Renders a board through `camera` from `views` places, calibrates with OpenCV, and compares.
 
     `camera` (default: 1920 x 1080 with five coefficients) has a lens that OpenCV calibrates: none, "opencv" with any of
-    its coefficients, or "fisheye"; its place does not matter. `size` (width, height) is that of the pictures, where it
-    is not the camera's. `board` is "charuco" or "checkerboard". `samples` rays go through each pixel; the pictures are
-    blurred as by a lens, 1.5 pixels, and read as 8 bit of linear light. `progress(done, total)` counts the views,
-    `keep(number, frame)` is handed each picture.
+    its coefficients, or "fisheye". The camera's pose does not matter. `size` (width, height) replaces the camera's
+    picture size. `board` is "charuco" or "checkerboard". The pictures have `samples` rays per pixel, a lens blur of 1.5
+    pixels and 8 bits of linear light. `progress(done, total)` counts the views; `keep(number, frame)` receives each
+    picture.
 
-    OpenCV starts from nothing that the camera knows, but for the number of its coefficients. Raises `SettingsError`
-    where OpenCV is not installed (`pip install opencv-python-headless`), or does not find the board often enough;
-    `CameraError` for a lens that it does not calibrate.
+    OpenCV is given the number of coefficients and nothing else of the camera. Raises `SettingsError` if OpenCV is not
+    installed (`pip install opencv-python-headless`) or detects the board too seldom, and `CameraError` for a lens that
+    OpenCV does not calibrate.
 
     Source: OpenCV, `calib3d`: Z. Zhang, A Flexible New Technique for Camera Calibration, 2000.
     """
-    opencv()  # what is missing is told before anything is rendered
+    opencv()  # raises before anything is rendered
     camera = _default() if camera is None else camera
     camera = camera if size is None else camera.resized(size)
     _check(camera)
@@ -204,7 +204,7 @@ def _check(camera: Camera) -> None:
 
 
 def _whole_centers(camera: Camera) -> Camera:
-    """The same camera with pixel centres at whole numbers, at the origin."""
+    """The camera at the origin, with pixel centres at integers."""
     k = camera.K
     k[:2, 2] -= 0.5 + camera.corner
     model: Any = "opencv" if camera.model == "pinhole" else camera.model
@@ -212,12 +212,12 @@ def _whole_centers(camera: Camera) -> Camera:
 
 
 def _pixels(camera: Camera, points: Floats) -> Floats:
-    """Where a camera sees points, pixel centres at whole numbers."""
+    """The images [n, 2] of points, pixel centres at integers."""
     return camera.project(points)[0] - (0.5 + camera.corner)
 
 
 def _reprojection_error(camera: Camera, position: Floats) -> float:
-    """How far the picture is from the camera: the surface point of each pixel, projected, from the pixel's centre."""
+    """The largest distance between a pixel's centre and the projection of the surface point in that pixel."""
     rows, columns = np.nonzero(np.isfinite(position[..., 0]))
     if not len(rows):
         return 0.0
@@ -232,7 +232,7 @@ def _names(camera: Camera) -> Sequence[str]:
 
 
 def _calibrate(camera: Camera, objects: Sequence[Floats], corners: Sequence[Floats]) -> Calibration:
-    """OpenCV's calibration from corners in views, and how far it is from the camera."""
+    """Calibrates with OpenCV from corners in views, and compares with the camera."""
     cv2 = opencv()
     count = 0 if camera.distortion is None else len(camera.distortion)
     points = [np.ascontiguousarray(one, np.float32).reshape(-1, 1, 3) for one in objects]
@@ -240,7 +240,7 @@ def _calibrate(camera: Camera, objects: Sequence[Floats], corners: Sequence[Floa
     try:
         if camera.model == "fisheye":
             names = ["CALIB_RECOMPUTE_EXTRINSIC", *(["CALIB_FIX_SKEW"] if camera.K[0, 1] == 0.0 else [])]
-            # OpenCV 5 has moved them.
+            # OpenCV 5 has moved these functions.
             flags = sum(int(getattr(cv2.fisheye, name, None) or getattr(cv2, name)) for name in names)
             until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 200, 1e-12)
             wide = [one.astype(np.float64).reshape(1, -1, 3) for one in points]
@@ -265,7 +265,7 @@ def _calibrate(camera: Camera, objects: Sequence[Floats], corners: Sequence[Floa
 
 
 def _calibration_flags(cv2: Any, count: int) -> int:
-    """What is free of the 14 coefficients, where the camera has `count` of them."""
+    """The flags of `cv2.calibrateCamera` that free `count` of the 14 coefficients."""
     names = {
         0: "FIX_K1 FIX_K2 ZERO_TANGENT_DIST FIX_K3",
         4: "FIX_K3",
@@ -278,9 +278,9 @@ def _calibration_flags(cv2: Any, count: int) -> int:
 
 
 def _ray_difference(true: Camera, k: Floats, lens: Floats, corners: Sequence[Floats]) -> float:
-    """How far apart both calibrations see the rays of a grid over the part of the picture that has corners.
+    """The largest distance in pixels between both cameras' images of a grid of rays over the part with corners.
 
-    A rotation of the whole camera is nothing that a calibration can tell from places: the best one is taken out.
+    A calibration cannot separate a rotation of the camera from the poses, so the best rotation is removed first.
     """
     every = np.concatenate(corners)
     low, high = every.min(axis=0), every.max(axis=0)

@@ -1,4 +1,4 @@
-"""The calibration board of the self-check: its triangles, the cameras that look at it, and its corners in a picture."""
+"""The calibration board of the self-check: its mesh, camera poses that view it, and corner detection."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ __all__ = ["BOARDS", "Board", "opencv"]
 
 BOARDS = ("charuco", "checkerboard")
 CELLS = 12
-"""A square of a ChArUco board is 12 x 12 cells, its marker the 6 x 6 in the middle: corners have room around them."""
+"""Cells along the side of a ChArUco square; the marker is the 6 x 6 cells in the middle."""
 LENS_BLUR = 1.5
-"""Standard deviation in pixels of the blur that a lens would add: edges without it alias, and corners with them."""
+"""Standard deviation of the lens blur in pixels; without blur, edges alias and detected corners shift."""
 GOLDEN = (0.7548776662466927, 0.5698402909980532)
-"""Where each next point of an evenly spread sequence lies from the one before: M. Roberts' R2 sequence, 2018."""
+"""Step of M. Roberts' R2 low-discrepancy sequence, 2018."""
 
 
 def opencv() -> Any:
-    """OpenCV; raises `SettingsError` where it is not installed, or is too old."""
+    """Imports OpenCV; raises `SettingsError` if it is not installed or too old."""
     try:
         import cv2
     except ImportError as error:
@@ -45,7 +45,7 @@ def opencv() -> Any:
 class Board:
     """A ChArUco board or a checkerboard on the plane z = 0, squares of 1 m.
 
-    x is right, y down and z away from who looks at it.
+    x is right, y down and z away from the viewer.
     """
 
     kind: str = "charuco"
@@ -56,13 +56,13 @@ class Board:
     """Squares from top to bottom."""
 
     def __post_init__(self) -> None:
-        """Raises `SettingsError` for a kind that there is not."""
+        """Raises `SettingsError` for an unknown kind."""
         if self.kind not in BOARDS:
             raise SettingsError(f"board is {self.kind!r}, expected one of {', '.join(BOARDS)}")
 
     @cached_property
     def corners(self) -> Floats:
-        """The inner corners [n, 3], row by row: the points that are calibrated with."""
+        """The inner corners [n, 3], row by row, used for calibration."""
         x, y = np.meshgrid(np.arange(1.0, self.columns), np.arange(1.0, self.rows))
         return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
 
@@ -74,17 +74,17 @@ class Board:
 
     @property
     def _cells(self) -> npt.NDArray[np.bool_]:
-        """Which cells [rows, columns] of the whole board are white."""
+        """True [rows, columns] for the white cells of the whole board."""
         if self.kind == "checkerboard":
             return np.array(np.add.outer(np.arange(self.rows), np.arange(self.columns)) % 2 == 1)
-        # OpenCV's own picture of the board, 3 pixels to a cell: the middle one of each is read.
+        # OpenCV draws the board with 3 pixels per cell; the middle pixel of each cell is read.
         size = (self.columns * CELLS * 3, self.rows * CELLS * 3)
         white: npt.NDArray[np.bool_] = self._charuco.generateImage(size)[1::3, 1::3] > 127
         return white
 
     @cached_property
     def world(self) -> World:
-        """The board as triangles: edges of colour are edges of geometry, so no texture filter has a say."""
+        """The board as triangles: colour edges are geometric edges, so that no texture filter affects them."""
         cells = np.pad(self._cells, CELLS // 2 if self.kind == "charuco" else 1, constant_values=True)
         rows, columns = cells.shape
         margin, step = (0.5, 1.0 / CELLS) if self.kind == "charuco" else (1.0, 1.0)
@@ -94,16 +94,16 @@ class Board:
         one = np.column_stack([first, first + columns + 1, first + columns + 2])
         two = np.column_stack([first, first + columns + 2, first + 1])
         faces = np.stack([one, two], axis=1).reshape(-1, 3)
-        # As printed: the paper is not quite white, the ink not quite black.
+        # Like print: paper is not quite white, ink not quite black.
         shades = np.where(cells.ravel(), 0.9, 0.02).repeat(2)
         world = World()
         world.add_mesh(vertices, faces, name="board", face_colors=np.repeat(shades[:, None], 3, axis=1))
         return world
 
     def cameras(self, camera: Camera, count: int) -> list[Camera]:
-        """`camera` in `count` places from which it sees the board in all parts of the picture, tilted up to 40 degrees.
+        """`camera` at `count` poses, so that the board covers all parts of the picture, tilted up to 40 degrees.
 
-        They depend on nothing but the arguments. Raises `SettingsError` where the camera has no view of the board.
+        The poses depend on the arguments alone. Raises `SettingsError` if no pose shows the board.
         """
         if camera.is_parallel:
             raise SettingsError("a camera with parallel rays cannot be calibrated by views of a board")
@@ -117,7 +117,7 @@ class Board:
         raise SettingsError(f"the camera sees the board from {len(found)} places only, expected {count}")
 
     def _placed(self, camera: Camera, number: int) -> Camera | None:
-        """One of the places; None where too little of the board would be seen."""
+        """The camera at one of the poses; None if too little of the board is visible."""
         still = _placed(camera, np.eye(3), np.zeros(3))
         size = np.array(camera.size, float)
         spread = np.array(GOLDEN) * number % 1.0
@@ -146,10 +146,9 @@ class Board:
         return placed if inside.sum() >= enough else None
 
     def detect(self, picture: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.int64], Floats]:
-        """The numbers [n] of the corners that OpenCV finds in a grey picture [h, w], and where [n, 2].
+        """The ids [n] and pixel coordinates [n, 2] of the corners that OpenCV detects in a grey picture [h, w].
 
-        Pixel centres are whole numbers. Corners are refined in a window that holds nothing but their own edges, in the
-        picture blurred as by a lens.
+        Pixel centres are integers. Corners are refined in the blurred picture, in a window without other edges.
         """
         cv2 = opencv()
         if self.kind == "checkerboard":
@@ -160,7 +159,7 @@ class Board:
             numbers = np.arange(len(self.corners) if found else 0)
             places = np.reshape(corners, (-1, 2)) if found else np.empty((0, 2))
             if found and np.linalg.norm(places[0]) > np.linalg.norm(places[-1]):
-                places = places[::-1]  # the board has no mark that says which end is first
+                places = places[::-1]  # a checkerboard is symmetric: either end may come first
         else:
             corners, ids, _, _ = cv2.aruco.CharucoDetector(self._charuco).detectBoard(picture)
             numbers = np.empty(0, np.int64) if ids is None else np.ravel(ids).astype(np.int64)
@@ -171,18 +170,18 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of a window in which a corner's square edges end nowhere: a part of the shortest edge."""
+        """Half the side of the refinement window in pixels: a fraction of the shortest edge, so that no edge ends in it."""
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])
         lengths = np.linalg.norm(steps, axis=1)
         shortest = float(np.nanmin(lengths)) if np.isfinite(lengths).any() else 16.0
-        # A marker begins a quarter of a square away from the square's edges: less along the diagonal, less by blur.
+        # A marker begins a quarter of a square from the square's edges; the diagonal and the blur reduce this.
         return max(3, min(8, int(shortest * (0.15 if self.kind == "charuco" else 0.3)) - 1))
 
 
 def refined(picture: npt.NDArray[np.uint8], places: Floats, window: int) -> Floats:
-    """Corners where the gradients around them point to, by OpenCV: Förstner and Gülch 1987."""
+    """Corners refined by OpenCV from the gradients around them: Förstner and Gülch 1987."""
     cv2 = opencv()
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-5)
     start = np.ascontiguousarray(places, np.float32).reshape(-1, 1, 2)
@@ -191,13 +190,13 @@ def refined(picture: npt.NDArray[np.uint8], places: Floats, window: int) -> Floa
 
 
 def _placed(camera: Camera, rotation: Floats, center: Floats) -> Camera:
-    """Its K and lens elsewhere, without aperture, vignetting and motion: a calibration tells nothing of these."""
+    """The camera's K and lens at another pose, without aperture, vignetting and motion."""
     made = Camera(camera.K, rotation, center, camera.size, pixel_center=camera.pixel_center, up=camera.up)
     return Camera._of(made._core, camera.up, camera._lens)
 
 
 def _facing(way: Floats) -> Floats:
-    """Axes [3, 3] in columns of a board that faces a camera along its ray `way`: z away from it."""
+    """The axes [3, 3], as columns, of a board that faces a camera along the ray `way`; z points away from the camera."""
     across = np.cross([0.0, 1.0, 0.0], way)
     if np.linalg.norm(across) < 1e-6:
         across = np.array([1.0, 0.0, 0.0])

@@ -28,9 +28,9 @@ class Camera(Constructors, Optics, DictSerializable):
 
     `K` [3, 3] is upper triangular with focal lengths > 0, in pixels: `[[fx, skew, cx], [0, fy, cy], [0, 0, 1]]`.
     `R` [3, 3] is the rotation camera_from_world, `C` [3] the centre in the world. `size` is (width, height).
-    `skew` may be given apart from a K that has none. `up` ("z" or "y") matters to `roll_pitch_yaw` alone.
+    `skew` may be given separately if K has none. `up` ("z" or "y") only affects `roll_pitch_yaw`.
 
-    `distortion` are the coefficients of a lens, between R and K, by `model`:
+    `distortion` are the coefficients of the lens `model`, which is applied between R and K:
 
     ============================ ==================================================================================
     "opencv"                     4, 5, 8, 12 or 14: `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tau_x tau_y]]]]`
@@ -45,13 +45,12 @@ class Camera(Constructors, Optics, DictSerializable):
     "cylindrical"                none; see `Camera.cylindrical`
     ============================ ==================================================================================
 
-    Coefficients of "opencv" and "division" that are all 0 are no lens. A lens is used where its model is one-to-one,
-    around the principal axis up to where it folds over, which may be behind the camera; `valid` says which pixels
-    that are. Pixels beyond have no ray (NaN), and show the background; points beyond have no pixel (NaN), and are
-    not seen.
+    Coefficients of "opencv" and "division" that are all 0 mean no lens. A lens model is used around the principal axis
+    as far as the model is one-to-one, which may reach behind the camera; `valid` tells which pixels that are. Pixels
+    beyond have no ray (NaN) and show the background. Points beyond have no pixel (NaN) and are not visible.
 
-    Raises `CameraError` where K is not such a matrix, R is no rotation (and says by how much), a number is not
-    finite, the size is 0 or more than 65536 a side or 2^28 pixels, or the lens has another number of coefficients.
+    Raises `CameraError` if K has another form, R is not a rotation (with the deviation), a number is not finite, the
+    size is 0 or exceeds 65536 per side or 2^28 pixels, or the number of coefficients does not fit the lens.
 
     Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; OpenCV's `calib3d` and `fisheye`
     (Kannala and Brandt 2006); COLMAP's `sensor/models.h`; Devernay and Faugeras 2001 (fov); Fitzgibbon 2001
@@ -94,14 +93,14 @@ class Camera(Constructors, Optics, DictSerializable):
 
     @classmethod
     def from_dict(cls, description: dict[str, Any], *, up: Up = "z") -> Self:
-        """The camera of a `[camera]` table of a world file, as a dict; `to_dict` makes one.
+        """The camera described by a `[camera]` table of a world file, given as a dict such as `to_dict` returns.
 
         Raises `WorldError` or `CameraError` with the key at fault.
         """
         return cls._of(_core.Camera.from_dict(description, checked_up(up)), up)
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it as a `[camera]` table of a world file: `from_dict` gives the same camera to the last digit."""
+        """The camera as a `[camera]` table of a world file; `from_dict` restores the same camera to the last digit."""
         description: dict[str, Any] = json.loads(self._core.to_json())
         return description
 
@@ -119,7 +118,7 @@ class Camera(Constructors, Optics, DictSerializable):
     def C(self) -> Floats:
         """The centre [3] in the world.
 
-        Raises `CameraError` where it lies at infinity: parallel rays have a direction there, see `center`.
+        Raises `CameraError` for a centre at infinity; `center` has the direction of the parallel rays.
         """
         if self.is_parallel:
             raise CameraError(
@@ -130,19 +129,21 @@ class Camera(Constructors, Optics, DictSerializable):
 
     @property
     def center(self) -> Floats:
-        """The centre as a homogeneous point [4], of any camera: (C, 1), or (d, 0) with parallel rays along d."""
+        """The centre as a homogeneous point [4]: (C, 1), or (d, 0) for parallel rays along d."""
         return np.append(self.forward, 0.0) if self.is_parallel else np.append(self.location, 1.0)
 
     @property
     def location(self) -> Floats:
-        """The centre [3]; of an orthographic camera a point of the plane that its rays start from, of a matrix with
-        its centre at infinity the world's origin, from which depth counts.
+        """The centre [3] in the world.
+
+        For an orthographic camera, a point of the plane on which rays start. For a matrix with its centre at infinity,
+        the world's origin, from which depth is measured.
         """
         return np.array(self._core.c)
 
     @property
     def is_parallel(self) -> bool:
-        """Whether its rays are parallel: orthographic, or of a matrix with its centre at infinity."""
+        """True for parallel rays: an orthographic camera, or a matrix with its centre at infinity."""
         return self._core.center != "point"
 
     @property
@@ -152,24 +153,24 @@ class Camera(Constructors, Optics, DictSerializable):
 
     @property
     def P(self) -> Floats:
-        """The camera matrix K R [I | -C], [3, 4]; what `project` does where there is no lens."""
+        """The camera matrix K R [I | -C], [3, 4], by which `project` projects if there is no lens."""
         return np.array(self._core.p)
 
     @property
     def distortion(self) -> Floats | None:
-        """The coefficients of the lens, as they were given; None for a pinhole."""
+        """The coefficients of the lens as given; None for a pinhole."""
         return None if self._lens is None else np.array(self._lens[1])
 
     @property
     def model(self) -> Model | Literal["pinhole"]:
-        """The model of the lens."""
+        """The name of the lens model."""
         return "pinhole" if self._lens is None else self._lens[0]
 
     @property
     def colmap(self) -> tuple[str, Floats]:
-        """The name and the parameters of the COLMAP model that it is, with the pixel centres of COLMAP.
+        """The name and parameters of the equivalent COLMAP model, with COLMAP's pixel centres.
 
-        Raises `CameraError` where COLMAP has none: skew, OpenCV's prism and tilt, "omni", "ds", "cylindrical".
+        Raises `CameraError` if COLMAP has no such model: skew, OpenCV's prism and tilt, "omni", "ds", "cylindrical".
         """
         name, params = self._core.colmap()
         return name, np.array(params)
@@ -181,12 +182,12 @@ class Camera(Constructors, Optics, DictSerializable):
 
     @property
     def pixel_center(self) -> PixelCenter:
-        """Where the centre of the first pixel lies: "integer" at (0, 0), "half" at (0.5, 0.5)."""
+        """The centre of the first pixel: "integer" for (0, 0), "half" for (0.5, 0.5)."""
         return self._core.pixel_center
 
     @property
     def corner(self) -> float:
-        """Both pixel coordinates of the picture's top left corner: -0.5 where `pixel_center` is "integer", else 0."""
+        """Both pixel coordinates of the picture's top left corner: -0.5 for `pixel_center` "integer", else 0."""
         return -0.5 if self.pixel_center == "integer" else 0.0
 
     @property
@@ -203,29 +204,29 @@ class Camera(Constructors, Optics, DictSerializable):
     def roll_pitch_yaw(self) -> Floats:
         """Roll, pitch and yaw [3] in degrees, as `from_pose` takes them; pitch lies in -90..90.
 
-        Straight up or down roll is 0 and yaw carries the whole turn.
+        For a camera that looks straight up or down, roll is 0 and yaw holds the whole rotation.
         """
         return np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # no -0
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
-        """The pixels [n, 2] of world points [n, 3], and whether each lies in front of the camera [n].
+        """The pixels [n, 2] of world points [n, 3], and True [n] for points in front of the camera.
 
-        A single point [3] gives a pixel [2] and a bool. Behind the camera (depth < 0) the pixel is where the line
-        through point and centre meets the image; at depth 0 it is not finite. With a lens the bool says whether it
-        has an image of the point (a fisheye may have one of points behind), and the pixel is NaN where it has none.
-        A matrix with its centre at infinity sees everything. A rolling shutter sees a point on the line that is open
-        when it shows it, at the middle of that line's exposure; NaN where there is no such line.
+        A single point [3] gives a pixel [2] and a bool. Behind the camera (depth < 0), the pixel is the intersection of
+        the image with the line through point and centre; at depth 0 it is not finite. With a lens, the bool is True if
+        the lens has an image of the point (a fisheye may have one of points behind it), and the pixel is NaN otherwise.
+        For a matrix with its centre at infinity, all points count as in front. With a rolling shutter, a point appears
+        on the line that is open when it shows the point, at the middle of that line's exposure; NaN without such a line.
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
         return pixels.reshape((*array.shape[:-1], 2)), in_front.reshape(array.shape[:-1])[()]
 
     def rays(self, pixels: npt.ArrayLike | None = None) -> tuple[Floats, Floats]:
-        """Origins and unit directions [n, 3] in the world of pixels [n, 2]: the inverse of `project`.
+        """Origins and unit directions [n, 3] in the world of the rays through pixels [n, 2]: the inverse of `project`.
 
-        A single pixel [2] gives two vectors [3]; without `pixels`, the centres of all of them: [height, width, 3].
-        The direction is NaN where no point has this pixel, which `valid` tells as well. Parallel rays start on the
-        plane through `location`. Rays go through the middle of an aperture, in the middle of a line's exposure.
+        A single pixel [2] gives two vectors [3]. Without `pixels`, the rays go through all pixel centres:
+        [height, width, 3]. The direction is NaN for pixels without a ray (see `valid`). Parallel rays start on the plane
+        through `location`. Rays go through the middle of the aperture, at the middle of the line's exposure.
         """
         array = self._centers() if pixels is None else floats("pixels", pixels, ("n", 2), (2,))
         shape = (*array.shape[:-1], 3)
@@ -233,9 +234,9 @@ class Camera(Constructors, Optics, DictSerializable):
         return origins.reshape(shape), directions.reshape(shape)
 
     def valid(self, pixels: npt.ArrayLike | None = None) -> Bools:
-        """Whether pixels [n, 2] have a ray, [n]: without a lens all, with one those within its valid region.
+        """True [n] for pixels [n, 2] with a ray: all pixels without a lens, those in the valid region with one.
 
-        A single pixel [2] gives a bool; without `pixels`, the centres of all of them: [height, width].
+        A single pixel [2] gives a bool. Without `pixels`, all pixel centres are tested: [height, width].
         """
         return np.isfinite(self.rays(pixels)[1][..., 0])
 
@@ -249,7 +250,7 @@ class Camera(Constructors, Optics, DictSerializable):
         return array
 
     def _require_pinhole(self, what: str) -> None:
-        """Refuses to what knows the camera matrix alone all cameras of which it does not say everything."""
+        """Raises `CameraError` for cameras that their camera matrix alone does not describe."""
         if self._lens is not None:
             raise CameraError(
                 f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
@@ -266,7 +267,7 @@ class Camera(Constructors, Optics, DictSerializable):
             )
 
     def resized(self, size: Size) -> Camera:
-        """The same view in a picture of another size (width, height): K scaled, so that edges fall on edges."""
+        """The same view in a picture of another size (width, height): K is scaled so that the edges stay the same."""
         new = size_of(size, error=CameraError)
         x, y = new[0] / self.size[0], new[1] / self.size[1]
         corner = self.corner
@@ -274,11 +275,11 @@ class Camera(Constructors, Optics, DictSerializable):
         return Camera._of(self._core.with_intrinsics((scale @ self.K).tolist(), new), self._up)
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Camera:
-        """The same camera at another pose: camera_from_world [3, 3] and its centre [3]. A moving one moves along."""
+        """The same camera at another pose: camera_from_world [3, 3] and centre [3]. A camera's motion moves along."""
         return Camera._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
     def __repr__(self) -> str:
-        """Size, K, R, C, the angles and the lens, for people."""
+        """Size, K, R, C, angles and lens as text."""
         with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
             indent = " " * 8
             k, r = (str(m).replace("\n", "\n" + indent) for m in (self.K, self.R))

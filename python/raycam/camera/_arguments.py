@@ -1,4 +1,4 @@
-"""What the constructors of a camera are given, checked."""
+"""Checks and conversions of the arguments of camera constructors."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ Model = Literal[
 ]
 Lens = tuple[Model, list[float]]
 PANORAMAS = dict(_core.lens_models())
-"""The lens models, and whether each is a panorama, which has no coefficients."""
+"""The lens models by name: True for panoramas, which have no coefficients."""
 
 Size = Sequence[int]
 
 
 def make(constructor: str, *args: Any) -> _core.Camera:
-    """A core camera by the name of its constructor, "" for the class."""
+    """Makes a core camera by the name of its constructor, "" for the class."""
     *numbers, size, pixel_center = args
     if pixel_center not in ("integer", "half"):
         raise CameraError(
@@ -48,7 +48,7 @@ def make(constructor: str, *args: Any) -> _core.Camera:
 
 
 def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
-    """The lens that a constructor was given."""
+    """The lens of a constructor's arguments; None for a pinhole."""
     if model not in PANORAMAS:
         raise CameraError(nearest("lens model", model, list(PANORAMAS)))
     if distortion is None:
@@ -64,22 +64,22 @@ def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
 
 
 def matrix(name: str, value: npt.ArrayLike) -> Floats:
-    """A copy of a matrix [3, 3]."""
+    """Returns a checked copy of a matrix [3, 3]."""
     return floats(name, value, (3, 3), error=CameraError).copy()
 
 
 def vector(name: str, value: npt.ArrayLike) -> list[float]:
-    """A vector [3]."""
+    """Returns a checked vector [3]."""
     return [float(v) for v in floats(name, value, (3,), error=CameraError)]
 
 
 def number(name: str, value: float) -> float:
-    """A single number."""
+    """Returns a checked number."""
     return float(floats(name, value, (), error=CameraError))
 
 
 def checked_up(up: str) -> Up:
-    """The axis of the world that is up."""
+    """Returns the checked name of the up axis."""
     if up == "z":
         return "z"
     if up == "y":
@@ -96,7 +96,7 @@ def intrinsics(
     principal_point: npt.ArrayLike | None,
     pixel_center: str,
 ) -> list[list[float]]:
-    """K from exactly one of focal, fov and K."""
+    """K [3, 3] from exactly one of `focal`, `fov` and `K`."""
     given = [name for name, value in (("focal", focal), ("fov", fov), ("K", K)) if value is not None]
     if len(given) != 1:
         raise CameraError(

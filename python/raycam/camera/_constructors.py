@@ -1,4 +1,4 @@
-"""The ways to make a camera: from a matrix, a pose, a target, or what OpenCV, OpenGL and COLMAP say."""
+"""Constructors of cameras: from a matrix, a pose, a target, or the parameters of OpenCV, OpenGL and COLMAP."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = ["Constructors"]
 
 
 class Constructors:
-    """The constructors of `Camera` beside its own."""
+    """Alternative constructors of `Camera`."""
 
     __slots__ = ()
 
@@ -44,14 +44,14 @@ class Constructors:
     ) -> Self:
         """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
 
-        The centre is the null vector of P; the third row of its left 3x3 part, times the sign of that part's
-        determinant, points forward. Such a camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` gives
-        one to a camera `p`. Raises `CameraError` where the rank is below 3.
+        The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant, points
+        forward. The camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` adds one to a camera `p`. Raises
+        `CameraError` for a rank below 3.
 
-        Where the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are
-        parallel, without a beginning: everything is seen. The camera is affine where the last row is 0 0 0 w. Rays go
-        the way on which the picture is not mirrored, and depth, which may be negative, counts from the plane through
-        the world's origin.
+        If the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are parallel
+        lines without an origin, so that everything is visible. The camera is affine if the last row is 0 0 0 w. The
+        direction of the rays is the one in which the picture is not mirrored. Depth, which may be negative, is measured
+        from the plane through the world's origin.
 
         Source: Hartley and Zisserman, sections 6.2.3, 6.2.4 and 6.3.
         """
@@ -79,9 +79,9 @@ class Constructors:
     ) -> Self:
         """A camera at `location` [3], turned by `roll`, `pitch`, `yaw` in degrees.
 
-        ROS REP-103 body axes (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll): all zero
-        looks along +x of a z-up world (along -z where `up` is "y"), positive yaw turns left, positive pitch looks
-        down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and `K`;
+        Body axes follow ROS REP-103 (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll). With all
+        angles 0, the camera looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns left, positive
+        pitch looks down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and `K`;
         `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
         `model` are the lens, as in `Camera`.
         """
@@ -110,8 +110,8 @@ class Constructors:
     ) -> Self:
         """A camera at `eye` [3] that sees `target` [3] at its principal point.
 
-        `up` is what points upwards in the picture: "z", "y", or a vector [3] not parallel to the view. Intrinsics
-        and the lens as in `from_pose`; the vertical field of view is 45 degrees where nothing is said.
+        `up` is the world direction that points upwards in the picture: "z", "y", or a vector [3] not parallel to the view.
+        Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45 degrees.
         """
         if focal is None and fov is None and K is None:
             fov = 45.0
@@ -139,7 +139,7 @@ class Constructors:
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A camera from what `cv2.calibrateCamera` and `cv2.solvePnP` return.
+        """A camera from the results of `cv2.calibrateCamera` and `cv2.solvePnP`.
 
         `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
         radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
@@ -169,8 +169,8 @@ class Constructors:
     ) -> Self:
         """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
-        Its camera axes are x right, y up, z backward, and it maps camera to world. `K` is in pixels, as everywhere,
-        and the lens is that of `Camera`.
+        The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in pixels;
+        the lens is as in `Camera`.
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
         k = matrix("K", K).tolist()
@@ -191,11 +191,10 @@ class Constructors:
     ) -> Self:
         """A camera from one of COLMAP's models, SIMPLE_PINHOLE to EQUIRECTANGULAR, with the pose of an image.
 
-        `params` are COLMAP's, in pixels where the centre of the first one is (0.5, 0.5); with
-        `pixel_center="integer"` the principal point is moved to that rule. `R` [3, 3] and `t` [3] are COLMAP's
+        `params` are COLMAP's, with the centre of the first pixel at (0.5, 0.5); `pixel_center="integer"` shifts the
+        principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's
         `cam_from_world`. SIMPLE_PINHOLE and PINHOLE become pinholes, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV
-        the lens "opencv", the FISHEYE models "fisheye", the others lenses of their own names; `colmap` gives the
-        model back. Raises `CameraError` for other names and numbers of parameters.
+        the lens "opencv", the FISHEYE models "fisheye", the others lenses of their own names. `colmap` returns the model. Raises `CameraError` for other names and numbers of parameters.
 
         Source: COLMAP, `sensor/models.h`.
         """
@@ -218,11 +217,11 @@ class Constructors:
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """A camera with parallel rays, whose picture is `height` units of the world high, with square pixels.
+        """A camera with parallel rays and square pixels, whose picture is `height` world units high.
 
-        It looks as `from_pose` says, or towards `target` [3]. The middle of the picture is `location` [3], and rays
-        start on the plane through it: what lies before that plane is not seen, and depth counts from it. `P` has a
-        last row of 0 0 0 1. `K` is in pixels per unit of the world.
+        The orientation is as in `from_pose`, or towards `target` [3]. `location` [3] is the middle of the picture. Rays
+        start on the image plane through `location`: surfaces behind the plane are not visible, and depth is measured
+        from it. The last row of `P` is 0 0 0 1. `K` is in pixels per world unit.
         """
         pose: dict[str, Any] = {"location": vector("location", location)}
         if target is None:
@@ -246,10 +245,11 @@ class Constructors:
     ) -> Self:
         """A panorama of all directions from `location` [3]: 360 degrees across, 180 down.
 
-        Columns are longitudes, rows latitudes, evenly; the middle of the picture looks as `from_pose` says, the left
-        and right edges straight behind. With the camera axes, longitude is atan2(x, z) and latitude, positive below,
-        atan2(y, hypot(x, z)). Depth is z along the axis, negative behind; `distance` says how far. Parts of a
-        panorama are cameras with `model="equirectangular"` and a `K` in pixels per radian.
+        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The orientation of the middle of the picture is
+        as in `from_pose`; the left and right edges look backwards. In camera axes, longitude is atan2(x, z) and latitude,
+        positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the camera; the channel
+        `distance` has the ray length. Part of a panorama is a camera with `model="equirectangular"` and a `K` in pixels
+        per radian.
         """
         return cls._panorama("equirectangular", location, (roll, pitch, yaw), size, pixel_center, up)
 
@@ -267,8 +267,8 @@ class Constructors:
     ) -> Self:
         """A panorama on a cylinder around the camera's y axis, from `location` [3]: 360 degrees across.
 
-        Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder, whose pixels
-        are square at the horizon, in the middle. Upright lines stay straight.
+        Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder. Pixels are square
+        at the horizon, in the middle of the picture. Vertical lines stay straight.
         """
         return cls._panorama("cylindrical", location, (roll, pitch, yaw), size, pixel_center, up)
 

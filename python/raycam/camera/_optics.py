@@ -1,4 +1,4 @@
-"""What a camera has beside its matrix and its lens: aperture, vignetting, exposure and motion."""
+"""Optics of a camera beside its matrix and lens: aperture, vignetting, shutter and motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Readout = Literal["down", "up", "right", "left"]
 
 
 class Optics:
-    """Copies of a `Camera` with other optics. Ground truth keeps to the middle of the lens and of the exposure."""
+    """Copies of a `Camera` with other optics. Ground truth uses the middle of the aperture and of the exposure."""
 
     __slots__ = ()
 
@@ -39,17 +39,17 @@ class Optics:
 
     @property
     def aperture(self) -> dict[str, Any] | None:
-        """`radius`, `focus`, `blades` and `rotation`; None for a pinhole."""
+        """The aperture's `radius`, `focus`, `blades` and `rotation`; None for a pinhole."""
         return self._table("aperture")
 
     @property
     def vignetting(self) -> dict[str, Any] | None:
-        """`cos4` and `polynomial`; None where all light arrives."""
+        """The vignetting's `cos4` and `polynomial`; None without vignetting."""
         return self._table("vignetting")
 
     @property
     def shutter(self) -> dict[str, Any] | None:
-        """`exposure`, `readout`, `direction` and the `track` of poses; None for a camera without a shutter."""
+        """The shutter's `exposure`, `readout`, `direction` and `track` of poses; None without a shutter."""
         return self._table("shutter")
 
     def with_aperture(
@@ -64,12 +64,12 @@ class Optics:
     ) -> Self:
         """The same camera with depth of field: a thin lens of a `radius`, or `focal_length` / (2 `f_number`).
 
-        Lengths are in units of the world (50 mm is 0.05). What is at the depth `focus` is sharp; with lenses other
-        than a pinhole, "opencv" and "fov", what is at that distance. The opening is round, or a polygon with `blades`
-        sides, turned by `rotation` degrees from the camera's x towards its y. The colour is blurred where there is
-        more than one sample a pixel; all other channels are those of the ray through the middle.
+        Lengths are in world units (50 mm is 0.05). Surfaces at the depth `focus` are sharp; with lenses other than a
+        pinhole, "opencv" and "fov", `focus` is a distance. The aperture is round, or a polygon with `blades` sides,
+        rotated by `rotation` degrees from the camera's x towards its y. Only the colour is blurred, with more than one
+        sample per pixel; all other channels belong to the ray through the middle of the aperture.
 
-        Raises `CameraError` or `WorldError` where a number makes no sense, and for parallel rays.
+        Raises `CameraError` or `WorldError` for invalid numbers, and for parallel rays.
         """
         given = {"radius": radius, "f_number": f_number, "focal_length": focal_length}
         sizes = {name: number(name, value) for name, value in given.items() if value is not None}
@@ -77,10 +77,10 @@ class Optics:
         return self._changed(aperture=sizes | rest)
 
     def with_vignetting(self, *, cos4: bool = False, polynomial: npt.ArrayLike = ()) -> Self:
-        """The same camera with less light away from the middle.
+        """The same camera with vignetting.
 
-        The factor of the colour is 1 + a r² + b r⁴ + ... with the coefficients `polynomial`, r being the distance
-        from the principal point in focal lengths, times cos⁴ of the angle to the principal axis if `cos4`.
+        The colour is multiplied by 1 + a r² + b r⁴ + ... with the coefficients `polynomial`, where r is the distance
+        from the principal point in focal lengths, and by cos⁴ of the angle to the principal axis if `cos4`.
         """
         terms = floats("polynomial", np.asarray(polynomial, dtype=float), ("n",), error=CameraError).tolist()
         return self._changed(vignetting={"cos4": cos4, "polynomial": terms})
@@ -97,12 +97,12 @@ class Optics:
 
         Lines (rows from the top for `direction` "down", from the bottom for "up"; columns for "right" and "left")
         open one after another within `readout` seconds, each for `exposure` seconds. A line at the fraction f of the
-        picture is open from f readout to f readout + exposure. It moves from its own pose, when the first line opens,
-        to that of the camera `to`, when the last one closes; or along a list of (seconds, camera). Centres move
-        on lines, rotations the shortest way, both evenly.
+        picture is open from f readout to f readout + exposure. The camera moves from its own pose, when the first line
+        opens, to the pose of the camera `to`, when the last line closes; or along a list of (seconds, camera). Centres
+        are interpolated linearly, rotations along the shortest arc.
 
-        The pose (`R`, `C`, `P`) of the result is that of the middle, (readout + exposure) / 2. `rays`, `project` and
-        all channels but `color` are those of the middle of each line's exposure.
+        The pose (`R`, `C`, `P`) of the result is the pose at the middle, (readout + exposure) / 2. `rays`, `project` and
+        all channels but `color` use the middle of each line's exposure.
         """
         shutter: dict[str, Any] = {
             "exposure": number("exposure", exposure),
@@ -117,21 +117,21 @@ class Optics:
         return self.still()._changed(shutter=shutter)
 
     def exposing(self, exposure: float, *, readout: float = 0.0, direction: Readout = "down") -> Self:
-        """The same camera standing while its shutter is open: what moves before it is blurred, or leans.
+        """The same camera at rest with an open shutter: moving objects are blurred, or skewed by the `readout`.
 
-        Times and lines are as in `moving`. A world at a time (`World.at`) moves on meanwhile: its own time is that of
-        the middle, (readout + exposure) / 2. `World.camera_at` lets such a camera move on as the video moves it.
+        Times and lines are as in `moving`. The world moves during the exposure: the time of `World.at` is the middle,
+        (readout + exposure) / 2. `World.camera_at` adds the motion that the video gives the camera.
         """
         shutter = {"exposure": number("exposure", exposure), "readout": number("readout", readout)}
         return self.still()._changed(shutter={**shutter, "direction": direction})
 
     def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
-        """K in place of a matrix."""
+        """The pose with K in place of a camera matrix."""
         camera: Any = self
         return {"K": camera.K.tolist(), **pose}
 
     def still(self) -> Self:
-        """The same camera standing where it is in the middle of its motion."""
+        """The same camera at rest, at the middle of its motion."""
         if self.shutter is None:
             return self
         return self._changed(shutter=None, **self._as_pose(_pose(self)))

@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 __all__ = ["Rig"]
 
 CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-"""The axes of a camera that looks along the x axis of a body with its z axis upwards."""
+"""The rotation camera_from_body of a camera that looks along the body's x axis, with the body's z axis up."""
 
 
 class Rig(DictSerializable, Mapping[str, Camera]):
-    """Cameras that one body carries, immutable: a mapping from their names to the cameras in the world.
+    """Cameras mounted on one body, immutable: a mapping from their names to the cameras in world coordinates.
 
-    `cameras` are those in the axes of the body: their `R` is camera_from_body, their `C` the centre there. The body
-    is placed by `R` [3, 3], the rotation body_from_world, and `C` [3], where it is in the world; so a camera in the
-    world has the rotation camera_from_body · body_from_world. Where angles place a body (`placed`, world files,
-    videos), its axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they may be any: Kalibr's body is the
-    IMU, COLMAP's and KITTI's is the first camera.
+    `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on the body. The body's
+    pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The rotation of a camera in
+    the world is camera_from_body · body_from_world. Where angles give the pose (`placed`, world files, videos), the body
+    axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
+    COLMAP's and KITTI's is the first camera.
 
-    Raises `CameraError` where there are no cameras, or the pose is no rotation and finite place.
+    Raises `CameraError` if there are no cameras, or if the pose is not a rotation and a finite position.
     """
 
     __slots__ = ("_cameras", "_core", "_up")
@@ -76,9 +76,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         *,
         name: str = "rig",
     ) -> Self:
-        """The rig of cameras as they stand in the world, on a body at `R` and `C`, by default those of the first one.
+        """A rig of cameras in world coordinates, on a body at `R` and `C` (default: the pose of the first camera).
 
-        Raises `CameraError` for a camera that has no place, of a matrix with its centre at infinity.
+        Raises `CameraError` for a camera with its centre at infinity.
         """
         if not cameras:
             raise CameraError("a rig without cameras; expected at least one")
@@ -100,7 +100,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     def stereo(cls, camera: Camera, baseline: float, *, name: str = "stereo") -> Self:
         """A rectified pair: `camera` as "left", and the same `baseline` metres to its right as "right".
 
-        The body is the left camera. Raises `CameraError` where the baseline is not greater than 0.
+        The body is the left camera. Raises `CameraError` for a baseline that is not greater than 0.
         """
         length = number("baseline", baseline)
         if not 0.0 < length < np.inf:
@@ -110,49 +110,49 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @classmethod
     def from_dict(cls, description: Mapping[str, Any], *, up: Up = "z") -> Self:
-        """The rig of a `[rig]` table of a world file, as a dict; `to_dict` makes one.
+        """The rig described by a `[rig]` table of a world file, given as a dict such as `to_dict` returns.
 
         Raises `WorldError` or `CameraError` with the key at fault.
         """
         return cls._of(_core.Rig.from_dict(dict(description), checked_up(up)), up)
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it as a `[rig]` table of a world file: `from_dict` gives the same rig to the last digit."""
+        """The rig as a `[rig]` table of a world file; `from_dict` restores the same rig to the last digit."""
         description: dict[str, Any] = json.loads(self._core.to_json())
         return description
 
-    # Its cameras ------------------------------------------------------------------------------------------
+    # Cameras ----------------------------------------------------------------------------------------------
 
     def __getitem__(self, name: str) -> Camera:
-        """A camera in the world; `KeyError` where there is none of that name."""
+        """The camera of this name in world coordinates; raises `KeyError` if it is unknown."""
         return self._cameras[name]
 
     def __iter__(self) -> Iterator[str]:
-        """The names of the cameras."""
+        """Iterates over the names of the cameras."""
         return iter(self._cameras)
 
     def __len__(self) -> int:
-        """How many cameras it has."""
+        """The number of cameras."""
         return len(self._cameras)
 
     @property
     def mounts(self) -> dict[str, Camera]:
-        """The cameras in the axes of the body."""
+        """The cameras in body coordinates, by name."""
         return {name: Camera._of(camera, "z") for name, camera in self._core.mounts()}
 
     @property
     def name(self) -> str:
-        """What it is asked for by in a world."""
+        """The rig's name in a world."""
         return self._core.name
 
     @property
     def R(self) -> Floats:
-        """The rotation body_from_world [3, 3]; of a moving body, that of the middle of its motion."""
+        """The rotation body_from_world [3, 3]; for a moving body, at the middle of its motion."""
         return np.array(self._core.r)
 
     @property
     def C(self) -> Floats:
-        """Where the body is in the world [3]."""
+        """The body's position [3] in the world."""
         return np.array(self._core.c)
 
     @property
@@ -168,20 +168,20 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @property
     def shutter(self) -> dict[str, Any] | None:
-        """`exposure`, `readout`, `direction` and the `track` of the body; None where it stands."""
+        """`exposure`, `readout`, `direction` and the `track` of the body; None for a body at rest."""
         table: dict[str, Any] | None = self.to_dict().get("shutter")
         return table
 
     def baseline(self, first: str | None = None, second: str | None = None) -> Floats:
-        """From the centre of one camera to that of another [3], in the axes of the first, in metres.
+        """The vector [3] from one camera's centre to another's, in the axes of the first, metres.
 
-        The cameras are by name; not given, they are the first and the second of the rig.
+        Cameras are given by name; the default is the first and the second camera of the rig.
         """
         left, right = (self[name] for name in self.pair(first, second))
         return left.R @ (right.C - left.C)
 
     def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
-        """The names of two of its cameras, the first two where not given; raises `CameraError` where there are none."""
+        """The names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
         names = list(self)
         if len(names) < 2:
             raise CameraError(f"a pair of cameras is asked for, and the rig {self.name!r} has one")
@@ -191,16 +191,16 @@ class Rig(DictSerializable, Mapping[str, Camera]):
                 raise CameraError(nearest("camera", name, names))
         return chosen
 
-    # Elsewhere --------------------------------------------------------------------------------------------
+    # Poses ------------------------------------------------------------------------------------------------
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """The same rig at another pose of its body: body_from_world [3, 3] and its place. A moving one moves along."""
+        """The same rig at another pose: body_from_world [3, 3] and position [3]. The rig's motion moves along."""
         return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
     def placed(
         self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
     ) -> Self:
-        """The same rig with its body at `location` [3], its axes turned by angles in degrees as of a camera's pose."""
+        """The same rig with its body at `location` [3], rotated by angles in degrees as in `Camera.from_pose`."""
         ahead = Camera.from_pose(location, roll, pitch, yaw, focal=1.0, size=(1, 1), up=self._up)
         return self.at_pose(CAMERA_FROM_BODY.T @ ahead.R, ahead.C)
 
@@ -212,10 +212,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         readout: float = 0.0,
         direction: Readout = "down",
     ) -> Self:
-        """The same rig whose body moves while the shutters of all its cameras are open, as `Camera.moving` describes.
+        """The same rig moving while the shutters of all its cameras are open, as in `Camera.moving`.
 
-        The body moves from its own pose to that of `to`, or along a list of (seconds, rig): its place on lines, its
-        rotation the shortest way, both evenly; cameras far from the axis go along arcs.
+        The body moves from its own pose to the pose of `to`, or along a list of (seconds, rig). Its position is
+        interpolated linearly, its rotation along the shortest arc, so that cameras away from the axis move on arcs.
         """
         shutter: dict[str, Any] = {
             "exposure": number("exposure", exposure),
@@ -231,7 +231,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return self._of(_core.Rig.from_dict({**table, "shutter": shutter}, self._up), self._up)
 
     def still(self) -> Self:
-        """The same rig standing where its body is in the middle of its motion."""
+        """The same rig at rest, at the middle of its motion."""
         table = self.to_dict()
         if table.pop("shutter", None) is None:
             return self
@@ -247,13 +247,13 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         pair: tuple[str, str] | None = None,
         **options: Any,
     ) -> dict[str, Frame]:
-        """What each camera sees, by name; `options` are those of `raycam.render`.
+        """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
 
-        `channels` may have "disparity" as well, float32 [h, w] in pixels, of the rectified `pair` (left, right): the
-        frames of both have it, as `raycam.disparity` describes, each as its own camera sees it. The pair is the first
-        two cameras where not given.
+        `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right; default:
+        the first two cameras). The frames of both cameras then have it, each in its own picture, as in
+        `raycam.disparity`.
 
-        Raises `CameraError` where the pair is not rectified (see `rectified`), and what `raycam.render` raises.
+        Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
         """
         asked = [channels] if isinstance(channels, str) else list(channels)
         names = [name for name in asked if name != "disparity"]
@@ -291,14 +291,15 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         K: npt.ArrayLike | None = None,
         size: Sequence[int] | None = None,
     ) -> Rig:
-        """The rectified pair of two of its cameras: pinholes "left" and "right" whose rows fit one another.
+        """The rectified pair of two cameras: pinholes "left" and "right" with the same image rows.
 
-        Both get the rotation halfway between theirs, turned the least so that x runs along the baseline, and the same
-        `K`: the mean of their focal lengths along y, and a principal point at which the middles of both pictures lie
-        in the middle, where not given. `size` is that of the left camera. The body is the left camera.
+        Both get the rotation halfway between theirs, turned by the smallest angle that puts x along the baseline, and
+        the same `K`. The default `K` has the mean of their focal lengths along y, and a principal point that keeps the
+        middles of both pictures in the middle on average. The default `size` is the left camera's. The body is the left
+        camera.
 
-        Raises `CameraError` where the second camera is not to the right of the first (it is above, below, or to the
-        left), and for parallel rays.
+        Raises `CameraError` if the second camera is not to the right of the first (but above, below, or to the left),
+        and for parallel rays.
 
         Source: Bouguet's algorithm as in OpenCV, `stereoRectify`, whose rotations these are.
         """
@@ -306,7 +307,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return Rig.of(rectified(self[names[0]], self[names[1]], K, size), name=self.name)
 
     def __repr__(self) -> str:
-        """The body and its cameras, for people."""
+        """The body and its cameras as text."""
         with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
             angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
             body = f"Rig {self.name!r} at C = {self.C}; roll, pitch, yaw = {angles} degrees ({self._up} up)"

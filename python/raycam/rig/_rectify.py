@@ -18,7 +18,7 @@ __all__ = ["rectified"]
 def rectified(
     left: Camera, right: Camera, K: npt.ArrayLike | None, size: Sequence[int] | None
 ) -> dict[str, Camera]:
-    """Pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
+    """Two pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(
@@ -35,19 +35,19 @@ def rectified(
 
 
 def rotation(left: Camera, right: Camera) -> Floats:
-    """camera_from_world halfway between the two, then turned the least so that x runs along the baseline."""
+    """The rotation camera_from_world halfway between both, turned by the smallest angle that puts x on the baseline."""
     looking = [camera.at_pose(camera.R, np.zeros(3)) for camera in (left, right)]
     halfway = looking[0].moving(looking[1], exposure=1.0).R
     baseline = halfway @ (right.C - left.C)
     length = float(np.linalg.norm(baseline))
-    nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # what rounding makes of it
+    nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # rounding error of the baseline
     if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
             f"the second camera is at {baseline} of the first, in axes halfway between theirs (x right, y down, z "
             "forward): expected it to the right"
         )
     x, y, z = baseline / length
-    # The turn of b = (x, y, z) to (1, 0, 0) about b x (1, 0, 0): I + [v] + [v]^2 / (1 + cos).
+    # The rotation of b = (x, y, z) to (1, 0, 0) about b x (1, 0, 0): I + [v] + [v]^2 / (1 + cos).
     cross = np.array([[0.0, y, z], [-y, 0.0, 0.0], [-z, 0.0, 0.0]])
     turn = np.eye(3) + cross + cross @ cross / (1.0 + x)
     made: Floats = turn @ halfway
@@ -55,7 +55,7 @@ def rotation(left: Camera, right: Camera) -> Floats:
 
 
 def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) -> Floats:
-    """A K that both can share: the middles of their pictures, on the average, in the middle of the new ones."""
+    """A K for both cameras: the middles of the old pictures lie, on average, in the middle of the new ones."""
     focal = (left.K[1, 1] + right.K[1, 1]) / 2.0
     seen = []
     for camera in (left, right):
