@@ -9,7 +9,7 @@ __all__ = ["DictSerializable"]
 
 
 class DictSerializable:
-    """Base of classes that compare, hash and pickle as their `to_dict` and `up`, from which `from_dict` restores them."""
+    """Base of classes that compare, hash and pickle as the `to_dict` and `up` from which `from_dict` restores them."""
 
     __slots__ = ()
 

@@ -42,7 +42,7 @@ class Cameras(Mapping[str, Camera]):
         self.times = {record.name: record.time for record in records if record.time is not None}
 
     def __getitem__(self, name: str) -> Camera:
-        """The camera of this name; raises `KeyError` if it is unknown, `CameraError` if size or intrinsics are missing."""
+        """The camera of this name; raises `KeyError` for an unknown one, `CameraError` without size or intrinsics."""
         if name not in self._made:
             try:
                 made = self._records[name].camera()
@@ -109,10 +109,10 @@ def load_cameras(
     "tum"            trajectories; needs `intrinsics`
     ================ =================================================================================================
 
-    A missing `format` is detected from the file's name and contents. `size` (width, height) is for files without a size.
-    `intrinsics` is the camera whose size, K and lens the poses of a trajectory get. Each camera has the `pixel_center`
-    of its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates are the file's; `up` is the
-    axis that roll, pitch and yaw refer to.
+    A missing `format` is detected from the file's name and contents. `size` (width, height) is for files without a
+    size. `intrinsics` is the camera whose size, K and lens the poses of a trajectory get. Each camera has the
+    `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates are the
+    file's; `up` is the axis that roll, pitch and yaw refer to.
 
     Raises `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid camera, and
     `OSError`.
@@ -139,8 +139,8 @@ def save_cameras(
     images frame/camera. Kalibr and KITTI take one rig, in the axes of its body (KITTI: of its first camera if that is
     rotated). Other formats store the cameras in world coordinates.
 
-    COLMAP's formats make a folder. OpenCV's is JSON or XML if `path` has that ending. `images` and `times` (seconds) are
-    by camera name; a TUM trajectory needs times, or names that are numbers.
+    COLMAP's formats make a folder. OpenCV's is JSON or XML if `path` has that ending. `images` and `times` (seconds)
+    are by camera name; a TUM trajectory needs times, or names that are numbers.
 
     Raises `FormatError` if the format cannot hold a camera, with the reason (a lens, skew, ...), before anything is
     written; `OSError`.

@@ -44,8 +44,8 @@ def flow(
     ========== ================= ========================================================================== ==========
 
     The last column is the value of pixels that show the background. `flow` is also NaN where `camera2` has no image of
-    the point: behind the camera, or beyond its lens. A point is occluded if the second camera's ray to it hits a surface
-    that is nearer by more than 1e-6 of the distance. A point on the far side of its own object is occluded too.
+    the point: behind the camera, or beyond its lens. A point is occluded if the second camera's ray to it hits a
+    surface that is nearer by more than 1e-6 of the distance. A point on the far side of its own object is occluded too.
 
     With a rolling shutter, each line shows the world at its own time, in both pictures. In the second picture, points
     move linearly between the times of two lines.
@@ -69,8 +69,8 @@ def disparity(
     """The disparity of a rectified pair, x_left - x_right in pixels, in the picture of one of its cameras.
 
     The pair is two cameras, or the first two cameras of a rig, left and right. `of` chooses the picture. Returns
-    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera, as
-    `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
+    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera,
+    as `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 
     Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal lengths,
     skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of the left

@@ -47,9 +47,9 @@ def keypoints(
 ) -> Keypoints:
     """The images of `points` [n, 3], and the objects that occlude them.
 
-    `points` are in the world. With `objects`, one object id for each, they are in the coordinates of the objects' meshes
-    and move with the objects. With `triangles`, one for each, they are barycentric weights of the triangles' corners (as
-    in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
+    `points` are in the world. With `objects`, one object id for each, they are in the coordinates of the objects'
+    meshes and move with the objects. With `triangles`, one for each, they are barycentric weights of the triangles'
+    corners (as in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
 
     A point is occluded by the first object that the camera's ray to it hits, if the hit is nearer by more than
     `tolerance` times the distance. With a rolling shutter, each point and its occluder are taken at the middle of the

@@ -122,9 +122,9 @@ def label(
     """The labels of the `objects` (default: all) with a nonempty amodal mask.
 
     Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
-    not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the amodal
-    masks (default: the picture's width and height on every side, as in the BOP toolkit). With a rolling shutter, each
-    line has its own time, as in the picture; `box3d` belongs to the middle of the exposure.
+    not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the
+    amodal masks (default: the picture's width and height on every side, as in the BOP toolkit). With a rolling shutter,
+    each line has its own time, as in the picture; `box3d` belongs to the middle of the exposure.
 
     Raises `SettingsError` for unknown objects, and for an `instance` of another size than the picture.
     """

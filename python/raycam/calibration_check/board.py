@@ -170,7 +170,7 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of the refinement window in pixels: a fraction of the shortest edge, so that no edge ends in it."""
+        """Half the side of the refinement window in pixels: so small that none of the corner's edges ends in it."""
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])
@@ -196,7 +196,7 @@ def _placed(camera: Camera, rotation: Floats, center: Floats) -> Camera:
 
 
 def _facing(way: Floats) -> Floats:
-    """The axes [3, 3], as columns, of a board that faces a camera along the ray `way`; z points away from the camera."""
+    """The axes [3, 3], as columns, of a board that faces a camera along its ray `way`; z points away from it."""
     across = np.cross([0.0, 1.0, 0.0], way)
     if np.linalg.norm(across) < 1e-6:
         across = np.array([1.0, 0.0, 0.0])

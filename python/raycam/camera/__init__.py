@@ -215,7 +215,8 @@ class Camera(Constructors, Optics, DictSerializable):
         the image with the line through point and centre; at depth 0 it is not finite. With a lens, the bool is True if
         the lens has an image of the point (a fisheye may have one of points behind it), and the pixel is NaN otherwise.
         For a matrix with its centre at infinity, all points count as in front. With a rolling shutter, a point appears
-        on the line that is open when it shows the point, at the middle of that line's exposure; NaN without such a line.
+        on the line that is open when it shows the point, at the middle of that line's exposure; NaN without such a
+        line.
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
@@ -224,9 +225,9 @@ class Camera(Constructors, Optics, DictSerializable):
     def rays(self, pixels: npt.ArrayLike | None = None) -> tuple[Floats, Floats]:
         """Origins and unit directions [n, 3] in the world of the rays through pixels [n, 2]: the inverse of `project`.
 
-        A single pixel [2] gives two vectors [3]. Without `pixels`, the rays go through all pixel centres:
-        [height, width, 3]. The direction is NaN for pixels without a ray (see `valid`). Parallel rays start on the plane
-        through `location`. Rays go through the middle of the aperture, at the middle of the line's exposure.
+        A single pixel [2] gives two vectors [3]. Without `pixels`, the rays go through all pixel centres: [height,
+        width, 3]. The direction is NaN for pixels without a ray (see `valid`). Parallel rays start on the plane through
+        `location`. Rays go through the middle of the aperture, at the middle of the line's exposure.
         """
         array = self._centers() if pixels is None else floats("pixels", pixels, ("n", 2), (2,))
         shape = (*array.shape[:-1], 3)

@@ -44,9 +44,9 @@ class Constructors:
     ) -> Self:
         """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
 
-        The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant, points
-        forward. The camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` adds one to a camera `p`. Raises
-        `CameraError` for a rank below 3.
+        The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant,
+        points forward. The camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` adds one to a camera
+        `p`. Raises `CameraError` for a rank below 3.
 
         If the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are parallel
         lines without an origin, so that everything is visible. The camera is affine if the last row is 0 0 0 w. The
@@ -81,8 +81,8 @@ class Constructors:
 
         Body axes follow ROS REP-103 (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll). With all
         angles 0, the camera looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns left, positive
-        pitch looks down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and `K`;
-        `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
+        pitch looks down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and
+        `K`; `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
         `model` are the lens, as in `Camera`.
         """
         k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
@@ -110,8 +110,8 @@ class Constructors:
     ) -> Self:
         """A camera at `eye` [3] that sees `target` [3] at its principal point.
 
-        `up` is the world direction that points upwards in the picture: "z", "y", or a vector [3] not parallel to the view.
-        Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45 degrees.
+        `up` is the world direction that points upwards in the picture: "z", "y", or a vector [3] not parallel to the
+        view. Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45 degrees.
         """
         if focal is None and fov is None and K is None:
             fov = 45.0
@@ -169,8 +169,8 @@ class Constructors:
     ) -> Self:
         """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
-        The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in pixels;
-        the lens is as in `Camera`.
+        The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in
+        pixels; the lens is as in `Camera`.
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
         k = matrix("K", K).tolist()
@@ -192,9 +192,10 @@ class Constructors:
         """A camera from one of COLMAP's models, SIMPLE_PINHOLE to EQUIRECTANGULAR, with the pose of an image.
 
         `params` are COLMAP's, with the centre of the first pixel at (0.5, 0.5); `pixel_center="integer"` shifts the
-        principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's
-        `cam_from_world`. SIMPLE_PINHOLE and PINHOLE become pinholes, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV
-        the lens "opencv", the FISHEYE models "fisheye", the others lenses of their own names. `colmap` returns the model. Raises `CameraError` for other names and numbers of parameters.
+        principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE
+        become pinholes, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV the lens "opencv", the FISHEYE models "fisheye",
+        the others lenses of their own names. `colmap` returns the model. Raises `CameraError` for other names and
+        numbers of parameters.
 
         Source: COLMAP, `sensor/models.h`.
         """
@@ -245,11 +246,11 @@ class Constructors:
     ) -> Self:
         """A panorama of all directions from `location` [3]: 360 degrees across, 180 down.
 
-        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The orientation of the middle of the picture is
-        as in `from_pose`; the left and right edges look backwards. In camera axes, longitude is atan2(x, z) and latitude,
-        positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the camera; the channel
-        `distance` has the ray length. Part of a panorama is a camera with `model="equirectangular"` and a `K` in pixels
-        per radian.
+        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The orientation of the middle of the picture
+        is as in `from_pose`; the left and right edges look backwards. In camera axes, longitude is atan2(x, z) and
+        latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the camera;
+        the channel `distance` has the ray length. Part of a panorama is a camera with `model="equirectangular"` and a
+        `K` in pixels per radian.
         """
         return cls._panorama("equirectangular", location, (roll, pitch, yaw), size, pixel_center, up)
 
@@ -267,8 +268,8 @@ class Constructors:
     ) -> Self:
         """A panorama on a cylinder around the camera's y axis, from `location` [3]: 360 degrees across.
 
-        Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder. Pixels are square
-        at the horizon, in the middle of the picture. Vertical lines stay straight.
+        Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder. Pixels are
+        square at the horizon, in the middle of the picture. Vertical lines stay straight.
         """
         return cls._panorama("cylindrical", location, (roll, pitch, yaw), size, pixel_center, up)
 

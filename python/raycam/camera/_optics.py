@@ -101,8 +101,8 @@ class Optics:
         opens, to the pose of the camera `to`, when the last line closes; or along a list of (seconds, camera). Centres
         are interpolated linearly, rotations along the shortest arc.
 
-        The pose (`R`, `C`, `P`) of the result is the pose at the middle, (readout + exposure) / 2. `rays`, `project` and
-        all channels but `color` use the middle of each line's exposure.
+        The pose (`R`, `C`, `P`) of the result is the pose at the middle, (readout + exposure) / 2. `rays`, `project`
+        and all channels but `color` use the middle of each line's exposure.
         """
         shutter: dict[str, Any] = {
             "exposure": number("exposure", exposure),

@@ -1,4 +1,4 @@
-"""What the commands share that are jobs: where frames are made, which ones, and how a job is stopped."""
+"""Options of commands that run jobs: workers, shards, priority and signals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["add_job", "job_options", "job_pool", "lower_priority", "shard_of"]
 
 
 def add_job(command: argparse.ArgumentParser) -> None:
-    """Where and how a job is made."""
+    """Adds the options of jobs."""
     group = command.add_argument_group(
         "jobs", "finished frames stay when it is stopped; the same command goes on"
     )
@@ -43,7 +43,7 @@ def add_job(command: argparse.ArgumentParser) -> None:
 
 
 def shard_of(options: argparse.Namespace) -> tuple[int, int] | None:
-    """(I, N) of `--shard`; raises `SettingsError`."""
+    """Returns (I, N) of `--shard`, or None; raises `SettingsError`."""
     if options.shard is None:
         return None
     first, _, last = options.shard.partition("/")
@@ -57,18 +57,18 @@ def shard_of(options: argparse.Namespace) -> tuple[int, int] | None:
 
 
 def lower_priority(options: argparse.Namespace) -> None:
-    """What `--low-priority` asks for."""
+    """Lowers the priority of the process if `--low-priority` is given."""
     if options.low_priority and hasattr(os, "nice"):
         os.nice(19)  # inherited by threads and processes
 
 
 @contextmanager
 def job_options(options: argparse.Namespace) -> Iterator[None]:
-    """The priority that was asked for; SIGTERM ends the job as Ctrl-C does."""
+    """Context with the priority of the options, in which SIGTERM ends the job as Ctrl-C does."""
     lower_priority(options)
     before = signal.signal(signal.SIGTERM, _interrupt)
     if options.cluster is not None:
-        logging.disable()  # what Dask says of lost connections and workers: raycam says it by itself
+        logging.disable()  # raycam reports lost connections and workers itself, so Dask need not
     try:
         yield
     finally:
@@ -78,7 +78,7 @@ def job_options(options: argparse.Namespace) -> Iterator[None]:
 
 @contextmanager
 def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
-    """The workers that the options ask for, with `job_options`."""
+    """Context with the workers of the options, and `job_options`."""
     from ..cluster import make_pool
 
     where = options.cluster if options.cluster is not None else options.workers

@@ -1,4 +1,4 @@
-"""What several commands share: what a command is, the options of worlds, cameras and rendering."""
+"""The type of commands, and options of worlds, cameras and rendering that several commands share."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class Command(NamedTuple):
     """One command: a row of `COMMANDS`."""
 
     add: Callable[[argparse.ArgumentParser], None]
-    """Adds its options, and `run`, which does it, as a default."""
+    """Adds the command's options, and its function as the default of `run`."""
     help: str
-    """What it does, in a line."""
+    """One line of help."""
     examples: Sequence[str]
-    """Command lines that people would type, and what they give."""
+    """Example command lines, with their results."""
 
 
 def add_world(command: argparse.ArgumentParser) -> None:
-    """The world, the first argument."""
+    """Adds the world, the first argument, and `--texture-memory`."""
     command.add_argument(
         "world", metavar="WORLD", help="a world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
     )
@@ -40,7 +40,7 @@ def add_world(command: argparse.ArgumentParser) -> None:
 
 
 def add_camera(command: argparse.ArgumentParser) -> None:
-    """Which camera of the world, and how large its picture."""
+    """Adds the camera and its picture size."""
     command.add_argument(
         "--camera",
         metavar="NAME|FILE[:NAME]",
@@ -55,7 +55,7 @@ def add_camera(command: argparse.ArgumentParser) -> None:
 
 
 def add_known(command: argparse.ArgumentParser) -> None:
-    """What a calibration may leave open."""
+    """Adds the values that a calibration file may lack: format, size, intrinsics."""
     command.add_argument(
         "--format",
         dest="camera_format",
@@ -71,7 +71,7 @@ def add_known(command: argparse.ArgumentParser) -> None:
 
 
 def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
-    """The cameras of a file, with what `add_known` was given, and its notices told."""
+    """Loads the cameras of a file with the options of `add_known`, and prints the notices."""
     from ..calibration import load_cameras
 
     size, intrinsics = getattr(options, "size", None), None
@@ -84,7 +84,7 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
 
 
 def add_rendering(command: argparse.ArgumentParser) -> None:
-    """What `raycam.render` takes."""
+    """Adds the arguments of `raycam.render`."""
     group = command.add_argument_group(
         "rendering", "what is not given is what [render] of the world file says"
     )
@@ -166,12 +166,12 @@ RENDERING = (
 
 
 def rendering(options: argparse.Namespace) -> dict[str, Any]:
-    """What was given of the options of `add_rendering`, as arguments of `raycam.render`."""
+    """The given options of `add_rendering`, as arguments of `raycam.render`."""
     return {name: value for name in RENDERING if (value := getattr(options, name)) is not None}
 
 
 def size_of(text: str) -> tuple[int, int]:
-    """(width, height) from "640x480"."""
+    """Parses "640x480" as (width, height)."""
     width, _, height = text.lower().partition("x")
     try:
         return int(width), int(height)
@@ -180,7 +180,7 @@ def size_of(text: str) -> tuple[int, int]:
 
 
 def seconds(text: str) -> float:
-    """Seconds from "30", "30s", "5m" or "1h"."""
+    """Parses "30", "30s", "5m" or "1h" as seconds."""
     unit = {"s": 1.0, "m": 60.0, "h": 3600.0}
     try:
         return float(text[:-1]) * unit[text[-1]] if text[-1:] in unit else float(text)
@@ -189,7 +189,7 @@ def seconds(text: str) -> float:
 
 
 def numbers(text: str) -> tuple[int, ...]:
-    """Whole numbers from "0,0,320,240"."""
+    """Parses "0,0,320,240" as whole numbers."""
     try:
         return tuple(int(number) for number in text.split(","))
     except ValueError:
@@ -212,7 +212,7 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
 
 
 def view(world: World, options: argparse.Namespace) -> Camera:
-    """The camera that `--camera` and `--size` ask for."""
+    """The camera of `--camera` and `--size`."""
     if options.camera is None and not world.cameras:
         return world.default_camera(options.size or (640, 480))
     if options.camera is None:
@@ -237,14 +237,14 @@ def view(world: World, options: argparse.Namespace) -> Camera:
 
 
 def calibration_file(text: str) -> tuple[str, str] | None:
-    """File and name of FILE or FILE:NAME, if there is such a file."""
+    """Splits FILE or FILE:NAME into file and name; None if there is no such file."""
     file, _, name = text.rpartition(":")
     pairs = [(text, ""), (file, name)]
     return next((pair for pair in pairs if pair[0] and os.path.exists(pair[0])), None)
 
 
 def load_world(options: argparse.Namespace) -> World:
-    """The world, with its notices told."""
+    """Loads the world and prints its notices."""
     from ..world.load import load
 
     world = load(options.world, texture_memory=options.texture_memory)
@@ -253,11 +253,11 @@ def load_world(options: argparse.Namespace) -> World:
 
 
 def print_notices(notices: Sequence[str]) -> None:
-    """Notices, one a line, on stderr."""
+    """Prints notices on stderr, one per line."""
     for notice in notices:
         print_notice(notice)
 
 
 def print_notice(notice: str) -> None:
-    """A notice, now."""
+    """Prints a notice on stderr at once."""
     print(f"raycam: {notice}", file=sys.stderr, flush=True)

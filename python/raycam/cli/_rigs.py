@@ -1,4 +1,4 @@
-"""Rigs on the command line: of a world, or of a calibration file."""
+"""Options for rigs, from a world or a calibration file."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from ..world import World
 
 WORLDS = (".toml", ".glb", ".gltf")
-"""The files of worlds that have cameras."""
+"""Endings of world files that may have cameras."""
 
 
 def add_rig(command: argparse.ArgumentParser) -> None:
-    """Which rig."""
+    """Adds `--rig`."""
     command.add_argument(
         "--rig",
         metavar="NAME|FILE",
@@ -30,7 +30,7 @@ def add_rig(command: argparse.ArgumentParser) -> None:
 
 
 def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
-    """The rig that `--rig` asks for: of the world, or the first one of a calibration file."""
+    """The rig of `--rig`, from the world, or else the first rig of a calibration file; None without the option."""
     if options.rig is None:
         return None
     rigs = world.rigs
@@ -44,7 +44,7 @@ def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
 
 
 def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
-    """The rig that `--rig` asks for, in a command that has `--camera` and `--size` for others."""
+    """The rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is also given."""
     rig = rig_of(world, options)
     if rig is not None and (options.camera is not None or options.size is not None):
         raise SettingsError(
@@ -54,7 +54,7 @@ def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
 
 
 def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
-    """The rigs of a calibration or a world file."""
+    """Loads the rigs of a calibration or a world file."""
     from ..world.load import load
 
     rigs = load(path).rigs if path.endswith(WORLDS) else load_calibration(path, options).rigs
@@ -64,7 +64,7 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
 
 
 def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
-    """All cameras of a world file or a calibration; those of the rigs of a world as the rigs."""
+    """Loads the cameras of a world file or a calibration; a rig of a world stands for its cameras."""
     from ..world.load import load
 
     if not path.endswith(WORLDS):
@@ -82,12 +82,12 @@ def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | 
 
 
 def per_camera_path(output: Path, name: str) -> Path:
-    """Where what a camera of a rig sees goes: room.png becomes room_left.png."""
+    """The output path of a rig's camera: room.png becomes room_left.png."""
     return output.with_name(f"{output.stem}_{name.replace('/', '_')}{output.suffix}")
 
 
 def save_all(frames: Mapping[str, Frame], output: Path, bits: int | None, half: bool | None) -> list[Path]:
-    """Writes the picture of each camera `per_camera_path` the output."""
+    """Saves the frame of each camera to its `per_camera_path`; returns the paths."""
     paths = []
     for name, frame in frames.items():
         paths.append(per_camera_path(output, name))

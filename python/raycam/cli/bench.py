@@ -1,4 +1,4 @@
-"""`raycam bench`."""
+"""The command `raycam bench`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`raycam cameras`."""
+"""The command `raycam cameras`."""
 
 from __future__ import annotations
 

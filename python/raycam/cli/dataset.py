@@ -1,4 +1,4 @@
-"""`raycam dataset`."""
+"""The command `raycam dataset`."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, list[float] | None]:
-    """Those of the file that was given, and the times that it gives them."""
+    """The cameras of the given file, and their times; None without a file."""
     if options.cameras is None:
         return None, None
     from ..calibration import load_cameras
@@ -125,14 +125,14 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
 
 
 def _times(cameras: Cameras) -> list[float] | None:
-    """When each of them sees the world; a file that does not say so of all of them says nothing."""
+    """The times of the cameras in seconds; None if the file lacks the time of any camera."""
     return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None
 
 
 def _rigs(
     world: World | Recipe, options: argparse.Namespace
 ) -> tuple[Rig | Mapping[str, Rig], list[float] | None]:
-    """The rig at each of its poses, and the times of these."""
+    """The rig at each of its poses, and the times of the poses."""
     from ..calibration import load_cameras
     from ..camera import Camera
     from ..world import World
@@ -143,7 +143,7 @@ def _rigs(
     assert rig is not None
     if options.poses is None:
         return rig, None
-    # A trajectory has poses alone: any camera will do for the rest.
+    # A trajectory has poses only, so any camera serves for the rest.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
     poses = load_cameras(options.poses, intrinsics=body, size=(1, 1))
     print_notices(poses.notices)
@@ -151,7 +151,7 @@ def _rigs(
 
 
 def _option(text: str) -> tuple[str, Any]:
-    """A key and its value: JSON, or a word."""
+    """Parses KEY=VALUE; the value is JSON or a word."""
     key, equals, value = text.partition("=")
     if not equals:
         raise SettingsError(f"--option {text}: expected KEY=VALUE")

@@ -1,4 +1,4 @@
-"""`raycam demo`."""
+"""The command `raycam demo`."""
 
 from __future__ import annotations
 

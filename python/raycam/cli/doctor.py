@@ -1,4 +1,4 @@
-"""`raycam doctor`."""
+"""The command `raycam doctor`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`raycam explain`."""
+"""The command `raycam explain`."""
 
 from __future__ import annotations
 

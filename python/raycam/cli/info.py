@@ -1,4 +1,4 @@
-"""`raycam info`."""
+"""The command `raycam info`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`raycam render`."""
+"""The command `raycam render`."""
 
 from __future__ import annotations
 
@@ -111,14 +111,14 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
-    """The world and what sees it, at the time that was asked for."""
+    """The world, the camera and the rig at the requested time."""
     rig = require_rig_only(world, options)
     if options.at is None:
         if options.animation is not None:
             raise SettingsError("--animation goes with --at SECONDS")
         return world, view(world, options) if rig is None else next(iter(rig.values())), rig
     moment = world.at(options.at, options.animation)
-    # An animation moves the world's cameras, too; what frames a world without one stays where it is.
+    # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
     seen = moment if world.cameras else world
     camera = view(seen, options) if rig is None else next(iter(rig.values()))
     if world.video is not None:
@@ -130,7 +130,7 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
 def _render_rig(
     options: argparse.Namespace, output: Path, world: World, rig: Rig, names: Sequence[str]
 ) -> None:
-    """A picture of each camera."""
+    """Renders and saves a frame for each camera of the rig."""
     if any(value is not None for value in (options.workers, options.cluster, options.shard)):
         raise SettingsError(
             "--rig goes without --workers, --cluster and --shard: raycam dataset shares pictures out"
@@ -153,7 +153,7 @@ def _by_job(
     names: Sequence[str],
     save: Callable[[Frame], object],
 ) -> Frame | None:
-    """Saves the picture from tiles, or gives None where other shards are at some of them."""
+    """Renders the picture in tiles and saves it; returns None if other shards still have tiles to render."""
     from ..jobs import tiled_picture
     from ..progress import frames_bar
 
@@ -164,7 +164,7 @@ def _by_job(
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
         return tiled_picture.render_tiled(
             package,
-            output.with_name(output.name + ".job"),  # where tiles wait until the picture is complete
+            output.with_name(output.name + ".job"),  # holds the tiles until the picture is complete
             pool,
             shard=shard,
             resume=options.resume,

@@ -1,4 +1,4 @@
-"""`raycam selfcheck`."""
+"""The command `raycam selfcheck`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`raycam status` and `raycam verify`."""
+"""The commands `raycam status` and `raycam verify`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _add_folder(command: argparse.ArgumentParser) -> None:
 
 
 def _job(name: str) -> Job:
-    """The job in a folder, or of a file that is being made."""
+    """The job in a folder, or the job of an unfinished file."""
     from ..jobs import Job
     from ..video.job import job_folder
 

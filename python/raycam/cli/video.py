@@ -1,4 +1,4 @@
-"""`raycam video`."""
+"""The command `raycam video`."""
 
 from __future__ import annotations
 

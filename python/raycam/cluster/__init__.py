@@ -1,7 +1,7 @@
-"""Where the frames of a job are made: in this process, in others on this machine, or on a cluster.
+"""Pools of workers that render the frames of a job: this process, other processes, or a cluster.
 
-`make_pool` chooses. Whatever it is, the frames come out the same, byte for byte: they are functions of the job's
-package and their number, and the bytes come back to the one process that writes final files.
+All pools give the same frames, byte for byte: a frame is a function of the job's package and its number. Workers return
+the bytes to the process that called `Job.run`, and only that process writes final files.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ def make_pool(
     threads: int | None = None,
     tell: Callable[[str], object] = warnings.warn,
 ) -> contextlib.AbstractContextManager[Pool]:
-    """The workers for `Job.run`, to be closed by `with`.
+    """Returns a context manager with a pool of workers for `Job.run`.
 
     * None: this process.
-    * a number: so many processes on this machine, fewer where memory is short. One that dies takes no other along.
+    * a number: this many processes on this machine, fewer if memory is short. A worker that dies affects no other.
     * "local:N": a Dask cluster of N processes on this machine.
     * "tcp://HOST:PORT", "tls://HOST:PORT": the Dask cluster of the scheduler there.
-    * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again where one
-      breaks. Its workers import this version of raycam; the package of the job is read from the job's folder, and
-      comes along with a frame to a worker that does not see it.
+    * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again if the
+      executor breaks. Its workers import this version of raycam. They read the package from the job's folder; a worker
+      that does not see the folder receives the package with its frame.
 
-    `threads` is how many threads a worker renders with; None shares out the cores where they are known. `tell` is told
-    at once of what cannot wait for `Pool.notices`: that a cluster has no workers, and is waited for.
+    `threads` is the number of threads per worker; None divides the cores, if their number is known. `tell` is called
+    with notices that cannot wait for `Pool.notices`, such as a cluster without workers.
 
-    Raises `SettingsError` for anything else, and where Dask is not installed.
+    Raises `SettingsError` for anything else, and if Dask is not installed.
     """
     if where is None:
         return contextlib.closing(InProcessPool(threads))
@@ -58,7 +58,7 @@ def make_pool(
 
 
 class InProcessPool:
-    """This process, a frame after the other on all `threads`; files of one are encoded while the next is rendered."""
+    """Renders in this process, one frame after the other on all `threads`, while the previous frame is encoded."""
 
     apart = False
     notices: tuple[str, ...] = ()
@@ -69,16 +69,16 @@ class InProcessPool:
         self._stopped = threading.Event()
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Remembers the package, whose world is here."""
+        """Caches the package and its world."""
         cache_package(package)
 
     def threads(self, left: int) -> int | None:
-        """As was said: frames share them."""
+        """The threads of this pool."""
         return self._threads
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
-        """Starts a frame."""
-        folder = os.path.dirname(task.package)  # the job's own, on the disk where its results will lie
+        """Starts a frame on a thread of this process."""
+        folder = os.path.dirname(task.package)  # the job's folder, on the disk of the results
         return self._executor.submit(
             render_frame, task, self._check_stopped, None, lambda pieces: TempStream(folder, pieces)
         )
@@ -88,18 +88,18 @@ class InProcessPool:
             raise PoolLost("stopped")
 
     def slots(self) -> int:
-        """One frame waits, for there to be always something to do."""
+        """Three frames: one rendering, one encoding, one waiting."""
         return 3
 
     def close(self) -> None:
-        """Stops what is being rendered, within a fraction of a second."""
+        """Stops the current rendering within a fraction of a second."""
         self._stopped.set()
         self._executor.shutdown(cancel_futures=True)
         clear_cache()
 
 
 class ExecutorPool:
-    """Any `concurrent.futures.Executor`, or a function that makes one, called again where one breaks."""
+    """Renders on a `concurrent.futures.Executor`, or on those of a function that makes a new one after each failure."""
 
     apart = True
     notices: tuple[str, ...] = ()
@@ -115,22 +115,22 @@ class ExecutorPool:
         self._reason = ""
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Workers fetch the package by themselves; here it is for those that do not find it."""
+        """Keeps the package for workers that do not find it in the job's folder."""
         self._package = package
 
     def threads(self, left: int) -> int | None:
-        """As was said."""
+        """The threads of this pool."""
         return self._threads
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
-        """Starts a frame, with the package where a worker did not find it."""
+        """Starts a frame, together with the package if a worker did not find it."""
         asked_before = self._unfit[task.frame]
         if asked_before >= MAX_ATTEMPTS:
             raise PoolLost(self._reason)
         data = self._package.to_bytes() if asked_before else None
         try:
             future = self._executor.submit(render_frame, task, None, data)
-        except RuntimeError:  # a BrokenExecutor is one
+        except RuntimeError:  # includes BrokenExecutor
             if self._make is None:
                 raise
             self._executor = self._make()
@@ -145,11 +145,11 @@ class ExecutorPool:
             self._unfit[task.frame] += 1
 
     def slots(self) -> int:
-        """As was said."""
+        """The given number of slots."""
         return self._slots
 
     def close(self) -> None:
-        """Ends an executor that was made here; one that was given stays open."""
+        """Shuts down an executor that this pool made; a given one stays open."""
         if self._make is not None:
             self._executor.shutdown(wait=False, cancel_futures=True)
 

@@ -1,8 +1,8 @@
-"""Frames made by a Dask cluster: `raycam[cluster]`.
+"""Pool of the workers of a Dask cluster: the `raycam[cluster]` extra.
 
-Tasks are data; the package of the job is read from the job's folder where a worker sees it, and else comes once to
-the worker through the scheduler, whenever it joins. It is never scattered: scattered data is lost with the worker that
-holds it. Results come back to this process; the scheduler keeps none of them.
+Tasks are data. A worker reads the package from the job's folder, or receives it once through the scheduler if it does
+not see the folder. The package is never scattered, because scattered data is lost with the worker that holds it.
+Results return to this process; the scheduler keeps none of them.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ if TYPE_CHECKING:
 
 __all__ = ["DaskPool", "connect"]
 
-CONNECT_TIMEOUT = 20.0  # seconds in which a scheduler answers
-ANSWER_TIMEOUT = 5.0  # seconds in which a worker says whether it can make the frames of a job
-REFRESH_INTERVAL = 2.0  # seconds for which the number of workers is believed
+CONNECT_TIMEOUT = 20.0  # seconds to wait for a scheduler
+ANSWER_TIMEOUT = 5.0  # seconds to wait for the probe of a worker
+REFRESH_INTERVAL = 2.0  # seconds between updates of the list of workers
 SILENCE_TIMEOUT = (
-    5.0  # seconds without a worker after which that is told; again after twice as long, and so on
+    5.0  # seconds without a worker until the first notice; each further notice takes twice as long
 )
-POLL_INTERVAL = 0.2  # seconds between looks for a first one
+POLL_INTERVAL = 0.2  # seconds between polls for a first worker
 
 
 def connect(
     address: str, threads: int | None = None, tell: Callable[[str], object] = warnings.warn
 ) -> DaskPool:
-    """The Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT", or with "local:N" a new one of N processes here.
+    """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts one of N processes.
 
-    `tell` is told at once where it waits for workers.
+    `tell` is called with a notice while the pool waits for workers.
 
-    Raises `SettingsError` where the address is none or Dask is not installed, and `OSError` where nobody answers.
+    Raises `SettingsError` for an invalid address and if Dask is not installed, and `OSError` if no scheduler answers.
     """
     try:
         import distributed
@@ -67,21 +67,21 @@ def connect(
 
 
 def _local(address: str, count: int) -> Any:
-    """A cluster of processes on this machine; raises `SettingsError` where the script that asks for it has no guard."""
+    """Starts a cluster of processes on this machine; raises `SettingsError` if the main script has no `__main__` guard."""
     import dask
     import distributed
 
-    # A new process imports the main script first: what is not guarded there happens again, in each of them.
+    # A new process imports the main script first, so code without a guard would run again in each of them.
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
-    # Deaths of workers are counted here, frame by frame.
+    # The scheduler of the job counts deaths of workers, frame by frame, so Dask must not.
     rules = {
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-ttl": "60s",
         "distributed.worker.preload": ["raycam.cluster.dask_worker"],
     }
     with dask.config.set(rules), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"\s*Port \d+ is already in use")  # another one is taken
+        warnings.filterwarnings("ignore", r"\s*Port \d+ is already in use")  # Dask then takes another port
         try:
             return distributed.LocalCluster(
                 n_workers=count,
@@ -115,14 +115,14 @@ class DaskPool:
         self._alone_since: float | None = None
         self._next_report = SILENCE_TIMEOUT
         self._polled_at = float("-inf")
-        self._workers: dict[str, dict[str, Any]] = {}  # as they were then
+        self._workers: dict[str, dict[str, Any]] = {}  # by address, at the last poll
         self._registry: WorkerRegistry | None = None
         self._submitted: dict[Future[FrameResult], tuple[Future[FrameResult], frozenset[str]]] = {}
-        """What is under way: the engine's future, and whom it is meant for."""
+        """Futures of submitted frames: for each, Dask's future and the addresses of the workers it was sent to."""
         self._given = threads
         self._executor = client.get_executor(pure=False, retries=0)
         self.notices: list[str] = []
-        """What the one who uses it should know."""
+        """Notices for the user."""
         if not _is_private(client.scheduler.address):
             self.notices.append(
                 f"{client.scheduler.address} is neither encrypted nor authenticated: whoever reaches it can run "
@@ -130,7 +130,7 @@ class DaskPool:
             )
 
     def threads(self, left: int) -> int | None:
-        """How many threads a frame is rendered with, where it was not said: all that a worker has to itself."""
+        """The given threads, or else all threads of a worker that has its machine to itself (None), or 1."""
         if self._given is not None:
             return self._given
         if self._cluster is not None:
@@ -140,9 +140,9 @@ class DaskPool:
         return None if alone else 1
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Waits for a worker, asks all who can make frames of the package, and sends it to those that do not see it.
+        """Waits for a worker, probes all workers, and sends the package to those that do not see it.
 
-        Raises `OSError` where the scheduler goes meanwhile.
+        Raises `OSError` if the scheduler goes away meanwhile.
         """
         from .worker_registry import WorkerRegistry
 
@@ -154,14 +154,14 @@ class DaskPool:
             self._poll()
         self._registry = WorkerRegistry(self._client, package, path, self._report_unfit)
         self._poll()
-        self._registry.wait(ANSWER_TIMEOUT)  # one that stands still is no reason to wait for longer
+        self._registry.wait(ANSWER_TIMEOUT)  # a suspended worker must not delay the job
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
-        """Starts a frame."""
+        """Starts a frame on the cluster."""
         from . import dask_worker
 
         fit = [] if self._registry is None else self._registry.fit(ANSWER_TIMEOUT)
-        # Others are not forbidden: a frame must not wait for ever for workers that have gone.
+        # Other workers are allowed, so that a frame does not wait forever for workers that have gone.
         where = {"workers": fit, "allow_other_workers": True} if fit else {}
         try:
             theirs = self._executor.submit(dask_worker.render_frame, task, **where)
@@ -173,13 +173,13 @@ class DaskPool:
         return ours
 
     def slots(self) -> int:
-        """Two frames for each thread of the workers there are now."""
+        """Two frames for each thread of the current workers."""
         if time.monotonic() - self._polled_at > REFRESH_INTERVAL:
             self._poll()
         return max(1, 2 * sum(map(_threads_of, self._workers.values())))
 
     def close(self) -> None:
-        """Takes back what is under way, and ends a cluster that was started here."""
+        """Cancels submitted frames, and ends a cluster that this pool started."""
         with contextlib.suppress(Exception):
             self._executor.shutdown(wait=False)
         with contextlib.suppress(Exception):
@@ -188,9 +188,9 @@ class DaskPool:
             self._cluster.close(timeout=10)
 
     def _poll(self) -> None:
-        """Sees who is there now."""
+        """Updates the list of workers."""
         self._polled_at = time.monotonic()
-        with contextlib.suppress(Exception):  # a scheduler that has gone is told by the frames
+        with contextlib.suppress(Exception):  # the frames report a scheduler that has gone
             self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
             if self._registry is not None:
                 self._registry.poll(self._workers)
@@ -198,8 +198,10 @@ class DaskPool:
         self._report_waiting()
 
     def _cancel(self) -> None:
-        """Takes back frames that wait for workers which have all gone: Dask gives those to no worker that joins later,
-        though others are allowed."""
+        """Cancels frames whose workers have all gone.
+
+        Dask does not give these frames to workers that join later, although other workers are allowed.
+        """
         for ours, (theirs, fit) in list(self._submitted.items()):
             gone = fit and self._workers and fit.isdisjoint(self._workers)
             if gone and self._submitted.pop(ours, None) is not None:
@@ -207,7 +209,7 @@ class DaskPool:
                 ours.set_exception(WorkerUnfit("all workers that it was meant for have gone"))
 
     def _report_waiting(self) -> None:
-        """Tells where there has been no worker for long, seldom, and then that there is one."""
+        """Reports, at growing intervals, that there is no worker, and then that there is one."""
         if self._workers:
             if self._next_report > SILENCE_TIMEOUT:
                 self._tell("there is a worker now: it goes on")
@@ -226,8 +228,8 @@ class DaskPool:
         self.notices.append(f"{worker} makes no frames: {reason}")
 
     def _collect_result(self, ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
-        """Passes an answer on; of a worker that was not fit it is asked again whether it is."""
-        if self._submitted.pop(ours, None) is None:  # it was taken back
+        """Passes a result on; an unfit worker is probed again."""
+        if self._submitted.pop(ours, None) is None:  # cancelled before
             return
         fault = None if theirs.cancelled() else theirs.exception()
         if isinstance(fault, WorkerUnfit) and fault.worker is not None and self._registry is not None:
@@ -237,13 +239,13 @@ class DaskPool:
 
 
 def _resolve_future(ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
-    """Gives ours what theirs has, deaths of workers in our words."""
+    """Copies the outcome of Dask's future to ours, with Dask's exceptions translated."""
     from distributed import KilledWorker
 
     try:
         ours.set_result(theirs.result())
     except KilledWorker as fault:
-        # Every frame that waited at the worker is told so, not only the one it was in.
+        # All frames that waited at the dead worker get this exception, not only the one that it was rendering.
         ours.set_exception(WorkerDied(str(fault), certain=False, deaths=fault.allowed_failures + 1))
     except CancelledError as fault:
         ours.set_exception(PoolLost(f"the scheduler has gone {fault}".rstrip()))
@@ -256,7 +258,7 @@ def _threads_of(worker: dict[str, Any]) -> int:
 
 
 def _is_private(address: str) -> bool:
-    """Whether nobody else can listen: it is encrypted, or within this machine."""
+    """True for an encrypted connection, or one within this machine."""
     parts = urlsplit(address)
     if parts.scheme != "tcp":
         return True

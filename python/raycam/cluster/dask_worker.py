@@ -1,4 +1,4 @@
-"""What a Dask worker does for a job. Imported by nobody without Dask."""
+"""Functions that run on Dask workers; needs Dask."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..jobs.worker import FrameResult, FrameTask, PackageNotFound, WorkerUnfit
 
 __all__ = ["dask_setup", "has_package", "keep_package", "render_frame"]
 
-MAX_PACKAGES = 4  # packages on the disk of a worker, which may live for many jobs
+MAX_PACKAGES = 4  # packages on the disk of a worker, which may serve many jobs
 
 
 def dask_setup(worker: object) -> None:
-    """Called by a worker of `local:N` as it starts: Ctrl-C reaches all of a terminal, and the parent decides."""
+    """Preload of the workers of `local:N`: they ignore Ctrl-C, which reaches all processes of a terminal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def render_frame(task: FrameTask) -> FrameResult:
-    """Makes a frame as `worker.make` does; an `WorkerUnfit` says in `worker` which one this is."""
+    """Renders a frame as `worker.render_frame` does; `WorkerUnfit.worker` gets the address of this worker."""
     try:
         return worker.render_frame(task)
     except WorkerUnfit as fault:
@@ -32,7 +32,7 @@ def render_frame(task: FrameTask) -> FrameResult:
 
 
 def has_package(task: FrameTask) -> bool:
-    """Whether this worker has or finds the package of a job; raises `WorkerUnfit` where it could do nothing with it."""
+    """True if this worker has or finds the package of a job; raises `WorkerUnfit` for another version's package."""
     try:
         worker.load_package(task)
     except PackageNotFound:
@@ -41,13 +41,13 @@ def has_package(task: FrameTask) -> bool:
 
 
 def keep_package(job: str, data: bytes) -> None:
-    """Puts a package where `worker.fetch` looks for it, in a file: others may take its place in memory."""
+    """Stores a package in a file that `worker.load_package` finds when the cache in memory has dropped it."""
     folder = Path(get_worker().local_directory) / "raycam"
     folder.mkdir(exist_ok=True)
     atomic_files.write(folder / job, data)
     for old in sorted(folder.iterdir(), key=os.path.getmtime)[
         :-MAX_PACKAGES
-    ]:  # whose job still goes on asks for it again
+    ]:  # a job that still runs sends its package again
         old.unlink()
     if folder not in worker.PACKAGE_PATHS:
         worker.PACKAGE_PATHS.append(folder)

@@ -1,8 +1,8 @@
-"""Frames made by processes of their own on this machine, and how they are talked to.
+"""Pool of worker processes on this machine, and the protocol of their pipes.
 
 Each worker is `python -m raycam.cluster.process_worker`. It reads tasks as lines of JSON and answers each with a line
 of JSON and the bytes of the files. Files in pieces come before that line, each piece after a line with its size.
-Nothing is pickled. A worker that dies takes one frame with it, which is known exactly.
+Nothing is pickled. If a worker dies, the frame that it was rendering is known exactly.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from ..jobs.worker import FrameResult, FrameTask, PackageNotFound, WorkerUnfit
 
 __all__ = ["FrameError", "ProcessPool"]
 
-# A world in memory with what is built of it, beside its bytes; and a worker without any.
+# Memory estimate of a worker: a base, and bytes per byte of the packed world for the world and its BVH.
 MEMORY_PER_WORLD_BYTE = 20
 WORKER_BASE_BYTES = 150 << 20
 MAX_MEMORY_FRACTION = 0.9
-"""The share of the memory that workers may fill."""
+"""The fraction of the memory that workers may fill."""
 
 
 class FrameError(Exception):
-    """What a frame raised in a worker, where it is no error of raycam's own."""
+    """An exception of a frame in a worker that is not one of raycam's own errors."""
 
 
 class ProcessPool:
-    """Workers on this machine, `count` processes with `threads` each (default: the cores shared out).
+    """Renders in `count` processes on this machine with `threads` each (default: the cores divided among them).
 
-    Where the memory would not do for all of them, fewer are started.
+    Fewer processes are started if the memory would not suffice.
     """
 
     apart = True
@@ -58,21 +58,21 @@ class ProcessPool:
         self._expected = WORKER_BASE_BYTES
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Thinks about how much memory a worker will need."""
+        """Estimates the memory of a worker."""
         self._expected = WORKER_BASE_BYTES + MEMORY_PER_WORLD_BYTE * len(package.world_bytes)
 
     def threads(self, left: int) -> int | None:
-        """As was said, or else the cores shared out."""
+        """The given threads, or else the cores divided among the workers."""
         return self._given or shared_threads(_core.available_threads(), self._count, left)
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
-        """Starts a frame."""
+        """Queues a frame."""
         future: Future[FrameResult] = Future()
         self._tasks.put((task, future))
         return future
 
     def slots(self) -> int:
-        """Two for each worker, so that none waits for the next frame; starts more workers where they fit."""
+        """Two frames per worker, so that no worker waits; starts more workers if they fit into memory."""
         while len(self._servants) < self._count and (not self._servants or self._has_room()):
             thread = threading.Thread(target=self._serve, name="raycam-worker", daemon=True)
             self._servants.append(thread)
@@ -81,7 +81,7 @@ class ProcessPool:
 
     @property
     def notices(self) -> list[str]:
-        """Whether fewer workers than asked for were started."""
+        """A notice if fewer workers than requested were started."""
         started = len(self._servants)
         if not 0 < started < self._count:
             return []
@@ -90,11 +90,11 @@ class ProcessPool:
         ]
 
     def pids(self) -> list[int]:
-        """The process numbers of the workers."""
+        """The process ids of the workers."""
         return [worker.process.pid for worker in self._workers]
 
     def close(self) -> None:
-        """Ends all workers at once, whatever they do."""
+        """Kills all workers."""
         self._closing = True
         for _ in self._servants:
             self._tasks.put(None)
@@ -104,14 +104,14 @@ class ProcessPool:
             thread.join()
 
     def _has_room(self) -> bool:
-        """Whether one more worker fits into the memory, those that still grow taken as large as the largest."""
+        """True if one more worker fits into memory, assuming that each grows to the size of the largest."""
         sizes = [memory_limits.peak_bytes(pid) for pid in self.pids()]
         expected = max([self._expected, *sizes])
         growing = sum(expected - size for size in sizes) + expected * (len(self._servants) - len(sizes))
         return growing + expected <= memory_limits.available_bytes(MAX_MEMORY_FRACTION)
 
     def _serve(self) -> None:
-        """Hands tasks to one worker after the other, and a new worker in place of one that died."""
+        """Thread of one worker: hands it tasks, and replaces it if it dies."""
         worker: _Worker | None = None
         while (item := self._tasks.get()) is not None and not self._closing:
             task, future = item
@@ -149,7 +149,7 @@ class _Worker:
         )
 
     def make(self, task: FrameTask) -> FrameResult:
-        """Makes a frame; raises `WorkerDied` where the worker does not live to answer."""
+        """Renders a frame; raises `WorkerDied` if the worker dies before its answer."""
         to, back = self.process.stdin, self.process.stdout
         if to is None or back is None:  # they are pipes
             raise AssertionError
@@ -165,7 +165,7 @@ class _Worker:
                         gathered.append(TempStream(os.path.dirname(task.package)))
                     if full is None:
                         gathered[-1].add(piece)
-                except TempStreamError as fault:  # told when the worker has answered, who is heard to the end
+                except TempStreamError as fault:  # raised below, after the worker's whole answer has been read
                     full = full or fault
             if full is not None:
                 raise full
@@ -181,7 +181,7 @@ class _Worker:
         return FrameResult(task.frame, files, answer["notices"], answer["seconds"])
 
     def end(self) -> str:
-        """Ends the process; how it ended, and the last that it said."""
+        """Ends the process; returns its exit status and the end of its error output as text."""
         for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
                 with contextlib.suppress(OSError):
@@ -202,9 +202,9 @@ class _Worker:
 
 
 def _worker_error(answer: dict[str, Any]) -> Exception:
-    """What the worker raised."""
+    """The exception for an error in the worker."""
     if answer["error"] in (WorkerUnfit.__name__, PackageNotFound.__name__):
-        return PoolLost(answer["text"])  # and all others are as this one
+        return PoolLost(answer["text"])  # all workers of this machine are alike
     kind = getattr(errors, answer["error"], None)
     fault: Exception = FrameError(f"{answer['error']}: {answer['text']}")
     if isinstance(kind, type) and issubclass(kind, Error):

@@ -18,15 +18,15 @@ __all__ = ["serve"]
 
 
 class _StreamedFile(bytes):
-    """Stands for a file whose pieces are on their way already."""
+    """Placeholder for a file whose pieces have already been sent."""
 
 
 def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
-    """The worker: answers tasks until there are no more, or nobody who has asked."""
+    """Renders tasks until the input ends, or the parent process dies."""
     asked_by = os.getppid()
 
     def send(pieces: Iterable[Piece]) -> bytes:
-        """Pieces go as they are made: this process holds one."""
+        """Sends pieces as they are made, so that this process holds only one."""
         begins = True
         for piece in pieces:
             answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")
@@ -35,7 +35,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
         return _StreamedFile()
 
     def go_on(done: int, total: int) -> None:
-        if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
+        if os.getppid() != asked_by:  # the parent was killed: free the cores for whoever resumes the job
             raise SystemExit(1)
 
     for line in tasks:
@@ -59,8 +59,8 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
 
 
 def main() -> None:
-    """Serves on the standard streams; whatever else prints does so to standard error."""
-    # Ctrl-C reaches every process of the terminal: it is the parent who decides.
+    """Serves on the standard streams; other output is redirected to standard error."""
+    # Ctrl-C reaches every process of the terminal; only the parent reacts.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)

@@ -1,8 +1,8 @@
-"""The roll of a Dask cluster: which of its workers can make the frames of a job.
+"""Registry of the workers of a Dask cluster that can render the frames of a job.
 
-Every worker is asked when it is seen first: it may lack raycam (a task of raycam's would end it: Dask takes what it
-cannot read for a broken connection), have another version, or not see the job's folder. To the last the package is
-brought, through the scheduler.
+Every new worker is probed. It may lack raycam, have another version, or not see the job's folder; in the last case the
+package is sent through the scheduler. The probe for raycam comes first, because a task that a worker cannot unpickle
+looks to Dask like a broken connection and ends the worker.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from . import dask_worker
 __all__ = ["WorkerRegistry"]
 
 MAX_CONCURRENT_SENDS = 4
-"""Workers that the package is on its way to: the scheduler holds it for each of them."""
+"""Limit of simultaneous transfers of the package: the scheduler holds a copy for each."""
 
 
 class WorkerRegistry:
-    """Which workers of a client can make the frames of a package, which lies in the file `path`.
+    """The workers of a client that can render the frames of a package in the file `path`.
 
-    `unfit(address, reason)` is told of those that cannot.
+    `unfit(address, reason)` is called for workers that cannot.
     """
 
     def __init__(
@@ -40,12 +40,12 @@ class WorkerRegistry:
         self._fit: set[str] = set()
         self._why_not: dict[str, str] = {}
         self._without_package: deque[str] = deque()
-        # Futures, which are kept because Dask takes back what nobody keeps.
+        # Futures are kept because Dask cancels a task without references.
         self._probing: dict[str, Any] = {}
         self._sending: dict[str, Any] = {}
 
     def poll(self, addresses: Iterable[str]) -> None:
-        """Takes `addresses` as the workers that there are now, and asks those that have not been asked."""
+        """Sets the current workers to `addresses`, and probes new ones."""
         there = set(addresses)
         with self._changed:
             self._fit &= there
@@ -59,14 +59,14 @@ class WorkerRegistry:
             self._send_package()
 
     def forget(self, address: str) -> None:
-        """A worker could not make a frame after all: it is asked again at the next look."""
+        """Drops a worker that failed as unfit, so that the next `poll` probes it again."""
         with self._changed:
             self._fit.discard(address)
 
     def fit(self, patience: float) -> list[str]:
-        """The workers that can; waits up to `patience` seconds for a first one.
+        """The addresses of fit workers; waits up to `patience` seconds for a first one.
 
-        Raises `PoolLost` where none of the workers can make a frame.
+        Raises `PoolLost` if none of the workers can render a frame.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._fit or not self._is_open(), patience)
@@ -75,7 +75,7 @@ class WorkerRegistry:
             return sorted(self._fit)
 
     def wait(self, patience: float) -> None:
-        """Waits up to so many seconds until all workers have been asked and have what they need."""
+        """Waits up to `patience` seconds until all workers have been probed and have the package."""
         with self._changed:
             self._changed.wait_for(lambda: not self._is_open(), patience)
 
@@ -83,7 +83,7 @@ class WorkerRegistry:
         return bool(self._probing or self._without_package or self._sending)
 
     def _probe(self, address: str) -> None:
-        """Asks a worker whether it has raycam, and then whether it sees the package."""
+        """Probes a worker for raycam, and then for the package."""
 
         def further(_: Any) -> None:
             self._start(self._probing, address, sort, dask_worker.has_package, self._task)
@@ -94,13 +94,13 @@ class WorkerRegistry:
         self._start(self._probing, address, further, importlib.import_module, dask_worker.__name__)
 
     def _send_package(self) -> None:
-        """Sends the package to those that wait for it, a few at a time."""
+        """Sends the package to workers without it, at most `MAX_CONCURRENT_SENDS` at a time."""
         while self._without_package and len(self._sending) < MAX_CONCURRENT_SENDS:
             self._send_package_to(self._without_package.popleft())
 
     def _send_package_to(self, address: str) -> None:
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "Sending large graph")  # it is, and never twice to the same
+            warnings.filterwarnings("ignore", "Sending large graph")  # intended, once per worker
             self._start(
                 self._sending, address, lambda _: self._fit.add(address),
                 dask_worker.keep_package, self._task.job, self._package.to_bytes(),
@@ -114,7 +114,7 @@ class WorkerRegistry:
         work: Callable[..., object],
         *data: Any,
     ) -> None:
-        """Has a worker do something, and goes on with `then(future)` where it is done."""
+        """Runs a function on a worker, and calls `then(future)` when it has finished."""
         future = self._client.submit(work, *data, workers=[address], pure=False, retries=0, priority=1)
         under_way[address] = future
         future.add_done_callback(lambda _: self._collect_answer(under_way, address, future, then))
@@ -125,7 +125,7 @@ class WorkerRegistry:
         from distributed import KilledWorker
 
         with self._changed:
-            if address not in under_way or under_way[address] is not future:  # it went meanwhile
+            if address not in under_way or under_way[address] is not future:  # the worker went away meanwhile
                 return
             del under_way[address]
             fault = future.exception() if future.status == "error" else None
@@ -133,7 +133,7 @@ class WorkerRegistry:
                 then(future)
             elif fault is not None and not isinstance(
                 fault, KilledWorker
-            ):  # one that died will be missed by itself
+            ):  # `poll` notices a dead worker
                 reason = f"{type(fault).__name__}: {fault}".partition("\n")[0]
                 self._why_not[address] = reason
                 self._unfit(address, reason)

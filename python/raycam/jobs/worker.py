@@ -90,7 +90,8 @@ def render_frame(
 ) -> FrameResult:
     """Makes a frame; what it needs of the job is fetched at the first one and kept, or comes along as `package`.
 
-    `gather` takes each file that is made in pieces. Raises what making the frame raises, and `WorkerUnfit` as `load_package` does.
+    `gather` takes each file that is made in pieces. Raises what making the frame raises, and `WorkerUnfit` as
+    `load_package` does.
     """
     if package is not None:
         cache_package(_read_package(package, "the package that came along", task.job))
@@ -110,8 +111,8 @@ def cache_package(package: JobPackage) -> None:
 def load_package(task: FrameTask) -> JobPackage:
     """The package of a task: one that is kept, or from where the task says that it lies, or from `PACKAGE_PATHS`.
 
-    It is kept, for tasks with other threads. Raises `PackageNotFound` where it is in none of them, and `WorkerUnfit` where another
-    version of raycam has made it.
+    It is kept, for tasks with other threads. Raises `PackageNotFound` where it is in none of them, and `WorkerUnfit`
+    where another version of raycam has made it.
     """
     with _lock:  # others wait for the first one: the world is fetched once
         return _load_package(task)

@@ -60,7 +60,8 @@ class Recipe:
     * `on` puts an object on another one, by name: at a random place, turned at random about up, its lowest
       point on what is level there, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Placed
       objects stand on what is not placed.
-    * `see = {...}` in a [[camera]] finds a place from where it sees an object: see `raycam.randomize.views.place_camera`.
+    * `see = {...}` in a [[camera]] finds a place from where it sees an object: see
+      `raycam.randomize.views.place_camera`.
     * `world` is another world file, glTF or mesh in the same folder that everything is added to.
     * `seed` (0).
 

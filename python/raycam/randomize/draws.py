@@ -1,7 +1,7 @@
 """Random values in descriptions: a draw's value depends on the seed, the world's number and its own place alone.
 
-A draw is a table with one of the keys of `DISTRIBUTIONS` in the place of a value. Nothing depends on what else is drawn, or on
-how many worlds there are: numbers are hashes, not a sequence.
+A draw is a table with one of the keys of `DISTRIBUTIONS` in the place of a value. Nothing depends on what else is
+drawn, or on how many worlds there are: numbers are hashes, not a sequence.
 """
 
 from __future__ import annotations

@@ -150,25 +150,13 @@ class PlacementSampler:
         It stays as upright as it is, turns about up, and stands with its lowest point on the object `surface`
         (default: all of them), `gap` metres from everything else. Raises `WorldError` where there is no room.
         """
-        ground, areas, owners = self._ground(surface)
-        if not len(ground):
-            raise WorldError(
-                f"{what}: nothing of {surface or 'the world'} is level and faces up, to stand on"
-            )
-        for first in range(0, MAX_TRIES, TRIES_PER_BATCH):
-            tries = [
-                self._try(shape, ground, areas, draw.substream(number))
-                for number in range(first, first + TRIES_PER_BATCH)
-            ]
-            supported = self._supported([prism for prism, _ in tries], owners)
-            for (prism, pose), stands in zip(tries, supported, strict=True):
-                if stands and self._free(prism, gap):
-                    self._taken.append(prism)
-                    return self._world_axes(pose)
-        raise RejectedSample(
-            f"{what}: there is no room on {surface or 'the world'} after {MAX_TRIES} tries; fewer things, smaller ones, a "
-            "larger surface or a smaller gap would make room"
-        )
+        ground, areas, owners = self._ground(surface) if not len(ground): raise WorldError( f"{what}: nothing of
+        {surface or 'the world'} is level and faces up, to stand on" ) for first in range(0, MAX_TRIES,
+        TRIES_PER_BATCH): tries = [ self._try(shape, ground, areas, draw.substream(number)) for number in range(first,
+        first + TRIES_PER_BATCH) ] supported = self._supported([prism for prism, _ in tries], owners) for (prism, pose),
+        stands in zip(tries, supported, strict=True): if stands and self._free(prism, gap): self._taken.append(prism)
+        return self._world_axes(pose) raise RejectedSample( f"{what}: there is no room on {surface or 'the world'} after
+        {MAX_TRIES} tries; fewer things, smaller ones, a " "larger surface or a smaller gap would make room" )
 
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
         """The level triangles [n, 3, 3], the running sum of their areas, and which objects they are of."""

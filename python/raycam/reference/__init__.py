@@ -1,6 +1,6 @@
 """The lecture's procedure in NumPy float64, brute force: the oracle of raycam.
 
-It shares no code with the Rust core.
+The reference shares no code with the Rust core.
 Source: Nicholas Dwork, *Making Virtual Worlds* (Computer Graphics Lecture 1). Each step is one function with
 the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explanation` prints what they return
 for one pixel.
@@ -23,7 +23,7 @@ leave no gap:
   the plane through C parallel to the image.
 * ``n·r = 0``, up to rounding: the ray runs along the plane. Discarded, a triangle seen edge-on shows nothing.
 * ``n = 0``, up to rounding: the triangle has no area. Discarded.
-* ``t = 0``: C lies on the triangle. Kept, the lecture discards negative t alone.
+* ``t = 0``: C lies on the triangle. Kept, because the lecture discards only negative t.
 * ``f(t)`` on an edge or a vertex, up to rounding: inside, and so in every triangle that shares that edge or
   vertex.
 * ``u`` through a vertex: an edge is crossed when one of its ends lies strictly to the left of ``u`` and the
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
 
-# What a few dozen additions and multiplications may lose, relative to the numbers they began with.
+# Rounding error of a few dozen additions and multiplications, relative to their operands.
 ROUNDING = 32 * float(np.finfo(np.float64).eps)
 # Pixels times triangles worked on at once: some tens of megabytes of temporary arrays.
 PAIRS_AT_ONCE = 1 << 16
@@ -92,7 +92,7 @@ def camera_center(P: Floats) -> Floats:
 
 
 def points_on_lines(P: Floats, pixels: Floats) -> Floats:
-    """X' = P⁺ x for pixels [n, 2]: homogeneous points [n, 4], which P maps to their pixels x = (u, v, 1)."""
+    """X' = P⁺ x for pixels [n, 2]: homogeneous points [n, 4] that P maps to their pixels x = (u, v, 1)."""
     x = np.column_stack([pixels, np.ones(len(pixels))])
     return dot(np.asarray(np.linalg.pinv(P), dtype=np.float64), x[:, None])
 
@@ -109,7 +109,7 @@ def third_row_of_r(P: Floats) -> Floats:
 
 
 def at_infinity(X: Floats) -> Bools:
-    """Which homogeneous points [n, 4] lie at infinity, [n]: their fourth coordinate is 0, up to rounding."""
+    """True [n] for homogeneous points [n, 4] at infinity: their fourth coordinate is 0, up to rounding."""
     return np.asarray(np.abs(X[:, 3]) <= ROUNDING * length(X))
 
 
@@ -120,7 +120,7 @@ def lines(X: Floats, C: Floats) -> Floats:
 
 
 def pointed_forward(line: Floats, forward: Floats) -> Floats:
-    """r, [n, 3]: each `line`, or its opposite where the dot product with `forward` is negative."""
+    """The rays r [n, 3]: each `line`, or its opposite if the dot product with `forward` is negative."""
     return np.where(dot(line, forward)[:, None] > 0, line, -line)
 
 
@@ -128,7 +128,7 @@ def pointed_forward(line: Floats, forward: Floats) -> Floats:
 
 
 def normals(triangles: Floats) -> Floats:
-    """n = v2 x v1 with v1 = b - a and v2 = c - a, [n, 3], for triangles [n, 3, 3]. Zero where the area is."""
+    """The normals n = v2 x v1 with v1 = b - a and v2 = c - a, [n, 3], of triangles [n, 3, 3]. Zero for zero area."""
     v1 = triangles[:, 1] - triangles[:, 0]
     v2 = triangles[:, 2] - triangles[:, 0]
     n = cross(v2, v1)
@@ -137,7 +137,7 @@ def normals(triangles: Floats) -> Floats:
 
 
 def plane_distances(n: Floats, a: Floats, C: Floats, r: Floats) -> Floats:
-    """t = n·(a - C) / n·r, [rays, triangles]; NaN where n·r = 0, so that there is no such t.
+    """The parameters t = n·(a - C) / n·r, [rays, triangles]; NaN if n·r = 0.
 
     `n` and `a` are [triangles, 3], `C` is [3], `r` is [rays, 3]; t counts in lengths of r.
     """
@@ -157,15 +157,15 @@ class Crossings:
     g: Floats
     """The distant point a + v3, [..., 3]."""
     u: Floats
-    """g - f, [..., 3]."""
+    """The segment g - f, [..., 3]."""
     along_u: Floats
-    """s where the lines of the edges v1, v2, v3 meet the line f + s u, [..., 3]. NaN for parallel lines."""
+    """The parameters s at which the lines of the edges v1, v2, v3 intersect f + s u, [..., 3]; NaN for parallel lines."""
     along_edge: Floats
-    """q of the same points along the edges, [..., 3]: start + q edge. NaN for parallel lines."""
+    """The parameters q of the same points along the edges, start + q edge, [..., 3]; NaN for parallel lines."""
     crossed: Bools
-    """Which of the three edges the segment from f to g crosses, [..., 3]."""
+    """True [..., 3] for the edges that the segment from f to g crosses."""
     on_edge: Bools
-    """Whether f lies on each edge, up to rounding, [..., 3]."""
+    """True [..., 3] for the edges that f lies on, up to rounding."""
 
     @property
     def count(self) -> npt.NDArray[np.int64]:
@@ -174,12 +174,12 @@ class Crossings:
 
 
 def edge_vectors(triangles: Floats) -> Floats:
-    """v1 = b - a, v2 = c - b, v3 = a - c, tip to tail, [..., edge, 3], for triangles [..., 3, 3]."""
+    """The edges v1 = b - a, v2 = c - b, v3 = a - c, [..., edge, 3], of triangles [..., 3, 3]."""
     return np.roll(triangles, -1, axis=-2) - triangles
 
 
 def crossings(triangles: Floats, n: Floats, f: Floats, tolerance: Floats) -> Crossings:
-    """Crosses the segment from `f` to g = a + v3 with the edges of the triangle in whose plane `f` lies.
+    """Intersects the segment from `f` to g = a + v3 with the edges of the triangle in whose plane `f` lies.
 
     `triangles` [..., 3, 3], their normals `n` [..., 3] and points `f` [..., 3] go one to one. A point as near
     to an edge as `tolerance` [...], a length, lies on it.
@@ -211,15 +211,14 @@ def crossings(triangles: Floats, n: Floats, f: Floats, tolerance: Floats) -> Cro
 
 
 def inside(found: Crossings) -> Bools:
-    """Whether each point is inside its triangle: an odd number of crossings, or on an edge."""
+    """True for points inside their triangles: an odd number of crossings, or on an edge."""
     return np.asarray((found.count % 2 == 1) | found.on_edge.any(axis=-1))
 
 
 def edge_tolerance(triangles: Floats, n: Floats, C: Floats, r: Floats, f: Floats) -> Floats:
-    """How far rounding may have moved `f` within the plane, a length [...]: what still counts as on an edge.
+    """Bound on the rounding error of `f` within the plane, a length [...]; points this near to an edge lie on it.
 
-    The coordinates round, and the more obliquely the ray meets the plane, the more of that error lies within
-    the plane.
+    The coordinates round. The more oblique the ray, the more of that error lies within the plane.
     """
     size = np.abs(triangles).max(axis=(-2, -1)) + np.abs(C).max() + np.abs(f).max(axis=-1)
     cosine = np.abs(dot(n, r)) / (np.where(dot(n, n) > 0, length(n), 1.0) * length(r))
@@ -231,12 +230,12 @@ def edge_tolerance(triangles: Floats, n: Floats, C: Floats, r: Floats, f: Floats
 
 @dataclass(frozen=True)
 class Trace:
-    """What rays met. Every array has one entry per ray, in order."""
+    """The hits of rays. Every array has one entry per ray, in order."""
 
     index: npt.NDArray[np.int64]
     """The closest triangle, -1 for none."""
     t: Floats
-    """f(t) = C + t r is the point met; +inf for none."""
+    """The parameter of the hit point f(t) = C + t r; +inf for a miss."""
     next_t: Floats
     """The t of the second closest triangle; +inf for none."""
 
@@ -257,7 +256,7 @@ def trace(triangles: Floats, C: Floats, r: Floats) -> Trace:
         for j in range(0, len(triangles), triangle_block):
             some = slice(j, j + triangle_block)
             found = hit_distances(triangles[some], n[some], C, r[rays])
-            # The two smallest of what is known and what is new; argmin takes the first among equals.
+            # The two smallest t of old and new ones; argmin takes the first among equals.
             first = found.argmin(axis=1)
             nearest = np.take_along_axis(found, first[:, None], axis=1)[:, 0]
             np.put_along_axis(found, first[:, None], np.inf, axis=1)
@@ -270,7 +269,7 @@ def trace(triangles: Floats, C: Floats, r: Floats) -> Trace:
 
 
 def hit_distances(triangles: Floats, n: Floats, C: Floats, r: Floats) -> Floats:
-    """t of every ray with every triangle it hits, [rays, triangles]; +inf where it misses."""
+    """The parameters t of every ray with every triangle, [rays, triangles]; +inf for a miss."""
     t = plane_distances(n, triangles[:, 0], C, r)
     in_front = t >= 0
     f = C + np.where(in_front, t, 0.0)[..., None] * r[:, None]
@@ -313,16 +312,16 @@ def render_triangles(
 
     ============ ======= ========================================================================== ==========
     color        float32 [..., 3], linear RGB of the closest triangle                               background
-    depth        float64 z of the point met along the principal axis, in units of the world          +inf
-    distance     float64 from the camera centre to the point met, in units of the world              +inf
-    position     float64 [..., 3], the point met, in the world                                       NaN
+    depth        float64 z of the hit point along the principal axis, in units of the world          +inf
+    distance     float64 from the camera centre to the hit point, in units of the world              +inf
+    position     float64 [..., 3], the hit point in the world                                        NaN
     instance     int32   first column of `ids`                                                       -1
     triangle     int32   second column of `ids`                                                      -1
     t            float64 the lecture's t, in lengths of r (which differ from pixel to pixel)         +inf
     next_t       float64 the t of the second closest triangle                                        +inf
     ============ ======= ========================================================================== ==========
 
-    Raises ValueError when an array has the wrong shape, is not finite, or P has no camera centre.
+    Raises ValueError if an array has the wrong shape or is not finite, or if P has no camera centre.
     """
     corners = _floats("triangles", triangles, (-1, 3, 3))
     matrix = _floats("P", P, (3, 4))
@@ -343,7 +342,7 @@ def render_triangles(
     t = np.where(hit, seen.t, 0.0)
     f = C + t[:, None] * r
     row = np.where(hit, seen.index, 0)
-    last = np.zeros((1, 3))  # so that a world without triangles can be indexed as well
+    last = np.zeros((1, 3))  # lets a world without triangles be indexed too
     color = np.where(hit[:, None], np.vstack([rgb, last])[row], _floats("background", background, (3,)))
     name = np.where(hit[:, None], np.vstack([names, last.astype(np.int32)[:, :2]])[row], -1)
 
@@ -368,8 +367,8 @@ def render_triangles(
 def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
     """`render_triangles` of a :class:`raycam.World` seen by a :class:`raycam.Camera`.
 
-    The colour of a triangle is one RGB: that of its object, of its face, or the mean of its corners'. Raises
-    :class:`raycam.CameraError` for a camera with a lens, of which P is not all.
+    A triangle has one colour: its object's, its face's, or the mean of its vertex colours. Raises
+    :class:`raycam.CameraError` for a camera with a lens, which P does not describe.
     """
     camera._require_pinhole("the reference")
     return render_triangles(
@@ -384,7 +383,7 @@ def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
 
 
 def background(world: World) -> Floats:
-    """Linear RGB of a pixel that meets no triangle, [3]: the even skies; all others are black here."""
+    """Linear RGB [3] of a pixel without a hit: the sum of the uniform skies; other skies count as black."""
     skies = [light["radiance"] for light in world.lights if light["type"] == "sky" and "radiance" in light]
     return np.asarray(np.sum(np.asarray(skies, dtype=np.float64).reshape(-1, 3), axis=0))
 

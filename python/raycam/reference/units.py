@@ -1,4 +1,4 @@
-"""A unit of length and an origin in which a world is about as large as 1."""
+"""Rescaling of worlds to a size of about 1 around the origin."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Units:
-    """World = origin + scale * local.
+    """Local units of length: world = origin + scale * local.
 
-    P⁺ mixes lengths with the plain number 1, so it loses digits in a world that is tiny, huge, or far from
-    its origin. Ordinary worlds keep their own units.
+    P⁺ mixes lengths with the plain number 1, so that digits are lost in a world that is tiny, huge, or far from its
+    origin. Worlds of ordinary size keep their own units.
     """
 
     origin: Floats
@@ -25,7 +25,7 @@ class Units:
 
     @staticmethod
     def of(points: Floats, C: Floats) -> Units:
-        """Those of a world with points [n, 3] and a camera at C [3]."""
+        """The units for a world with points [n, 3] and a camera at C [3]."""
         low, high = (
             np.minimum(points.min(axis=0, initial=np.inf), C),
             np.maximum(points.max(axis=0, initial=-np.inf), C),
@@ -33,13 +33,13 @@ class Units:
         center, extent = (low + high) / 2, float(np.max(high - low) / 2)
         origin = center if 0 < 16 * extent < np.abs(center).max() else np.zeros(3)
         reach = float(np.linalg.norm(C - origin))
-        # What P holds is the camera: only its distance can be too large. A power of two scales without rounding.
+        # P holds the camera alone, so only its distance can be too large. Powers of two scale without rounding.
         unit = reach if reach > 64 else extent if 0 < extent < 1 / 64 else 1.0
         return Units(origin, math.ldexp(1.0, round(math.log2(unit))))
 
     @property
     def are_ordinary(self) -> bool:
-        """Whether they are the world's own."""
+        """True if these are the world's own units."""
         return self.scale == 1 and not self.origin.any()
 
     def points(self, points: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Rendering: a world, a camera and what is asked of the picture."""
+"""Rendering of a world, seen by a camera, into a frame."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
 MAX_SAMPLES = 1 << 14
-"""What a pixel gets at most where noise or time ends it."""
+"""Default limit of samples per pixel with `noise` or `time`."""
 
 Integrator = Literal["flat", "direct", "path", "ao", "reference"]
 Filter = Literal["box", "blackman-harris"]
@@ -56,40 +56,41 @@ def render(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Frame:
-    """What `camera` (default: the world's first, or one that frames everything) sees of `world`.
+    """Renders `world`, seen by `camera` (default: the world's first camera, or one that frames the whole world).
 
-    What is not given is what `[render]` of the world's file says, or else the default:
+    Arguments that are not given have the values of `[render]` of the world file, or else the defaults:
 
     * `integrator` ("direct"): "flat" is the colour of the closest triangle, unlit; "direct" adds lights, shadows
-      and reflectances (a world without lights gets a sky, and the frame says so in its notices); "path" follows
-      light over any number of bounces, unbiased; "ao" shows how much of the sky each point sees; "reference" is
-      "flat" by the lecture's procedure in NumPy, brute force and slow: the oracle.
-    * `noise` instead of samples stops each pixel when the estimated standard error of its luminance is no more than
-      that; the channel `error` is the estimate. `time` stops the picture after so many seconds and says how many
-      samples give the same one again. With either, `samples` is the most that a pixel gets (16384).
-    * `max_depth` (no limit): the segments of a path at most. 1 sees what shines, 2 what it lights, and so on.
-    * `clamp` (off): the largest radiance of a sample. It hides bright specks and makes the picture darker, and the
-      frame's notices say how often.
-    * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box") or
-      "blackman-harris" weighs them. `channels` names what the frame holds, "all" for everything there is.
-    * `surface` ("first"): ground truth is of the first triangle on the pixel's centre ray, whatever it is made of; with
-      "solid", of the first that one does not see through: surfaces less than half opaque, the backs of one-sided ones
-      and what refracts (glass, transmission of a half or more) are passed along the straight ray.
+      and reflectances (a world without lights gets a sky, with a notice in the frame); "path" is unbiased path tracing
+      with any number of bounces; "ao" is ambient occlusion, the visible fraction of the sky; "reference" is "flat" by
+      the lecture's procedure in NumPy, brute force and slow.
+    * `noise` stops each pixel when the estimated standard error of its luminance is at most this value; the channel
+      `error` has the estimate. `time` stops the picture after this many seconds; a notice tells the number of samples
+      that reproduces the picture. With either, `samples` is the maximum per pixel (default 16384).
+    * `max_depth` (no limit): the maximum number of path segments. 1 shows emitters only, 2 adds direct light, and so
+      on.
+    * `clamp` (off): the maximum radiance of a sample. It removes fireflies and darkens the picture; a notice counts the
+      clamped samples.
+    * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box" or "blackman-harris")
+      is the reconstruction filter. `channels` names the channels of the frame, "all" for all of them.
+    * `surface` ("first"): ground truth describes the first triangle on the pixel's centre ray, of any material. With
+      "solid", it describes the first opaque one: the straight ray passes surfaces with an opacity below one half, the
+      backs of one-sided surfaces, and refractive ones (glass, transmission of one half or more).
     * `seed` (0) and `frame` (0) choose the random numbers. The same call gives the same bytes on any number of
       `threads` (default: all that the process may use).
-    * `ambient_occlusion` (off): True, or a distance in metres up to which surfaces darken the sky of others.
+    * `ambient_occlusion` (off): True, or the maximum distance in metres at which surfaces occlude the sky.
     * `region` (x, y, width, height) renders a part; `Frame.merge` joins parts. `exposure` (0) in stops and
       `view` ("standard", "agx" or "pbr_neutral") are for pictures in sRGB: see `Frame.to_srgb8`.
-    * `denoise` (off) guesses the picture without its noise, by Open Image Denoise: `pip install raycam[denoise]`.
-      It is then no longer unbiased, nor the same bytes on every machine.
-    * `transparent` (off) leaves the sky out where the camera sees it, for pictures to be laid over others: the colour
-      is premultiplied by the channel `alpha`, which comes with it, and PNG, EXR and videos have an opacity. What is
-      see-through by its own opacity counts in part; mirrors and glass show the sky, and are opaque.
-    * `progress(done, total)` is called some 50 times a second; an exception it raises stops the rendering, as
+    * `denoise` (off) applies Open Image Denoise: `pip install raycam[denoise]`. The picture is then biased, and its
+      bytes may differ between machines.
+    * `transparent` (off) makes the background transparent, for compositing: the colour is premultiplied by the channel
+      `alpha`, which is added, and PNG, EXR and videos have an opacity. Surfaces with an opacity below 1 are partly
+      transparent; mirrors and glass show the sky and are opaque.
+    * `progress(done, total)` is called about 50 times per second; an exception that it raises stops the rendering, as
       Ctrl-C does.
 
-    Raises `SettingsError` for arguments that make no sense, with the nearest valid name, `WorldError`, and
-    `CameraError` where the world has no camera and nothing to frame.
+    Raises `SettingsError` for invalid arguments, with the nearest valid name, `WorldError`, and `CameraError` if the
+    world has no camera and nothing to frame.
     """
     given = {
         "integrator": integrator,
@@ -176,7 +177,7 @@ def render(
 
 
 def channel_names(channels: Sequence[str] | str) -> list[str]:
-    """The names of channels, each once; "all" is every one there is. Raises `SettingsError`."""
+    """Returns the names of channels without duplicates; "all" means every channel. Raises `SettingsError`."""
     if isinstance(channels, str):
         channels = list(CHANNELS) if channels == "all" else [channels]
     names = [_name("channel", name, list(CHANNELS)) for name in channels]
@@ -188,7 +189,7 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
 def _denoised(
     world: World, camera: Camera, names: list[str], settings: dict[str, Any], progress: Progress | None
 ) -> Frame:
-    """The picture without noise; the library is asked for before anything is rendered."""
+    """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
     from . import denoise
 
     denoise.load()
@@ -213,7 +214,7 @@ def _denoised(
 def _reference(
     world: World, camera: Camera, names: list[str], unused: list[str], shown: dict[str, Any]
 ) -> Frame:
-    """The picture of the oracle."""
+    """Renders with the NumPy reference."""
     from .. import reference
 
     if unused:
@@ -238,7 +239,7 @@ def _name(what: str, given: object, valid: list[str]) -> str:
 
 
 def _occlusion(value: object) -> float | None:
-    """The distance up to which surfaces count."""
+    """The maximum distance of ambient occlusion: None for off, infinite for True."""
     if isinstance(value, bool):
         return math.inf if value else None
     if isinstance(value, int | float) and value > 0:
@@ -251,7 +252,7 @@ def _optional(name: str, value: object) -> int | None:
 
 
 def _positive(name: str, value: object, what: str) -> float | None:
-    """A finite number above 0, or None."""
+    """Returns a finite number above 0, or None."""
     if value is None:
         return None
     if not isinstance(value, bool) and isinstance(value, int | float) and 0 < value < math.inf:

@@ -1,7 +1,7 @@
 """Denoising with Open Image Denoise: the `raycam[denoise]` extra.
 
-The picture is the guess of a neural network: smooth, and no longer unbiased. Its guides, base colour and normal of the
-pixel-centre ray, are free of noise; they are filtered first all the same, because their edges are not anti-aliased.
+A neural network estimates the picture: smooth, but biased. Its guides, base colour and normal of the pixel-centre ray,
+have no noise. They are still filtered first, because their edges are not anti-aliased.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from ..errors import SettingsError
 __all__ = ["GUIDES", "denoise"]
 
 GUIDES = ("albedo", "shading_normal")
-"""The channels that guide it."""
+"""The channels that guide the network."""
 
 Image = npt.NDArray[np.float32]
 
 
 def load() -> Any:
-    """The library. Raises `SettingsError` where it is not installed."""
+    """Imports the library; raises `SettingsError` if it is not installed."""
     try:
         import pyoidn
     except ImportError as error:
@@ -33,9 +33,9 @@ def load() -> Any:
 
 
 def denoise(color: Image, albedo: Image, normal: Image) -> Image:
-    """Linear radiance without its noise, float32 [h, w, 3] like all that is given.
+    """Denoised linear radiance, float32 [h, w, 3] like all arguments.
 
-    `albedo` is the base colour, `normal` of unit length or 0. Raises `SettingsError` where the library is missing or
+    `albedo` is the base colour; `normal` has unit length or is 0. Raises `SettingsError` if the library is missing or
     fails.
     """
     oidn = load()

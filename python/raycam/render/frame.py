@@ -1,4 +1,4 @@
-"""Frames: what a camera saw, channel by channel, and the files it is saved to."""
+"""Frames: rendered channels, and the files that they are saved to."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["CHANNELS", "VIEWS", "Frame", "check_save"]
 VIEWS = ["standard", "agx", "pbr_neutral"]
 
 CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _core.channels()}
-"""The dtype and the number of components of every channel there is."""
+"""The dtype and the number of components of every channel."""
 
 Channels = dict[str, npt.NDArray[Any]]
 
@@ -42,19 +42,19 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     normal_camera         float32 [h, w, 3] the same in camera axes: x right, y down, z forward         0
     shading_normal        float32 [h, w, 3] from the corners' normals, in the world, facing the camera  0
     shading_normal_camera float32 [h, w, 3] the same in camera axes                                     0
-    instance              int32   [h, w]    number of the object                                        -1
-    category              int32   [h, w]    its category, a key of `World.categories`; -1 for none      -1
-    triangle              int32   [h, w]    number of the triangle in its mesh                          -1
+    instance              int32   [h, w]    id of the object                                            -1
+    category              int32   [h, w]    id of the category in `World.categories`; -1 for none       -1
+    triangle              int32   [h, w]    index of the triangle in its mesh                           -1
     barycentric           float32 [h, w, 3] weights of the triangle's corners                           0
     uv                    float32 [h, w, 2] texture coordinates, v down; NaN where the mesh has none    NaN
-    material              int32   [h, w]    number of the material in the world                         -1
-    coverage              float32 [h, w]    share of the samples that see the same object as the centre
-    alpha                 float32 [h, w]    share of the samples that meet anything but the sky         0
+    material              int32   [h, w]    index of the material in the world                          -1
+    coverage              float32 [h, w]    fraction of samples on the same object as the centre ray
+    alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
-    All but `color`, `coverage`, `alpha` and `error` describe the exact ray through the pixel's centre: they are never
-    filtered.
+    All channels but `color`, `coverage`, `alpha` and `error` describe the exact ray through the pixel's centre and are
+    never filtered.
     """
 
     def __init__(
@@ -71,27 +71,27 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     ) -> None:
         self._channels = channels
         self.camera = camera
-        """The camera that saw it; None where frames of several were merged."""
+        """The camera; None for a frame merged from several cameras."""
         self.size = size
         """(width, height) of the whole picture."""
         self.region = region or (0, 0, *size)
         """(x, y, width, height) of the part that the arrays hold."""
         self.exposure = exposure
-        """Stops of brightness of pictures in sRGB: each one doubles. The arrays are not touched by it."""
+        """The exposure of sRGB pictures in stops, each of which doubles the brightness; the arrays do not change."""
         self.view = view
-        """How pictures in sRGB show what is brighter than 1: one of `VIEWS`."""
+        """The view transform of sRGB pictures for values above 1: one of `VIEWS`."""
         self.transparent = transparent
-        """Whether the sky is left out: the colour is then premultiplied by `alpha`, and pictures have an opacity."""
+        """True for a transparent background: the colour is premultiplied by `alpha`, and pictures have an opacity."""
         self.notices = list(notices)
-        """What the one who looks at it should know."""
+        """Notices about the rendering for the user."""
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The names of the channels it has."""
+        """The names of the frame's channels."""
         return tuple(self._channels)
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """The array of a channel."""
+        """The array of a channel; raises `KeyError`."""
         try:
             return self._channels[name]
         except KeyError:
@@ -103,23 +103,23 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             raise KeyError(nearest("channel", name, list(CHANNELS))) from None
 
     def __iter__(self) -> Iterator[str]:
-        """The names of the channels."""
+        """Iterates over the names of the channels."""
         return iter(self._channels)
 
     def __len__(self) -> int:
-        """How many channels it has."""
+        """The number of channels."""
         return len(self._channels)
 
     def to_srgb8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
-        """The colour as 8-bit sRGB [h, w, 3]: what PNG and video show, out-of-range values at the ends.
+        """The colour as 8-bit sRGB [h, w, 3], as in PNG and video, clamped to 0..255.
 
-        `exposure` in stops and `view` replace the frame's own. "standard" shows radiance as it is, with 1 as white
-        (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress what is brighter.
+        `exposure` in stops and `view` replace the frame's own. "standard" shows radiance unchanged, with 1 as white
+        (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress brighter values.
         """
         return self._srgb(8, exposure, view)
 
     def to_srgba8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
-        """Colour and opacity as 8-bit sRGB [h, w, 4], to be laid over others: the colour is not multiplied by opacity.
+        """Colour and opacity as 8-bit sRGB [h, w, 4], for compositing; the colour is not premultiplied.
 
         Raises `SettingsError` for a frame that is not `transparent`.
         """
@@ -159,15 +159,15 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         exposure: float | None = None,
         view: str | None = None,
     ) -> None:
-        """Writes the frame to a .png, .exr, .hdr or .npz file, which is complete or not there.
+        """Writes the frame to a .png, .exr, .hdr or .npz file atomically.
 
         PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
         "pbr_neutral", see `to_srgb8`). HDR: the colour in linear light, four bytes a pixel. EXR: all channels as named
         layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
         `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
 
-        Raises `FormatError` for other endings, `SettingsError` for options that the format does not have or a PNG
-        without colour, and `OSError` where the file cannot be written.
+        Raises `FormatError` for other endings, `SettingsError` for options that the format does not have and for a PNG
+        without colour, and `OSError` if the file cannot be written.
         """
         target = Path(path)
         options = _options(bits=bits, half=half, exposure=exposure, view=view)
@@ -213,15 +213,15 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return buffer.getvalue()
 
     def _repr_png_(self) -> bytes | None:
-        """What a notebook shows: the picture, where there is one."""
+        """The PNG that a notebook shows; None without the channel `color`."""
         return self.to_png() if "color" in self._channels else None
 
     def reprojection_error(self) -> float:
-        """The largest distance in pixels between the centre of a pixel and the image of the surface point seen there.
+        """The largest distance in pixels between a pixel's centre and the image of the surface point in that pixel.
 
-        The point is that of `position`, or without it the one at the `distance` along the pixel's ray, in float32. 0
-        where nothing is seen; +inf where the camera has no image of such a point. A camera that turns with its own
-        rolling shutter may show a point twice, and the first of its images counts.
+        The point is the channel `position`, or else the point at `distance` along the pixel's ray, in float32. Returns
+        0 for an empty picture, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
+        may show a point twice; the first image counts.
 
         Raises `SettingsError` without these channels or a camera.
         """
@@ -250,9 +250,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     @staticmethod
     def merge(frames: Iterable[Frame]) -> Frame:
-        """Joins disjoint parts of one picture, which must fill a rectangle: bit for bit as if rendered in one.
+        """Merges disjoint parts of one picture that fill a rectangle; equals rendering them at once, bit for bit.
 
-        Raises `SettingsError` where they overlap, leave a gap, or differ in size or channels.
+        Raises `SettingsError` if parts overlap, leave a gap, or differ in size or channels.
         """
         parts = list(frames)
         taken = [
@@ -275,13 +275,13 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         )
 
     def __repr__(self) -> str:
-        """Size and channels, for people."""
+        """Size and channels as text."""
         _, _, width, height = self.region
         part = "" if (width, height) == self.size else " of {} x {}".format(*self.size)
         return f"Frame {width} x {height}{part}: {', '.join(self._channels)}"
 
 
-# Ending: how it is written, and its options. Adding a format is adding a row.
+# File formats by ending: the encoder and its options.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
     ".png": (Frame.to_png, {"bits", "exposure", "view"}),
     ".hdr": (Frame._hdr, set()),
@@ -298,9 +298,9 @@ def check_save(
     bits: int | None = None,
     half: bool | None = None,
 ) -> None:
-    """Whether a frame of `size` with `channels` can be saved to `path`: asked before it is rendered.
+    """Checks, before rendering, that a frame of `size` with `channels` can be saved to `path`.
 
-    Raises what `Frame.save` would.
+    Raises the errors of `Frame.save`.
     """
     target = Path(path)
     names = list(channels)
@@ -312,12 +312,12 @@ def check_save(
 
 
 def _options(**options: Any) -> dict[str, Any]:
-    """Those that were given."""
+    """The options that are not None."""
     return {name: value for name, value in options.items() if value is not None}
 
 
 def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) -> None:
-    """Whether the format that `target` ends with has these channels and options."""
+    """Raises an error if the format of `target`'s ending does not have these channels and options."""
     ending = target.suffix.lower()
     if ending not in SAVERS:
         guess = f"an ending {target.suffix!r}" if ending else "no ending"

@@ -34,9 +34,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     """Cameras mounted on one body, immutable: a mapping from their names to the cameras in world coordinates.
 
     `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on the body. The body's
-    pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The rotation of a camera in
-    the world is camera_from_body · body_from_world. Where angles give the pose (`placed`, world files, videos), the body
-    axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
+    pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The rotation of a camera
+    in the world is camera_from_body · body_from_world. Where angles give the pose (`placed`, world files, videos), the
+    body axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
     COLMAP's and KITTI's is the first camera.
 
     Raises `CameraError` if there are no cameras, or if the pose is not a rotation and a finite position.
@@ -249,8 +249,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> dict[str, Frame]:
         """Renders the frame of each camera, by name; `options` are those of `raycam.render`.
 
-        `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right; default:
-        the first two cameras). The frames of both cameras then have it, each in its own picture, as in
+        `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
+        default: the first two cameras). The frames of both cameras then have it, each in its own picture, as in
         `raycam.disparity`.
 
         Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.

@@ -24,19 +24,20 @@ __all__ = ["Animation", "Object", "Video", "World"]
 
 
 class World:
-    """Meshes placed as objects, lights and cameras.
+    """Objects (placed meshes), lights and cameras.
 
-    `up` ("z" or "y") matters to roll, pitch and yaw, orbits and the sky; vertices are never turned.
+    `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
 
-    `add_object`, `add_mesh` and `add_light` open the files that they are given (meshes, textures, skies, profiles of
-    lamps) wherever these lie; relative names start from `folder`, the current one where not given. What such a file
-    names in turn is read from its own folder alone, as it is with `load`.
+    `add_object`, `add_mesh` and `add_light` open the given files (meshes, textures, skies, IES profiles) in any folder.
+    Relative names start from `folder` (default: the current folder). Files named in such a file are read only from the
+    folder of that file, as in `load`.
 
-    A world is prepared for tracing when it is first asked, and again after it has changed: what did not change is
-    not built again. It may be used by several threads at a time.
+    A world is prepared for tracing on first use, and again after changes; unchanged parts are not rebuilt. Several
+    threads may use a world at the same time.
 
-    `texture_memory` bounds the memory of images, in bytes or as "512 MiB": once they do not fit with their mip maps,
-    all of them lie in a temporary file (in `TMPDIR`, else `/var/tmp`), read tile by tile; pictures stay the same.
+    `texture_memory` bounds the memory of images, in bytes or as "512 MiB". If the images with their mip maps exceed it,
+    all of them are kept in a temporary file (in `TMPDIR`, else `/var/tmp`) and read tile by tile; pictures stay the
+    same.
     """
 
     __slots__ = ("_core",)
@@ -67,40 +68,40 @@ class World:
     ) -> World:
         """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
 
-        Lists of numbers may be NumPy arrays. As those of a world file, the files that it names are in `folder` and
-        nowhere else: it may come from a stranger. Raises what `load` raises, without file and line.
+        Lists of numbers may be NumPy arrays. Named files must be in `folder`, as for a world file, so that an untrusted
+        description can read nothing else. Raises the errors of `load`, without file and line.
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
 
     def to_bytes(self) -> bytes:
-        """Everything that pictures are made of, exactly, for `World.from_bytes` of the same version of raycam.
+        """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
 
-        The same world gives the same bytes, wherever its files lay. Raises `WorldError` where its textures exceed
-        its `texture_memory`: the bytes hold them all.
+        Equal worlds give equal bytes, whatever folder their files are in. Raises `WorldError` if the textures, which
+        the bytes include, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
 
     @classmethod
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
-        """The world that `to_bytes` wrote; raises `FormatError` and `WorldError` where it is none that can be."""
+        """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         return cls._of(
             _core.world_from_bytes(data, memory_limits.parse_size("texture_memory", texture_memory))
         )
 
     def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
-        """Writes a GLB file (glTF 2.0), and returns what glTF cannot say of this world, in words.
+        """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
 
-        Meshes, materials (by their `KHR_materials_*` extensions), textures, variants, cameras, suns, bulbs, spots,
-        the tree that animations move and the animations themselves are written; positions as float32; a z-up world
-        below a node that turns it to glTF's y. Raises `FormatError` where the file would exceed 4 GiB, and `OSError`.
+        Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,
+        bulbs, spots, the node tree and its animations. Positions become float32. A z-up world is put below a node that
+        rotates it to glTF's y-up axes. Raises `FormatError` if the file would exceed 4 GiB, and `OSError`.
         """
         data, notices = _core.world_to_gltf(self._core)
         write(path, data)
         return notices
 
     def with_cameras(self, cameras: Mapping[str, Camera]) -> World:
-        """A copy with more cameras under these names, or names with a number where taken; shares what is built."""
+        """A copy with more cameras, which shares the acceleration structures. Names that are taken get a number."""
         more = [(name, camera._core) for name, camera in cameras.items()]
         return World._of(_core.world_with_cameras(self._core, more))
 
@@ -119,16 +120,16 @@ class World:
         material: Mapping[str, Any] | None = None,
         **placement: Any,
     ) -> int:
-        """Adds a mesh as an object and returns its id, its number in the channel `instance`.
+        """Adds a mesh as an object; returns the object's id, its value in the channel `instance`.
 
         `vertices` [n, 3] are float64 in metres, `faces` [m, 3] indices from 0, counter-clockwise seen from outside.
-        `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear in 0..1 where floats, sRGB where
-        uint8; `uvs` [n, 2] have v = 0 at the top row of the texture; `normals` [n, 3] are for shading. `material`
-        has the keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `textures`, `type`, ... of the schema,
-        `placement` the keys `location`, `roll`, `pitch`, `yaw`, `scale` or `matrix`, `category` and `refine`.
+        `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear in 0..1 as floats, sRGB as uint8.
+        `uvs` [n, 2] have v = 0 at the top row of the texture. `normals` [n, 3] are used for shading. `material` has the
+        keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `textures`, `type`, ... of the schema, `placement`
+        the keys `location`, `roll`, `pitch`, `yaw`, `scale` or `matrix`, `category` and `refine`.
 
-        Raises `WorldError`: no faces, numbers that are not finite, indices out of range, arrays of the wrong
-        shape, colours outside 0..1, unknown keys.
+        Raises `WorldError` for an empty mesh, numbers that are not finite, indices out of range, arrays of the wrong
+        shape, colours outside 0..1 and unknown keys.
         """
         corners = floats("vertices", vertices, ("n", 3), error=WorldError)
         optional = {
@@ -147,16 +148,16 @@ class World:
         return _core.world_add_object(self._core, plain(description), None)
 
     def add_object(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
-        """Adds an object as `[[object]]` of a world file describes it, and returns its id.
+        """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
         Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
-        Raises `WorldError` with the key and the nearest valid name, and what `load` raises for files.
+        Raises `WorldError` with the key and the nearest valid name, and the errors of `load` for files.
         """
         return _core.world_add_object(self._core, plain({**(description or {}), **keys}), None)
 
     def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
-        """Adds a light as `[[light]]` of a world file describes it, and returns its number.
+        """Adds a light, described as in `[[light]]` of a world file; returns its index.
 
         Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
         `{"type": "bulb", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
@@ -166,31 +167,31 @@ class World:
         return _core.world_add_light(self._core, plain({**(description or {}), **keys}), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
-        """Adds a camera under a name, which gets a number where it is taken; the first is the default camera."""
+        """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
         self._core.add_camera(name, camera._core)
 
     def add_rig(self, rig: Rig) -> None:
-        """Adds a rig under its name, and its cameras after all others under the names rig/camera."""
+        """Adds a rig under its name; its cameras are appended under the names rig/camera."""
         _core.world_add_rig(self._core, rig._core)
 
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
-        """Says how the world moves, as `[video]` of a world file describes it, instead of what it said before.
+        """Replaces the world's video, described as in `[video]` of a world file.
 
         Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
         `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. Raises `WorldError`.
         """
         _core.world_set_video(self._core, plain({**(description or {}), **keys}))
 
-    # What there is ----------------------------------------------------------------------------------------
+    # Contents ---------------------------------------------------------------------------------------------
 
     @property
     def up(self) -> Literal["z", "y"]:
-        """The axis that points up."""
+        """The up axis."""
         return self._core.up
 
     @property
     def objects(self) -> list[Object]:
-        """All objects, by id."""
+        """The objects in the order of their ids."""
         return [
             Object(number, name, category, mesh, triangles, np.array(matrix))
             for number, (name, category, mesh, triangles, matrix) in enumerate(self._core.objects)
@@ -198,21 +199,21 @@ class World:
 
     @property
     def categories(self) -> dict[int, str]:
-        """The names of the objects' categories by their number, which is that in the channel `category`.
+        """The names of the objects' categories by id, the value in the channel `category`.
 
-        A category that is a whole number is its own number; names get the free ones from 1, in the order in which
-        the objects name them.
+        A category that is a whole number is its own id. Other names get the free ids from 1, in the order of the
+        objects.
         """
         return self._core.categories
 
     @property
     def lights(self) -> list[dict[str, Any]]:
-        """All lights as the dicts that `add_light` takes."""
+        """The lights as dicts that `add_light` takes."""
         return self._core.lights
 
     @property
     def cameras(self) -> dict[str, Camera]:
-        """The cameras by name, the default one first."""
+        """The cameras by name, the default camera first."""
         return {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
 
     @property
@@ -222,65 +223,64 @@ class World:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ... it has.
+        """The numbers of objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ...
 
-        `triangles` count once per object that shows them; the zero-area ones are kept and never hit.
+        `triangles` count once for each object that shows them. Triangles of zero area are kept and never hit.
         """
         return self._core.counts
 
     @property
     def textures(self) -> list[str]:
-        """The names of its image files."""
+        """The names of the image files."""
         return self._core.textures
 
     @property
     def bounds(self) -> Floats | None:
-        """The smallest and the largest corner of everything, [2, 3]; None where there is nothing."""
+        """The lower and upper corner [2, 3] of the world's bounding box, metres; None for an empty world."""
         bounds = self._core.bounds
         return None if bounds is None else np.array(bounds)
 
     @property
     def texture_memory(self) -> int | None:
-        """The bytes that its images may take in memory, if something bounds them."""
+        """The bound on the memory of images in bytes; None for no bound."""
         return self._core.texture_memory
 
     @property
     def notices(self) -> list[str]:
-        """What reading and building it had to say: skipped, repaired, assumed. Never silent."""
+        """Notices from reading and building: parts that were skipped, repaired or assumed."""
         return self._core.notices
 
     @property
     def render_settings(self) -> dict[str, Any]:
-        """What `[render]` of its file says, as arguments of `raycam.render`, which go before it."""
+        """The settings of `[render]` of the world file, as arguments of `raycam.render`, whose own arguments override them."""
         return self._core.render_settings
 
     def camera(self, name: str) -> Camera:
-        """The camera of that name; raises `WorldError` with the nearest one."""
+        """The camera of this name; raises `WorldError` with the nearest known name."""
         return Camera._of(self._core.camera(name), self.up)
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
-        """The first camera, or one that frames everything in a picture of `size` (width, height)."""
+        """The first camera, or one that frames the whole world in a picture of `size` (width, height)."""
         return Camera._of(self._core.default_camera(size_of(tuple(size))), self.up)
 
     # Time -------------------------------------------------------------------------------------------------
 
     @property
     def video(self) -> Video | None:
-        """What `[video]` says, or None."""
+        """The world's video, or None."""
         video = self._core.video
         return None if video is None else Video(*video)
 
     @property
     def animations(self) -> list[Animation]:
-        """What moves the world, as its glTF file has it."""
+        """The animations of the world's glTF file."""
         return [Animation(*animation) for animation in self._core.animations]
 
     def at(self, time: float, animation: str | int | None = None) -> World:
-        """The world at a time in seconds: of an animation, by name or number (the first), and of its video.
+        """The world at a time in seconds of an animation, given by name or number (default: the first), and of its video.
 
-        What does not move, and what is built of it, is shared; meshes that bend keep their triangles. A camera with a
-        shutter sees it move on: `time` is then that of the middle of the exposures. Raises `WorldError` where there is
-        no such animation.
+        Parts that do not move are shared with this world; meshes that deform keep their triangles. For a camera with a
+        shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation.
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
@@ -288,22 +288,23 @@ class World:
 
     @property
     def variants(self) -> list[str]:
-        """The names of its looks: other materials for the same things."""
+        """The names of the material variants."""
         return self._core.variants
 
     def with_variant(self, name: str) -> World:
-        """The same world in the look of this name; raises `WorldError` with the nearest one."""
+        """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
         return World._of(self._core.with_variant(name))
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
-        """`camera` as the video moves it, at a time in seconds; raises `WorldError` where there is no video.
+        """`camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
 
-        A camera whose shutter is open while it stands (`Camera.exposing`) moves on with it, in 32 straight steps.
+        For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
+        linear steps.
         """
         return Camera._of(self._core.video_camera(camera._core, float(time)), self.up)
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
-        """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else as the camera."""
+        """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
         return Rig._of(_core.world_rig_at(self._core, rig._core, float(time)), self.up)
 
     # Rays -------------------------------------------------------------------------------------------------
@@ -316,19 +317,19 @@ class World:
         coherent: bool | None = None,
         threads: int | None = None,
     ) -> dict[str, npt.NDArray[Any]]:
-        """What each ray `origin + t * direction`, t >= 0, meets first.
+        """The closest hit of each ray `origin + t * direction`, t >= 0.
 
-        `origins` and `directions` are [..., 3] in the world; one of them may be a single [3]. Directions need no
-        normalisation. `coherent` says that neighbours run alike (None: they are looked at): it changes the speed,
-        never the answer. Returns arrays of the shape of the rays:
+        `origins` and `directions` are [..., 3] in the world; one of them may be a single [3]. Directions need not be
+        normalised. `coherent` tells whether neighbouring rays are similar (None: detected). It affects the speed only.
+        Returns arrays of the shape of the rays:
 
         =========== ================ =====================================================================  =====
-        t           float64 [...]    in lengths of the direction                                            +inf
-        instance    int32 [...]      number of the object                                                   -1
-        triangle    int32 [...]      number of the triangle in its mesh                                     -1
+        t           float64 [...]    ray parameter, in lengths of the direction                             +inf
+        instance    int32 [...]      id of the object                                                       -1
+        triangle    int32 [...]      index of the triangle in its mesh                                      -1
         barycentric float32 [..., 3] weights of the triangle's corners                                      0
         normal      float32 [..., 3] the triangle's unit normal, on the side that the ray comes from        0
-        position    float64 [..., 3] the point met, in the world                                            NaN
+        position    float64 [..., 3] the hit point in the world                                             NaN
         =========== ================ =====================================================================  =====
 
         The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
@@ -346,7 +347,7 @@ class World:
         coherent: bool | None = None,
         threads: int | None = None,
     ) -> Bools:
-        """Whether anything lies on each ray at 0 <= t <= `t_max` (one for all, or [...] one for each)."""
+        """True [...] for rays that hit anything at 0 <= t <= `t_max` (one number, or [...] one for each ray)."""
         starts, ways, shape = ray_pairs(origins, directions)
         limit = np.asarray(t_max)
         if limit.dtype.kind not in "fiu" or limit.shape not in ((), shape):
@@ -361,30 +362,31 @@ class World:
     def triangles(self, object: int | None = None) -> Floats:
         """The corners of all triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
 
-        Of one `object` alone by its number; raises `SettingsError` where there is none of it.
+        With `object`, the triangles of the object with this id; raises `SettingsError` for an unknown id.
         """
         if object is not None:
             object = whole("object", object, 0, len(self.objects) - 1)
         return self._core.triangles(object)
 
     def triangle_ids(self) -> npt.NDArray[np.int32]:
-        """(instance, triangle) of each of `triangles`, int32 [n, 2]."""
+        """The ids (instance, triangle) of `triangles`, int32 [n, 2]."""
         return self._core.triangle_ids()
 
     def triangle_colors(self) -> npt.NDArray[np.float32]:
         """One linear base colour for each of `triangles`, float32 [n, 3].
 
-        That of the material times the face's, the mean of the corners', and the texture in the middle.
+        The product of the material's colour, the face's colour, the mean of the vertex colours, and the texture at the
+        triangle's centre.
         """
         return self._core.triangle_colors()
 
     def prepare(self, *, threads: int | None = None) -> World:
-        """Builds what tracing needs now, not at the first picture; returns the world."""
+        """Builds the acceleration structures now instead of at the first picture; returns the world."""
         self._core.prepare(threads)
         return self
 
     def __repr__(self) -> str:
-        """Counts, for people."""
+        """The counts as text."""
         counts = self.counts
         return (
             f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '

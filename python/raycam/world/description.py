@@ -1,4 +1,4 @@
-"""What describes parts of a world, as the core takes it: dicts, lists, arrays and texts."""
+"""Descriptions of parts of a world in the form that the core takes: dicts, lists, arrays and strings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["corner_values", "indices", "plain"]
 
 
 def plain(value: Any) -> Any:
-    """Other mappings than dict as dicts, textures as their tables and paths as texts, all the way down."""
+    """Converts mappings to dicts, textures to their tables and paths to strings, recursively."""
     if isinstance(value, Texture):
         return value.description()
     if isinstance(value, os.PathLike):
@@ -30,7 +30,7 @@ def plain(value: Any) -> Any:
 
 
 def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
-    """What each corner or face has [n, columns]: colours keep uint8, which is sRGB; everything else becomes float64."""
+    """Checks the values of corners or faces [n, columns]: uint8 colours (sRGB) stay, everything else becomes float64."""
     if value is None:
         return None
     if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):
@@ -41,7 +41,7 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
 
 
 def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    """The corners of triangles [m, 3], at least one; raises `WorldError`."""
+    """Checks vertex indices of triangles [m, 3], m >= 1; raises `WorldError`."""
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as fault:

@@ -1,4 +1,4 @@
-"""Worlds out of files."""
+"""Loading of worlds from files."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ def load(
     variant: str | None = None,
     texture_memory: int | str | None = None,
 ) -> World:
-    """The world in a file: a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
+    """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
 
-    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a process of its own.
+    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
 
-    Vertices are used exactly as given, never rotated or scaled; the parts of a mesh file become objects. Files that
-    a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
-    `World.notices`. `variant` is one of the looks that a glTF file may have.
+    Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects. Files named in
+    a file are read only from the folder of that file. `World.notices` lists parts that were skipped or repaired.
+    `variant` is the name of a material variant of a glTF file.
 
-    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it
-    they may have 2^27 pixels together; with it, 2^27 each and 2^33 together.
+    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
+    images may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
 
-    Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
-    `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
+    Raises `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or
+    `CameraError` for an invalid description, each with file, line and key.
     """
     if Path(path).suffix.lower() in usd.SUFFIXES:
         world = _load_usd(path, texture_memory)
@@ -45,7 +45,7 @@ def load(
 
 
 def _load_usd(path: str | os.PathLike[str], texture_memory: int | str | None) -> World:
-    """The world in a USD file."""
+    """Loads a USD file."""
     with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
         description = usd.read(path, Path(folder))
         said, files = description.pop("notices"), description.pop("files")
@@ -59,7 +59,7 @@ def _load_usd(path: str | os.PathLike[str], texture_memory: int | str | None) ->
 
 
 def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
-    """A message that names a USD file and its images, not what has been made of them in a temporary folder."""
+    """Replaces the names of temporary files in a message by those of the USD file and its images."""
     shown, made = os.fspath(path), re.compile(re.escape(folder + os.sep) + r"([^/\\:]+)(:\d+)?")
     text = made.sub(lambda found: files.get(found[1], shown), text)
     return text if text.startswith(shown) else f"{shown}: {text}"

@@ -1,4 +1,4 @@
-"""What a world tells of its parts."""
+"""Records of a world's objects, video and animations."""
 
 from __future__ import annotations
 
@@ -9,39 +9,39 @@ from ..arrays import Floats
 
 @dataclass(frozen=True)
 class Object:
-    """A placed mesh of a world: what the ground truth calls an instance."""
+    """A placed mesh of a world, an instance in the ground truth."""
 
     id: int
-    """Its number in the channel `instance`."""
+    """The object's value in the channel `instance`."""
     name: str
-    """Unique within the world."""
+    """The object's name, unique within the world."""
     category: str | None
-    """Its class, for data sets."""
+    """The object's class for data sets; None for none."""
     mesh: int
-    """The number of its mesh, which other objects may share."""
+    """The index of the mesh, which other objects may share."""
     triangles: int
-    """How many triangles its mesh has."""
+    """The number of triangles of the mesh."""
     matrix: Floats
     """The affine transform world_from_mesh [4, 4]."""
 
 
 @dataclass(frozen=True)
 class Video:
-    """What `[video]` of a world says: frame n shows `world.at(n / fps)`."""
+    """The video of a world: frame n shows `world.at(n / fps)`."""
 
     fps: float
     """Frames per second."""
     seconds: float
-    """Its length."""
+    """The duration."""
     frames: int
-    """How many frames it has."""
+    """The number of frames."""
 
 
 @dataclass(frozen=True)
 class Animation:
-    """What moves a world: `world.at(time, animation=name)` with 0 <= time <= duration."""
+    """An animation of a world: `world.at(time, animation=name)` with 0 <= time <= duration."""
 
     name: str
-    """Empty where the file gives none."""
+    """The animation's name; empty for an unnamed one."""
     duration: float
     """The time of its last keyframe, in seconds."""

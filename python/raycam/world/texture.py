@@ -17,18 +17,18 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """An image, and how a surface looks it up: a value of `texture` and of `textures` of an object.
+    """An image with its lookup parameters: a value of `texture` and `textures` of an object.
 
-    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4], its first row at
-    v = 0: uint8 (sRGB in colours, linear elsewhere), or floats, which are linear. `wrap` says what it does beyond 0..1
-    (one for both axes or one each), `filter` what lies between texels. Coordinates (u, v) of the mesh are multiplied
-    by `repeat`, turned by `rotation` degrees and moved by `offset`, as `KHR_texture_transform` of glTF has it;
-    `uv_set` says which of the mesh's coordinates. `channel` takes one channel of the image for all; `strength` is that
-    of normal and occlusion textures.
+    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4] with its first row at v = 0: uint8 (sRGB in
+    colours, linear elsewhere), or linear floats. `wrap` is the addressing mode outside 0..1 (one for both axes or one
+    each), `filter` the interpolation between texels. Texture coordinates (u, v) are multiplied by `repeat`, rotated by
+    `rotation` degrees and shifted by `offset`, as in `KHR_texture_transform` of glTF. `uv_set` chooses one of the
+    mesh's sets of coordinates. `channel` uses one channel of the image for all. `strength` scales normal and occlusion
+    textures.
 
         box = world.add_object(box={}, type="principled", textures={"roughness": raycam.Texture(array, repeat=4)})
 
-    Raises `WorldError`: an array of another shape or type.
+    Raises `WorldError` for an array of another shape or type.
     """
 
     image: str | os.PathLike[str] | npt.NDArray[Any]
@@ -42,7 +42,7 @@ class Texture:
     strength: float | None = None
 
     def description(self) -> dict[str, Any]:
-        """The table that a world file has for it."""
+        """The texture as a table of a world file."""
         table = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "image"}
         return {"image": _image(self.image)} | {
             name: value for name, value in table.items() if value is not None
