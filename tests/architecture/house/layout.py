@@ -6,7 +6,7 @@ stands above `traverse`, and all else of `scene` below.
 
 ORDER = {
     "bvh": """
-        error platform simd aabb ray node options
+        error simd platform aabb ray node options
         build blas scene
         traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
         traverse/stream traverse/exact traverse/closest traverse/occluded traverse/mod
@@ -21,16 +21,17 @@ ORDER = {
         asset_loader lib
     """,
     "render": """
-        error control thread_pool soa settings lobes sampling film prepare interaction guiding bsdf light prepare/world
+        error control thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light prepare/world
         motion ground_truth integrator tile_renderer annotations render lib
     """,
     "bindings": """
         error interruptible arrays py_value buffer_pool camera world render lib
     """,
     "python": """
-        errors arrays _serialization io camera rig calibration world reference render annotations interop usd world/load
-        randomize jobs cluster video dataset calibration_check explanation info doctor progress bench demo cli
-        dask_worker usd_worker __main__ __init__
+        errors arrays _serialization io camera reference render annotations/flow rig world annotations calibration
+        interop usd world/load randomize jobs cluster video dataset calibration_check explanation info doctor progress
+        bench demo cli
+        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
     """,
 }
 
