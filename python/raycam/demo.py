@@ -40,15 +40,15 @@ def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
 def commands(folder: Path) -> list[str]:
     """The commands of the demo."""
 
-    def place(name: str) -> str:
+    def quoted(name: str) -> str:
         return shlex.quote(str(folder / name))
 
-    world = place("spot.toml")
+    world = quoted("spot.toml")
     return [
         f"raycam info {world}",
-        f"raycam render {world} -o {place('flat.png')} --integrator flat --samples 16",
-        f"raycam render {world} -o {place('lit.png')}",
-        f"raycam render {world} -o {place('truth.exr')} --samples 4 --channels all",
-        f"raycam explain {world} --pixel 470 250 --figure {place('explain.svg')}",
-        f"raycam video {world} -o {place('orbit.mp4')} --size 480x300 --samples 8 --no-ambient-occlusion",
+        f"raycam render {world} -o {quoted('flat.png')} --integrator flat --samples 16",
+        f"raycam render {world} -o {quoted('lit.png')}",
+        f"raycam render {world} -o {quoted('truth.exr')} --samples 4 --channels all",
+        f"raycam explain {world} --pixel 470 250 --figure {quoted('explain.svg')}",
+        f"raycam video {world} -o {quoted('orbit.mp4')} --size 480x300 --samples 8 --no-ambient-occlusion",
     ]

@@ -54,7 +54,7 @@ def test_rays_are_those_of_the_camera_that_made_p(scale, offset):
     for _ in range(50):
         C = rng.normal(size=3) * scale + offset
         K, R, P = random_camera(rng, C)
-        units = reference.Units.of(rng.normal(size=(4, 3)) * scale + offset, C)
+        units = reference.Units.for_world(rng.normal(size=(4, 3)) * scale + offset, C)
         local = units.camera(P)
         center, forward = reference.camera_center(local), reference.third_row_of_r(local)
         pixels = rng.uniform(-10, 40, size=(20, 2))

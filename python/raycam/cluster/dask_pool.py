@@ -67,7 +67,7 @@ def connect(
 
 
 def _local(address: str, count: int) -> Any:
-    """Starts a cluster of processes on this machine; raises `SettingsError` if the main script has no `__main__` guard."""
+    """Starts a cluster of processes on this machine; raises `SettingsError` if the main script lacks a guard."""
     import dask
     import distributed
 

@@ -165,7 +165,9 @@ class _Worker:
                         gathered.append(TempStream(os.path.dirname(task.package)))
                     if full is None:
                         gathered[-1].add(piece)
-                except TempStreamError as fault:  # raised below, after the worker's whole answer has been read
+                except (
+                    TempStreamError
+                ) as fault:  # raised below, after the worker's whole answer has been read
                     full = full or fault
             if full is not None:
                 raise full

@@ -1,4 +1,4 @@
-"""A data set as a job: what goes into its package, and what a worker makes of it."""
+"""A data set as a job: its package, and the maker of its units."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ PREFIX = "view"
 
 
 def record_name(unit: int) -> str:
-    """The file that tells the index files of the data set what they have to know of a unit."""
+    """The name of the file with a unit's record, from which the index files are made."""
     return f".raycam-dataset/{unit:06d}.json"
 
 
 def job_package(format: str, plan: Plan) -> JobPackage:
-    """Everything that the files of a data set are a function of: meshes, textures, cameras, options.
+    """The package of a data set: world, cameras and options.
 
-    Of a recipe, the SHA-256 of its files: who makes the worlds reads them where they lie.
+    For a recipe, the package has the SHA-256 of the recipe's files, which every worker reads from their folder.
     """
     recipe = plan.recipe
     settings = {
@@ -55,13 +55,13 @@ def job_package(format: str, plan: Plan) -> JobPackage:
         "worlds": worlds,
         "names": [shot.name for shot in plan.shots if shot.world == 0],
     }
-    # The world of the package holds the lenses: of its own cameras each world has the places.
+    # The world of the package holds the lenses; the poses of its own cameras differ from world to world.
     lenses = [shot.camera for shot in plan.shots if shot.world == 0]
     return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(World(plan.world.up), lenses))
 
 
 def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """What a worker does for a job of kind "dataset": the files of a unit, and its record."""
+    """The frame maker of the kind "dataset": the files of a unit, and its record."""
     kind = FORMATS[settings["format"]]
     plan = _plan(world, settings, threads)
 
@@ -97,7 +97,7 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
 
 
 def _with(world: World, cameras: list[Any]) -> World:
-    """The world with the cameras of the views, by names that are nobody else's and in their order."""
+    """The world with the cameras of the views, in their order and under reserved names."""
     taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
     if taken:
         raise JobError(
@@ -107,7 +107,7 @@ def _with(world: World, cameras: list[Any]) -> World:
 
 
 def _plain(value: Any) -> Any:
-    """NumPy's numbers and arrays as JSON has them."""
+    """Converts NumPy's numbers and arrays for JSON."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     raise TypeError(f"{value!r} is no number, text, list or table")

@@ -1,4 +1,4 @@
-"""The worlds of a recipe in a format that holds one: each in a folder of its number, as a data set of its own."""
+"""A data set for each world of a recipe, in a folder with the world's number, for formats that hold one world."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ def folder(world: int) -> str:
 
 
 def world_count(plan: Plan) -> int:
-    """How many worlds it has."""
+    """The number of worlds."""
     return 1 if plan.recipe is None else len(plan.shots) // views_of(plan)
 
 
 def in_world(plan: Plan, number: int) -> tuple[int, int]:
-    """The world that a view sees, and its place among the views of that world."""
+    """The world of a view, and the view's index among the views of that world."""
     return (0, number) if plan.recipe is None else divmod(number, views_of(plan))
 
 
 def views_of(plan: Plan) -> int:
-    """How many cameras see each world."""
+    """The number of views of each world."""
     return sum(view.world == 0 for view in plan.shots)
 
 
 def part(plan: Plan, world: int) -> Plan:
-    """The data set of one world of the recipe."""
+    """The plan for one world of the recipe."""
     count = views_of(plan)
     shots = plan.shots[world * count : (world + 1) * count]
     made = plan.world_of(shots[0])
@@ -48,14 +48,14 @@ def part(plan: Plan, world: int) -> Plan:
 
 
 def each_make(kind: Format, plan: Plan, number: int) -> Made:
-    """What `kind.make` makes of a view, in the folder of its world."""
+    """Makes the files of a view with `kind.make`, in the folder of its world."""
     world, place = in_world(plan, number)
     files, record = kind.make(part(plan, world), place)
     return {f"{folder(world)}/{name}": data for name, data in files.items()}, record
 
 
 def each_index(kind: Format, plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
-    """The index files of every world; those of its own records are read."""
+    """Makes the index files of every world from that world's records."""
     count = views_of(plan)
     for world in range(world_count(plan)):
 

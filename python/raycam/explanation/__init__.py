@@ -1,7 +1,7 @@
-"""One pixel of the flat picture explained: every step of the lecture with its numbers.
+"""Explanation of one pixel of the flat picture: every step of the lecture with its numbers.
 
-The numbers come from :mod:`raycam.reference`, the same functions that make the reference picture, run for one
-ray over all triangles. ``str(explanation)`` teaches them, :mod:`raycam.explanation.figure` draws them.
+The numbers come from :mod:`raycam.reference`: the functions of the reference picture, run for one ray over all
+triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
 
-# How many triangles are worked out in full: the winner with those behind it, and the nearest that were
-# missed.
+# The numbers of triangles with full details: the closest hits, and the nearest misses.
 HITS_SHOWN = 3
 MISSES_SHOWN = 1
 MISSES_SHOWN_WITHOUT_A_HIT = 2
@@ -47,13 +46,13 @@ class Candidate:
     b: Floats
     c: Floats
     n: Floats
-    """v2 x v1 = (c - a) x (b - a), the normal of the plane. Not of unit length."""
+    """The normal of the plane, v2 x v1 = (c - a) x (b - a), not of unit length."""
     n_dot_a_minus_C: float
     n_dot_r: float
     t: float
-    """n·(a - C) / n·r."""
+    """The ray parameter n·(a - C) / n·r."""
     f: Floats
-    """f(t) = C + t r, where the ray meets the plane."""
+    """The intersection f(t) = C + t r of ray and plane."""
     v1: Floats
     """The edge b - a."""
     v2: Floats
@@ -61,31 +60,31 @@ class Candidate:
     v3: Floats
     """The edge a - c."""
     g: Floats
-    """a + v3, a point of the plane outside the triangle."""
+    """The point a + v3 of the plane, outside the triangle."""
     u: Floats
-    """g - f(t)."""
+    """The segment g - f(t)."""
     along_u: Floats
-    """[3]: for each edge, the s at which its line meets f(t) + s u. NaN for parallel lines."""
+    """The parameters s [3] of the intersections of f(t) + s u with the edges' lines; NaN for parallel lines."""
     along_edge: Floats
-    """[3]: for each edge, the q of the same point on the line start + q edge. NaN for parallel lines."""
+    """The parameters q [3] of the same points on the lines start + q edge; NaN for parallel lines."""
     crossed: Bools
-    """[3]: whether the segment from f(t) to g crosses each edge."""
+    """True [3] for edges that the segment from f(t) to g crosses."""
     on_edge: Bools
-    """[3]: whether f(t) lies on each edge, up to rounding."""
+    """True [3] for edges that f(t) lies on, up to rounding."""
 
     @property
     def crossings(self) -> int:
-        """How many edges are crossed."""
+        """The number of crossed edges."""
         return int(self.crossed.sum())
 
     @property
     def inside(self) -> bool:
-        """Whether f(t) is inside: an odd number of crossings, or a point on an edge."""
+        """True if f(t) is inside: an odd number of crossings, or a point on an edge."""
         return self.crossings % 2 == 1 or bool(self.on_edge.any())
 
     @property
     def corners(self) -> Floats:
-        """a, b, c as [3, 3]."""
+        """The corners a, b, c as [3, 3]."""
         return np.array([self.a, self.b, self.c])
 
 
@@ -93,14 +92,14 @@ class Candidate:
 class Explanation:
     """Every number by which the lecture's procedure finds the colour of one pixel.
 
-    Lengths are in world units, and points relative to the world's origin, unless the world is tiny, huge, or
-    far from its origin: then `units` says in which lengths and from which origin they count.
+    Lengths are in world units and points relative to the world's origin, unless the world is tiny, huge, or far from
+    its origin. Then they are in the local `units`.
     """
 
     world: World = field(repr=False, compare=False)
     camera: Camera = field(repr=False, compare=False)
     pixel: tuple[int, int]
-    """(column, row)."""
+    """The pixel as (column, row)."""
     units: Units
     P: Floats
     """The camera matrix, [3, 4], in these units."""
@@ -112,51 +111,51 @@ class Explanation:
     C: Floats
     """The camera centre, [3]."""
     X: Floats
-    """P⁺ x, a point on the pixel's line, homogeneous, [4]."""
+    """The point P⁺ x on the pixel's line, homogeneous, [4]."""
     X_prime: Floats | None
     """The same point, [3]; None when it lies at infinity."""
     line: Floats
-    """X' - C, [3]; the direction of the line when X' lies at infinity."""
+    """The vector X' - C, [3]; the direction of the line when X' lies at infinity."""
     forward: Floats
     """The third row of R, [3], of unit length."""
     forward_dot_line: float
-    """The dot product of the two, whose sign says whether X' lies in front of the camera."""
+    """The dot product of `forward` and `line`; positive for X' in front of the camera."""
     r: Floats
     """The direction of the ray, [3]: `line` or its opposite."""
     triangles: int
-    """How many triangles the world has; the next four numbers and the inside ones add up to it."""
+    """The number of triangles in the world; the sum of the next four numbers and `inside`."""
     without_area: int
     parallel: int
     behind: int
     outside: int
     candidates: tuple[Candidate, ...]
-    """The nearest triangles the ray meets and those it misses most narrowly, by t."""
+    """The nearest hit triangles and the narrowest misses, by t."""
     winner: Candidate | None
-    """The closest triangle the ray meets."""
+    """The closest hit triangle; None for a miss."""
     color: Floats
     """Linear RGB of the pixel, [3]."""
     depth: float
-    """Along the principal axis, in world units; +inf for a miss."""
+    """The depth along the principal axis, in world units; +inf for a miss."""
     distance: float
-    """From C to f(t), in world units; +inf for a miss."""
+    """The distance from C to f(t), in world units; +inf for a miss."""
 
     @property
     def inside(self) -> int:
-        """How many triangles the ray meets."""
+        """The number of triangles that the ray hits."""
         return self.triangles - self.without_area - self.parallel - self.behind - self.outside
 
     def __str__(self) -> str:
-        """The lecture's steps with their formulas and numbers, to be redone by hand."""
+        """The lecture's steps with formulas and numbers, as text."""
         return text.text(self)
 
     def svg(self) -> str:
-        """The figure: the picture with the pixel marked, ray and triangle in 3D, and the inside test flat."""
+        """The figure as SVG: the picture with the marked pixel, ray and triangle in 3D, and the inside test."""
         return figure.figure(self)
 
     def save_figure(self, path: str | os.PathLike[str]) -> None:
-        """Writes the figure to an .svg file, which is complete or not there.
+        """Writes the figure to an .svg file atomically.
 
-        Raises SettingsError for another ending, and OSError where the file cannot be written.
+        Raises SettingsError for another ending, and OSError if the file cannot be written.
         """
         check_figure(path)
         atomic_files.write(path, self.svg().encode())
@@ -168,12 +167,12 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
     `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's
     centre.
 
-    Raises SettingsError where the pixel is not in the picture.
+    Raises SettingsError for a pixel outside the picture.
     """
     camera._require_pinhole("explain")
     column, row = pixel_of(camera, pixel)
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
-    units = Units.of(world_corners.reshape(-1, 3), reference.camera_center(camera.P))
+    units = Units.for_world(world_corners.reshape(-1, 3), reference.camera_center(camera.P))
     corners = units.points(world_corners)
     P = units.camera(camera.P)
     center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])
@@ -232,14 +231,14 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
 
 
 def check_figure(path: str | os.PathLike[str]) -> None:
-    """Whether a figure can be written to `path`, asked before it is drawn: raises as `save_figure` does."""
+    """Checks that a figure can be written to `path`; raises the errors of `save_figure`."""
     if Path(path).suffix.lower() != ".svg":
         raise SettingsError(f"{path}: a figure is written as .svg, which browsers show and print at any size")
     atomic_files.check_writable(path)
 
 
 def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
-    """The pixel as two ints within the picture, or SettingsError."""
+    """The pixel as two ints within the picture; raises SettingsError."""
     try:
         column, row = (number.__index__() for number in pixel)
     except (AttributeError, TypeError, ValueError):
@@ -256,7 +255,7 @@ def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
 def narrowest_misses(
     corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats
 ) -> npt.NDArray[np.int64]:
-    """The triangles of `missed` whose plane the ray meets nearest to them, compared with their own size."""
+    """The triangles of `missed` nearest to the intersection of ray and plane, relative to their size."""
     index = np.nonzero(missed)[0]
     middle = corners[index].mean(axis=1)
     f = C + t[index, None] * r
@@ -265,7 +264,7 @@ def narrowest_misses(
 
 
 def candidate(world: World, i: int, corners: Floats, n: Floats, C: Floats, r: Floats, t: Floats) -> Candidate:
-    """The `i`-th triangle worked out in full."""
+    """The details of the `i`-th triangle."""
     f = C + t[i] * r
     found = reference.crossings(corners[i], n[i], f, reference.edge_tolerance(corners[i], n[i], C, r, f))
     v1, v2, v3 = reference.edge_vectors(corners[i])

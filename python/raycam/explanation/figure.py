@@ -1,8 +1,7 @@
-"""An explanation as a figure: the picture with the pixel marked, the ray and the triangle in 3D, the inside
-test flat.
+"""An explanation as a figure: the picture with the marked pixel, ray and triangle in 3D, and the inside test.
 
-Whatever the size of the triangle and the distance of the camera, the figure is drawn around the triangle: a
-longer ray is shortened, and marked so. Directions, the plane and everything in it are true.
+The 3D drawing is fitted to the triangle, whatever the distance of the camera; a longer ray is shortened with an axis
+break. Directions and all points of the plane are exact.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ ZOOMED = 11
 
 
 def figure(e: Explanation) -> str:
-    """The SVG text."""
+    """The figure as SVG text."""
     picture = render(e.world, e.camera, integrator="flat", samples=1, channels="color").to_srgb8()
     svg = Svg(WIDTH, HEIGHT)
     svg.rectangle(0, 0, WIDTH, HEIGHT, "#ffffff")
@@ -67,7 +66,7 @@ def figure(e: Explanation) -> str:
 
 
 def heading(svg: Svg, e: Explanation) -> None:
-    """The pixel, its colour and what it shows."""
+    """Draws the heading: the pixel, its colour and the triangle."""
     r, g, b = srgb(e.color)
     svg.rectangle(MARGIN, 20, 32, 32, f"#{r:02x}{g:02x}{b:02x}", RULE)
     seen = f"sees {shortened(name(e.winner), 70)}" if e.winner else "sees no triangle"
@@ -75,19 +74,19 @@ def heading(svg: Svg, e: Explanation) -> None:
 
 
 def shortened(text: str, length: int) -> str:
-    """Not longer than `length`."""
+    """The text, shortened to `length` characters."""
     return text if len(text) <= length else text[: length - 1] + "…"
 
 
 def panel(svg: Svg, box: Box, title: str) -> Box:
-    """A frame with a title; what remains for the drawing."""
+    """Draws a frame with a title; returns the box inside."""
     svg.rectangle(box.x, box.y, box.width, box.height, "#fbfbfd", RULE)
     svg.text((box.x + 14, box.y + 24), title, 14, bold=True)
     return Box(box.x, box.y + HEADING, box.width, box.height - HEADING)
 
 
 def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.uint8]) -> None:
-    """The picture with a cross at the pixel, and the pixels around it enlarged."""
+    """Draws the picture with a cross at the pixel, and an enlargement of the pixels around it."""
     box = box.inner(14)
     width, height = e.camera.size
     scale = min(box.width / width, box.height / height)
@@ -130,7 +129,7 @@ def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.u
 
 
 def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
-    """The camera, the ray, the plane, the triangle, g, u and the crossings, seen from aside."""
+    """Draws the camera, the ray, the plane, the triangle, g, u and the crossings from the side."""
     d, forward = unit(e.r), e.forward
     known = np.array([c.a, c.b, c.c, c.f, c.g])
     center = (known.min(axis=0) + known.max(axis=0)) / 2
@@ -139,7 +138,7 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     shown_distance = min(max(distance, 0.7 * radius), 1.8 * radius)
     C = c.f - shown_distance * d
 
-    # The pyramid of the camera: its picture, held at some distance in front of it.
+    # The camera's frustum: the picture at some distance in front of the centre.
     width, height = e.camera.size
     half = e.x[:2] - np.array(e.pixel) - 0.5
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]]) + half
@@ -223,12 +222,12 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
 
 
 def crossing_points(c: Candidate) -> Floats:
-    """Where u crosses edges, [crossings, 3]."""
+    """The points at which u crosses edges, [crossings, 3]."""
     return np.asarray(c.f + c.along_u[c.crossed][:, None] * c.u)
 
 
 def triangle_and_test(svg: Svg, corners: Sequence[Floats], c: Candidate, crossings: Floats) -> None:
-    """The edges, g and u, and the crossings, for `corners` a, b, c, f, g on the page."""
+    """Draws the edges, g, u and the crossings, for `corners` a, b, c, f, g on the page."""
     a, b, third, f, g = corners
     svg.line(a, g, TO_G, 1.2, "2 5")
     for p, q in ((a, b), (b, third), (third, a)):
@@ -240,7 +239,7 @@ def triangle_and_test(svg: Svg, corners: Sequence[Floats], c: Candidate, crossin
 
 
 def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
-    """Two strokes and a gap: here a length was left out."""
+    """Draws an axis break: two strokes and a gap."""
     along = along / math.hypot(*along)
     across = np.array([-along[1], along[0]])
     svg.line(at - 4 * along, at + 4 * along, "#fbfbfd", 5)
@@ -251,14 +250,13 @@ def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
 
 
 def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
-    """The inside test in the plane of the triangle, seen from the camera's side and with its right to the
-    right."""
+    """Draws the inside test in the triangle's plane, seen from the camera's side and in the camera's orientation."""
     front = c.n / float(reference.length(c.n)) * (1 if c.n @ e.r < 0 else -1)
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]])
     rays = reference.lines(reference.points_on_lines(e.P, corners), e.C)
     rays = reference.pointed_forward(rays, e.forward)
     rays /= (rays @ e.forward)[:, None]
-    # The picture's right, or its up where the plane does not contain enough of that.
+    # The picture's right axis, or its up axis if the plane is nearly orthogonal to the right axis.
     right, up = (axis - (axis @ front) * front for axis in (rays[1] - rays[0], rays[2] - rays[0]))
     if reference.length(right) < 0.3 * reference.length(rays[1] - rays[0]):
         right = reference.cross(up, front)
@@ -292,7 +290,7 @@ def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
 
 
 def numbers(svg: Svg, box: Box, e: Explanation, c: Candidate | None) -> None:
-    """The formulas with their numbers."""
+    """Draws the formulas with their numbers."""
     rows: list[tuple[str, str, str]] = [
         ("x", vector(e.x, 4), RAY),
         ("C", vector(e.C, 4), CAMERA),

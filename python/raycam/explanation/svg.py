@@ -1,4 +1,4 @@
-"""A drawing as SVG 1.1 text: lines, arrows, dots, pictures, and labels that keep out of each other's way."""
+"""Drawings as SVG 1.1 text: lines, arrows, dots, pictures, and labels placed without overlaps."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MONO = "Menlo, Consolas, 'DejaVu Sans Mono', monospace"
 
 @dataclass(frozen=True)
 class Label:
-    """A text to be put beside a point, best in the direction (dx, dy)."""
+    """A text beside a point, preferably in the direction (dx, dy)."""
 
     at: Point
     text: str
@@ -37,7 +37,7 @@ class Svg:
     parts: list[str] = field(default_factory=list)
 
     def text_of(self) -> str:
-        """The whole file."""
+        """The SVG file as text."""
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
             f'width="{_n(self.width)}" height="{_n(self.height)}" '
@@ -136,9 +136,9 @@ class Svg:
         )
 
     def labels(self, labels: Sequence[Label], strokes: Sequence[tuple[Point, Point]], box: Point) -> None:
-        """Puts every label where it hides least of the `strokes` and of the labels before it.
+        """Places every label so that it overlaps as little as possible with `strokes` and earlier labels.
 
-        `box` is (x, y, width, height), out of which no label should reach.
+        `box` is (x, y, width, height), within which labels should stay.
         """
         ink: list[tuple[float, float]] = [
             (p[0] + (q[0] - p[0]) * i / steps, p[1] + (q[1] - p[1]) * i / steps)
@@ -152,7 +152,7 @@ class Svg:
             width, height = 0.56 * size * len(label.text), size
             wish = math.atan2(label.towards[1], label.towards[0])
 
-            def place(
+            def label_box(
                 angle: float, reach: float, at: Point = label.at, width: float = width, height: float = height
             ) -> tuple[float, float, float, float]:
                 # The box touches the circle of radius `reach` from outside.
@@ -162,7 +162,7 @@ class Svg:
                 return x, y, x + width, y + height
 
             def cost(angle: float, reach: float, wish: float = wish) -> float:
-                x0, y0, x1, y1 = place(angle, reach)
+                x0, y0, x1, y1 = label_box(angle, reach)
                 hidden = sum(x0 - 2 < x < x1 + 2 and y0 < y < y1 for x, y in ink)
                 clash = sum(
                     max(0.0, min(x1, b[2]) - max(x0, b[0])) * max(0.0, min(y1, b[3]) - max(y0, b[1]))
@@ -178,7 +178,7 @@ class Svg:
 
             choices = [(wish + math.pi * k / 8, reach) for reach in (8, 16, 26) for k in range(16)]
             angle, reach = min(choices, key=lambda choice: cost(*choice))
-            x0, y0, x1, y1 = place(angle, reach)
+            x0, y0, x1, y1 = label_box(angle, reach)
             taken.append((x0, y0, x1, y1))
             self.text(
                 ((x0 + x1) / 2, y1 - 3.5),
@@ -193,5 +193,5 @@ class Svg:
 
 
 def _n(value: float) -> str:
-    """A number as short as a hundredth of a pixel allows."""
+    """A number with at most two decimals."""
     return f"{value:.2f}".rstrip("0").rstrip(".")

@@ -19,7 +19,7 @@ EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))
 
 
 def text(explanation: Explanation) -> str:
-    """All steps."""
+    """The text of all steps."""
     return "\n".join(
         [
             *title(explanation),
@@ -31,7 +31,7 @@ def text(explanation: Explanation) -> str:
 
 
 def title(e: Explanation) -> Iterator[str]:
-    """What is explained, and how to read it."""
+    """The title and an introduction."""
     width, height = e.camera.size
     yield f"Pixel ({e.pixel[0]}, {e.pixel[1]}) of a {width} x {height} picture, by the steps of the lecture"
     yield ""
@@ -45,7 +45,7 @@ def title(e: Explanation) -> Iterator[str]:
 
 
 def ray_section(e: Explanation) -> Iterator[str]:
-    """Steps 1 and 2."""
+    """The lines of steps 1 and 2, the ray."""
     yield ""
     yield "1. A LINE THROUGH THE PIXEL AND THE CAMERA CENTRE"
     yield ""
@@ -77,7 +77,7 @@ def ray_section(e: Explanation) -> Iterator[str]:
 
 
 def triangles_section(e: Explanation) -> Iterator[str]:
-    """Steps 3 and 4."""
+    """The lines of steps 3 and 4, the triangles."""
     yield ""
     yield f"2. FOR EACH TRIANGLE ({e.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE"
     yield ""
@@ -105,7 +105,7 @@ def triangles_section(e: Explanation) -> Iterator[str]:
 
 
 def triangle_section(c: Candidate) -> Iterator[str]:
-    """One triangle worked out."""
+    """The lines of one triangle's details."""
     yield f"   {name(c).upper()}"
     yield f"   a                   {vector(c.a)}"
     yield f"   b                   {vector(c.b)}"
@@ -137,7 +137,7 @@ def triangle_section(c: Candidate) -> Iterator[str]:
 
 
 def color_section(e: Explanation) -> Iterator[str]:
-    """Step 5."""
+    """The lines of step 5, the colour."""
     yield ""
     yield "3. COLOUR THE PIXEL WITH THE COLOUR OF THE CLOSEST TRIANGLE"
     yield ""
@@ -163,7 +163,7 @@ def name(c: Candidate) -> str:
 
 
 def outcome(c: Candidate, e: Explanation) -> str:
-    """What became of a candidate."""
+    """The outcome of a candidate as text: the closest hit, a farther hit, or a miss."""
     if c is e.winner:
         said = "inside, and the closest: it colours the pixel"
     elif c.inside:
@@ -174,24 +174,24 @@ def outcome(c: Candidate, e: Explanation) -> str:
 
 
 def number(value: float, digits: int = DIGITS) -> str:
-    """With so many digits, 0 for either zero."""
+    """A number with `digits` significant digits, and 0 for both zeros."""
     return f"{value + 0.0:.{digits}g}"
 
 
 def vector(values: npt.ArrayLike, digits: int = DIGITS) -> str:
-    """(x, y, z), rounding noise beside the largest of them as 0."""
+    """A vector as (x, y, z); components that are only rounding noise become 0."""
     array = np.asarray(values, dtype=np.float64)
     array = np.where(np.abs(array) < 1e-14 * np.abs(array).max(), 0.0, array)
     return "(" + ", ".join(number(value, digits) for value in array) + ")"
 
 
 def srgb(linear: npt.NDArray[np.float64]) -> list[int]:
-    """Linear RGB in 8-bit sRGB."""
+    """Converts linear RGB to 8-bit sRGB."""
     return [int(value) for value in _core.srgb_from_linear(linear.astype(np.float32), 1.0, 8, "standard")]
 
 
 def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:
-    """Rows with aligned columns."""
+    """The rows of a matrix with aligned columns."""
     cells = [[number(value) for value in row] for row in rows]
     widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
     for row in cells:

@@ -1,4 +1,4 @@
-"""How a figure looks at a triangle, its plane and a ray."""
+"""Viewpoints and projections for figures of a triangle, its plane and a ray."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Box:
-    """A part of the page."""
+    """A rectangle of the page."""
 
     x: float
     y: float
@@ -27,17 +27,17 @@ class Box:
     height: float
 
     def inner(self, margin: float) -> Box:
-        """Without a margin."""
+        """The box without a margin."""
         return Box(self.x + margin, self.y + margin, self.width - 2 * margin, self.height - 2 * margin)
 
 
 def unit(vector: Floats) -> Floats:
-    """The vector at length 1."""
+    """The vector with length 1."""
     return vector / float(reference.length(vector))
 
 
 def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
-    """From where to look: the plane well and from the camera's side, the ray from aside, the box filled."""
+    """The best viewing direction: from the camera's side, with the plane in view, the ray sideways and the box full."""
     reach = points - points.mean(axis=0)
     reach /= reference.length(reach).max()
 
@@ -61,7 +61,7 @@ def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up
 
 
 def view(points: Floats, eye: Floats, up: Floats, box: Box) -> Callable[[Floats], Floats]:
-    """A map from space to the page that shows all `points` from the direction `eye`, by a raycam camera."""
+    """A projection from space to the page that shows all `points` from the direction `eye`, by a raycam camera."""
     center = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(reference.length(points - center).max())
     size = (int(box.width), int(box.height))
@@ -75,7 +75,7 @@ def view(points: Floats, eye: Floats, up: Floats, box: Box) -> Callable[[Floats]
 
 
 def fit_to_box(project: Callable[[Floats], Floats], points: Floats, box: Box) -> Callable[[Floats], Floats]:
-    """`project`, scaled and moved so that the `points` fill the box."""
+    """The projection `project`, scaled and shifted so that the `points` fill the box."""
     flat = project(points)
     low, high = flat.min(axis=0), flat.max(axis=0)
     scale = float(np.min(np.array([box.width, box.height]) / np.maximum(high - low, 1e-300)))
@@ -90,12 +90,19 @@ def plane_grid(c: Candidate, front: Floats) -> tuple[Floats, list[tuple[Floats, 
     step = float((high - low).max()) / 10
     low, high = low - step, high + step
 
-    def at(x: float, y: float) -> Floats:
+    def on_plane(x: float, y: float) -> Floats:
         return np.asarray(c.a + x * i + y * j)
 
-    quad = np.array([at(low[0], low[1]), at(high[0], low[1]), at(high[0], high[1]), at(low[0], high[1])])
-    lines = [(at(x, low[1]), at(x, high[1])) for x in np.arange(low[0] + step, high[0], step)]
-    lines += [(at(low[0], y), at(high[0], y)) for y in np.arange(low[1] + step, high[1], step)]
+    quad = np.array(
+        [
+            on_plane(low[0], low[1]),
+            on_plane(high[0], low[1]),
+            on_plane(high[0], high[1]),
+            on_plane(low[0], high[1]),
+        ]
+    )
+    lines = [(on_plane(x, low[1]), on_plane(x, high[1])) for x in np.arange(low[0] + step, high[0], step)]
+    lines += [(on_plane(low[0], y), on_plane(high[0], y)) for y in np.arange(low[1] + step, high[1], step)]
     return quad, lines
 
 
@@ -103,7 +110,7 @@ Extent = tuple[Floats, Floats, Floats, Floats]
 
 
 def extent(points: Floats, origin: Floats, edge: Floats, front: Floats) -> Extent:
-    """The axes of the plane along and across `edge`, and the least and greatest of the points along them."""
+    """The axes of the plane along and across `edge`, and the minimum and maximum of the points along them."""
     i = unit(edge)
     j = reference.cross(front, i)
     flat = np.column_stack([(points - origin) @ i, (points - origin) @ j])
@@ -111,5 +118,5 @@ def extent(points: Floats, origin: Floats, edge: Floats, front: Floats) -> Exten
 
 
 def area(extent: Extent) -> float:
-    """Of the rectangle."""
+    """The area of the rectangle."""
     return float(np.prod(extent[3] - extent[2]))

@@ -1,4 +1,4 @@
-"""What becomes a world of the meshes of other libraries."""
+"""Collection of meshes and materials of other libraries into a world, by way of a GLB document."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = npt.NDArray[Any]
 
 
 class WorldCollector:
-    """What becomes a world."""
+    """Objects, meshes, materials and textures of the world under construction."""
 
     def __init__(self) -> None:
         self.glb = GlbBuilder()
@@ -29,7 +29,7 @@ class WorldCollector:
         self.kept: list[Any] = []
 
     def add_notice(self, name: str, message: str) -> None:
-        """Something to be said about a mesh."""
+        """Adds a notice about a mesh."""
         self.notices.append(f"{name}: {message}")
 
     def add_mesh(
@@ -43,9 +43,11 @@ class WorldCollector:
         uvs: Array | None = None,
         materials: list[tuple[int | None, Array]] | None = None,
     ) -> tuple[int, Array] | None:
-        """A mesh and the offset of its origin: float32 positions lie around it, unless they are float32 already.
+        """Adds a mesh; returns its index and the offset [3] subtracted from its vertices; None for an empty mesh.
 
-        Per-vertex arrays are as long as `vertices`; `materials` are pairs of a material and the faces [k] it has.
+        The offset is the middle of the mesh, so that float32 positions keep their precision, or 0 if the vertices are
+        float32 values already. Per-vertex arrays are as long as `vertices`. `materials` are pairs of a material and the
+        indices [k] of its faces.
         """
         vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.asarray(faces).reshape(-1, 3)
@@ -65,7 +67,7 @@ class WorldCollector:
         if normals is not None:
             attributes["NORMAL"] = self.glb.floats(normals)
         if uvs is not None:
-            # Their v runs up.
+            # The libraries' v runs upwards.
             attributes["TEXCOORD_0"] = self.glb.floats(np.asarray(uvs) * [1, -1] + [0, 1])
         if colors is not None:
             attributes["COLOR_0"] = self.glb.floats(colors)
@@ -76,7 +78,7 @@ class WorldCollector:
         return self.glb.add("meshes", name=name, primitives=primitives), offset
 
     def add_object(self, name: str, mesh: tuple[int, Array] | None, matrix: Array) -> None:
-        """An object."""
+        """Adds an object with world_from_mesh [4, 4]."""
         if mesh is None:
             return
         index, offset = mesh
@@ -85,7 +87,7 @@ class WorldCollector:
         self.glb.add("nodes", name=name, mesh=index, matrix=placed.T.ravel().tolist())
 
     def texture(self, image: Any) -> dict[str, int] | None:
-        """A reference to an image: a PIL one, an Open3D one, or an array."""
+        """Returns a glTF reference to an image of PIL or Open3D, or an array; None if there is none."""
         if image is None:
             return None
         if id(image) not in self.images:
@@ -102,7 +104,7 @@ class WorldCollector:
         return {"index": self.images[id(image)]}
 
     def world(self, name: str, up: Up, camera: tuple[str, Camera] | None = None) -> World:
-        """All of it, named after `name`."""
+        """Builds the world, named after `name`."""
         core = _core.world_from_gltf(self.glb.bytes(), name + ".glb", up, self.notices)
         world = World._of(core)
         if camera is not None:
@@ -111,7 +113,7 @@ class WorldCollector:
 
 
 def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str, Camera] | None) -> World:
-    """The world; raises `WorldError` where nothing has triangles."""
+    """Builds the world; raises `WorldError` if there are no triangles."""
     if not collector.glb._lists.get("nodes"):
         why = f" ({'; '.join(collector.notices)})" if collector.notices else ""
         raise WorldError(f"{name}: there are no triangles: nothing to see{why}")
@@ -119,7 +121,7 @@ def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str,
 
 
 def default_material(collector: WorldCollector, colors: Array | None) -> int:
-    """White where there are colours, else light grey; as raycam's own meshes are: matte, seen from both sides."""
+    """Adds the default material, matte and two-sided: white for a mesh with colours, else light grey."""
     factor = [1.0, 1.0, 1.0, 1.0] if colors is not None else [0.8, 0.8, 0.8, 1.0]
     faint = colors is not None and colors.shape[1] == 4 and (colors[:, 3] < 1).any()
     return collector.glb.add(
@@ -131,12 +133,12 @@ def default_material(collector: WorldCollector, colors: Array | None) -> int:
 
 
 def to_array(image: Any) -> Array:
-    """The array of an Open3D image, legacy or tensor, or of what is one."""
+    """The array of an image: Open3D's (legacy or tensor), or any array."""
     return image.as_tensor().cpu().numpy() if hasattr(image, "as_tensor") else np.asarray(image)
 
 
 def to_linear(colors: Any) -> Array:
-    """Linear colours [n, 3 or 4] of sRGB ones, whole numbers or 0..1; opacity stays."""
+    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear; opacity stays."""
     array = np.asarray(colors)
     array = (
         array / np.iinfo(array.dtype).max if array.dtype.kind == "u" else np.clip(array.astype(float), 0, 1)

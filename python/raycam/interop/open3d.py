@@ -1,4 +1,4 @@
-"""Worlds from the meshes of Open3D, by what its objects have: it is not imported."""
+"""Worlds from the meshes of Open3D. Objects are recognised by their attributes, without importing Open3D."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ __all__ = ["from_open3d"]
 
 
 def from_open3d(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
-    """The world of Open3D's `TriangleMesh` (legacy or tensor), `TriangleMeshModel`, or several of them.
+    """Makes a world of Open3D's `TriangleMesh` (legacy or tensor), `TriangleMeshModel`, or several of them.
 
-    Triangles, vertex colours (sRGB, as Open3D shows them), texture coordinates with one image for each material index,
-    and the materials of models and tensor meshes. `smooth` shades by the vertex normals that a mesh has. Positions that
-    float32 cannot hold are kept to 2^-24 of the mesh's size.
+    Imported are triangles, vertex colours (sRGB, as Open3D shows them), texture coordinates with one image for each
+    material index, and the materials of models and tensor meshes. `smooth` shades with the mesh's vertex normals.
+    Positions that float32 cannot hold are kept to 2^-24 of the mesh's size.
 
-    Raises `WorldError` as `from_trimesh` does.
+    Raises the errors of `from_trimesh`.
     """
     collector = WorldCollector()
     several = isinstance(geometry, Iterable) and not hasattr(geometry, "vertex")
@@ -43,7 +43,7 @@ def _open3d(
     collector: WorldCollector, name: str, mesh: Any, smooth: bool, material: int | None
 ) -> tuple[int, Array] | None:
     painted = None
-    # Point clouds and lines have tensors, too, but no triangles.
+    # Point clouds and lines have tensors too, but no triangles.
     if hasattr(mesh, "to_legacy") and hasattr(mesh, "triangle"):
         if mesh.has_valid_material():
             material = _open3d_material(collector, _record(mesh.material))
@@ -58,7 +58,7 @@ def _open3d(
     uvs = np.asarray(mesh.triangle_uvs) if mesh.has_triangle_uvs() else None
     chosen = [(material, np.arange(len(faces)))]
     if uvs is not None or painted is not None:
-        # Corners have coordinates, and faces have colours, of their own where they share no vertices.
+        # Coordinates per corner and colours per face need separate vertices.
         corners = faces.ravel()
         vertices, faces = vertices[corners], np.arange(corners.size).reshape(-1, 3)
         normals = None if normals is None else normals[corners]
@@ -86,7 +86,7 @@ def _textured(collector: WorldCollector, image: dict[str, int] | None) -> int | 
     return collector.glb.add("materials", pbrMetallicRoughness=pbr, doubleSided=True)
 
 
-# The parts of a tensor mesh's material, by what a `MaterialRecord` calls them: images, numbers, colours.
+# Images, numbers and colours of a tensor mesh's material, by their names in a `MaterialRecord`.
 IMAGES = {"ao": "ambient_occlusion"} | {
     name: name for name in ("albedo", "normal", "roughness", "metallic", "ao_rough_metal")
 }
@@ -101,7 +101,7 @@ COLORS = {"base_color": (1.0, 1.0, 1.0, 1.0), "emissive_color": (0.0, 0.0, 0.0, 
 
 
 def _record(material: Any) -> Any:
-    """The `MaterialRecord` of a tensor mesh's `Material`: a record can be built only where there is a display."""
+    """A stand-in for the `MaterialRecord` of a tensor mesh's `Material`, because a real record needs a display."""
     maps, scalars, vectors = (
         dict(table)
         for table in (material.texture_maps, material.scalar_properties, material.vector_properties)
@@ -116,7 +116,7 @@ def _record(material: Any) -> Any:
 
 
 def _open3d_material(collector: WorldCollector, record: Any) -> int:
-    """A `MaterialRecord`. Its images of roughness and metalness are apart: put into one, as glTF has them."""
+    """Adds a `MaterialRecord`; its separate images of roughness and metalness are packed into one, as in glTF."""
 
     def image(name: str) -> dict[str, int] | None:
         found = getattr(record, name, None)
@@ -141,7 +141,7 @@ def _open3d_material(collector: WorldCollector, record: Any) -> int:
         }
     reflectance = float(getattr(record, "base_reflectance", 0.5))
     if reflectance != 0.5:
-        # Filament's: what is reflected straight back is 0.16 reflectance^2.
+        # Filament's reflectance: F0 = 0.16 reflectance^2.
         root = 0.4 * min(max(reflectance, 0.0), 1.0)
         extensions["KHR_materials_ior"] = {"ior": (1 + root) / (1 - root)}
     emission = [float(v) for v in np.clip(getattr(record, "emissive_color", np.zeros(3)), 0, 1)[:3]]
@@ -162,7 +162,7 @@ def _has(image: Any) -> bool:
 
 
 def _packed(record: Any) -> Array | None:
-    """Roughness in green and metalness in blue, 1 where an image is missing."""
+    """Packs roughness into green and metalness into blue; a missing image counts as 1."""
     if _has(getattr(record, "ao_rough_metal_img", None)):
         return to_array(record.ao_rough_metal_img)
     parts = [

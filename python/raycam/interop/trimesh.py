@@ -1,4 +1,4 @@
-"""Worlds from the meshes of trimesh, by what its objects have: it is not imported."""
+"""Worlds from the meshes of trimesh. Objects are recognised by their attributes, without importing trimesh."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["from_trimesh"]
 
 
 def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
-    """The world of a `trimesh.Trimesh` or `trimesh.Scene`.
+    """Makes a world of a `trimesh.Trimesh` or `trimesh.Scene`.
 
-    Triangles, the colours of faces or vertices (sRGB), texture coordinates with their materials (simple and PBR) and
-    images, the scene's graph as objects that share meshes, and its camera where it has one of its own. `smooth` shades
-    by trimesh's vertex normals; otherwise faces are flat. Positions that float32 cannot hold are kept to 2^-24 of the
-    mesh's size. Paths and point clouds have no surface: they are left out, with a notice.
+    Imported are triangles, colours of faces or vertices (sRGB), texture coordinates with their materials (simple and
+    PBR) and images, the scene's graph as objects that share meshes, and the scene's own camera. `smooth` shades with
+    trimesh's vertex normals; otherwise faces are flat. Positions that float32 cannot hold are kept to 2^-24 of the
+    mesh's size. Paths and point clouds have no surface and are left out, with a notice.
 
-    Raises `WorldError` for what has no triangles at all, vertices that are not finite and indices out of range.
+    Raises `WorldError` for geometry without triangles, vertices that are not finite and indices out of range.
     """
     collector = WorldCollector()
     if not hasattr(geometry, "geometry"):
@@ -58,13 +58,13 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
     if visual.kind == "texture":
         uvs = None if visual.uv is None or len(visual.uv) != len(vertices) else np.asarray(visual.uv)
         material = _trimesh_material(collector, visual.material, textured=uvs is not None)
-        # Where a file has both, trimesh keeps the colours beside the texture, which they multiply.
+        # For a file with both, trimesh keeps vertex colours, which multiply the texture, beside it.
         beside = visual.vertex_attributes.get("color")
         colors = None if beside is None or len(beside) != len(vertices) else to_linear(beside)
     elif visual.kind == "vertex":
         colors = to_linear(visual.vertex_colors)
     elif visual.kind == "face":
-        # Faces have colours of their own where they share no corners.
+        # Colours per face need separate vertices.
         colors = np.repeat(to_linear(visual.face_colors), 3, axis=0)
         normals = None if normals is None else normals[faces.ravel()]
         vertices, faces = vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3)
@@ -77,7 +77,7 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
 
 
 def _trimesh_material(collector: WorldCollector, material: Any, *, textured: bool) -> int | None:
-    """trimesh's PBR material, which is glTF's; a simple one as trimesh converts it."""
+    """Adds trimesh's PBR material, which is glTF's; trimesh converts a simple material to one."""
     if material is None:
         return None
     if not hasattr(material, "baseColorFactor"):
@@ -105,7 +105,7 @@ def _trimesh_material(collector: WorldCollector, material: Any, *, textured: boo
 
 
 def _factor(value: Any, count: int) -> list[float] | None:
-    """A factor of glTF; trimesh keeps some as bytes, 255 for 1."""
+    """A factor of glTF; trimesh stores some as bytes, with 255 for 1."""
     if value is None:
         return None
     array = np.asarray(value)

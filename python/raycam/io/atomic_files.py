@@ -1,4 +1,4 @@
-"""The one way a file is written: a final name means a complete file."""
+"""Atomic writing of files: a file with its final name is complete."""
 
 from __future__ import annotations
 
@@ -16,19 +16,18 @@ from .file_lock import try_lock
 __all__ = ["atomic_path", "check_writable", "make_folder", "sync", "with_path", "write"]
 
 PLACEHOLDER = b"not written yet\n"
-"""What is in a temporary file until something is written to it."""
+"""The contents of a temporary file before anything is written to it."""
 
 
 @contextlib.contextmanager
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside `path`, which becomes `path` when the block ends.
+    """Yields a temporary path beside `path`; the file there is renamed to `path` when the block ends.
 
-    The file written there is synced to the disk, renamed over `path`, and the folder is synced: whoever sees
-    `path` sees all of it, after a crash too. When the block raises, nothing is left behind and an existing
-    file stays as it was. The temporary name begins with a dot and keeps the ending of `path`; what a process that was
-    killed has left under such a name is removed.
+    The file is synced, renamed over `path`, and the folder is synced, so that `path` is complete even after a crash. If
+    the block raises, the temporary file is removed and an existing `path` is kept. The temporary name begins with a dot
+    and has the ending of `path`. Temporary files that a killed process has left are removed.
 
-    Raises `OSError` as `check_writable` does, and whatever the disk says.
+    Raises the `OSError`s of `check_writable` and of the disk.
     """
     target = os.fspath(path)
     with _atomic(target) as (temporary, file):
@@ -39,7 +38,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _remove_stale_temp_files(target: str) -> None:
-    """Removes the temporary files of a target that no living process holds; where the disk refuses, they stay."""
+    """Removes the temporary files of a target that no living process has locked, as far as the disk allows."""
     folder, name = os.path.split(target)
     stem, ending = os.path.splitext(name)
     temporary = re.compile(rf"\.{re.escape(stem)}\.[0-9a-f]{{8}}{re.escape(ending)}")
@@ -57,8 +56,10 @@ def _remove_stale_temp_files(target: str) -> None:
 
 @contextlib.contextmanager
 def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]]:
-    """See `atomic_path`; the temporary file is open. In strings: pathlib interns the parts of every name, and a long
-    job has very many."""
+    """Yields the temporary path and its open file; see `atomic_path`.
+
+    Paths are strings: pathlib interns the parts of every name, and a long job has very many names.
+    """
     check_writable(target)
     folder, name = os.path.split(target)
     stem, ending = os.path.splitext(name)
@@ -69,13 +70,13 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
                 _remove_stale_temp_files(target)
             file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
             opened.callback(os.close, file)
-            try_lock(file)  # whoever else may lock it knows that its process is dead
+            try_lock(file)  # a temporary file without a lock belongs to a dead process
             yield temporary, file
             sync(temporary)
-            # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
+            # A rename keeps the mode of the new file. Replacing a file must not change its permissions.
             if os.path.exists(target):
                 shutil.copymode(target, temporary)
-            if os.name == "nt":  # where nothing that is open may be renamed
+            if os.name == "nt":  # Windows cannot rename an open file
                 opened.close()
             os.replace(temporary, target)
     except BaseException:
@@ -87,13 +88,13 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
 
 @contextlib.contextmanager
 def with_path(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterator[None]:
-    """Errors of the disk in the block that do not say of which file, or say `instead_of`, are of this one."""
+    """Adds `path` to `OSError`s of the block that name no file, or `instead_of`."""
     try:
         yield
     except OSError as fault:
         if fault.errno is None or fault.filename not in (None, instead_of):
             raise
-        # Anew, since the errors of others, such as those of PyAV, do not let their file be changed.
+        # A new exception, because the file name of PyAV's errors is read-only.
         raise OSError(fault.errno, fault.strerror, os.fspath(path)) from fault
 
 
@@ -102,9 +103,9 @@ def write(
     data: bytes | Iterable[bytes],
     scratch: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Writes a whole file, of bytes or of pieces, as `atomic_path` does.
+    """Writes a whole file, from bytes or pieces, atomically as `atomic_path` does.
 
-    `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
+    `scratch` is another folder on the same disk for the temporary file, which the caller cleans up after a crash.
     """
     with _atomic(os.fspath(path), None if scratch is None else os.fspath(scratch)) as (_, file):
         for piece in (data,) if isinstance(data, bytes) else data:
@@ -114,11 +115,10 @@ def write(
 
 
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
-    """Whether a file of about `size` bytes can be written to `path`: asked before long work, not after.
+    """Checks, before long work, that a file of about `size` bytes can be written to `path`.
 
-    Raises `FileNotFoundError` or `NotADirectoryError` where there is no such folder, `IsADirectoryError` where
-    `path` is a folder, `PermissionError` where the folder may not be written to, and `OSError` (ENOSPC) where
-    the disk has too little room.
+    Raises `FileNotFoundError` or `NotADirectoryError` if there is no such folder, `IsADirectoryError` if `path` is a
+    folder, `PermissionError` if the folder is not writable, and `OSError` (ENOSPC) if the disk has too little space.
     """
     target = os.fspath(path)
     folder, name = os.path.split(target)
@@ -134,14 +134,14 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, f"the folder {folder!r} may not be written to", target)
     free = shutil.disk_usage(folder).free
-    # One block even for an empty file: a full disk is full for every file.
+    # An empty file needs a block too.
     if free < max(size, 1):
         text = f"has {free} bytes free, about {size} are needed" if size else "is full"
         raise OSError(errno.ENOSPC, f"the disk {text}", target)
 
 
 def sync(path: str | os.PathLike[str]) -> None:
-    """Waits until a file or a folder is on the disk."""
+    """Syncs a file or folder to the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -150,9 +150,9 @@ def sync(path: str | os.PathLike[str]) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """Makes a folder and those above it, and syncs its place on the disk.
+    """Creates a folder and its parents, and syncs its directory entry.
 
-    Raises `OSError` as the disk says.
+    Raises `OSError` from the disk.
     """
     folder.mkdir(parents=True, exist_ok=True)
     sync(folder.parent)

@@ -1,4 +1,4 @@
-"""One process at a time at a folder."""
+"""File locks: one process at a time works in a folder."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["hold_lock", "lock_holder", "try_lock"]
 
 @contextlib.contextmanager
 def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
-    """Holds the lock file `path` of `folder` while the block lasts; a process that dies lets go of it.
+    """Holds the lock file `path` of `folder` while the block lasts; the lock of a dead process is free.
 
-    Somebody else is waited for `patience` seconds; `lock_holder` takes it for an instant only.
+    Waits up to `patience` seconds for the lock, also because `lock_holder` takes it for an instant.
 
-    Raises `JobError` with the process that holds it, where another one does.
+    Raises `JobError` with the name of the process that holds the lock.
     """
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
@@ -41,7 +41,7 @@ def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]
 
 
 def lock_holder(path: Path) -> str | None:
-    """Who holds a lock now, or None."""
+    """The name of the process that holds a lock now; None if it is free."""
     try:
         file = os.open(path, os.O_RDWR)
     except OSError:
@@ -53,10 +53,10 @@ def lock_holder(path: Path) -> str | None:
 
 
 def try_lock(file: int) -> bool:
-    """Locks an open file, where nobody else has; until it is closed, or its process ends."""
+    """Locks an open file until it is closed or the process ends; returns False if another process holds the lock."""
     try:
         import fcntl
-    except ImportError:  # Windows: its own locks, on the first byte far beyond the text
+    except ImportError:  # Windows: locks a byte far beyond the text, which must stay readable
         import msvcrt
 
         try:

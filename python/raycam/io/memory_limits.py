@@ -1,4 +1,4 @@
-"""Memory: what there is for this process, by the machine and its control groups, and limits as people write them."""
+"""Memory limits of this process, from the machine and its control groups, and parsing of sizes."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ PROC = Path("/proc")
 
 
 def available_bytes(share: float = 1.0) -> int:
-    """Bytes that this process and its children may still take until `share` of a limit is in use; negative beyond it.
+    """Bytes that this process and its children may still allocate until `share` of a limit is used; may be negative.
 
-    Limits are the machine's memory and those of the process's control groups and all above them (Linux, versions 1 and
-    2, as containers and batch systems set them): the one with the least left counts. In use is what everybody has who
-    shares it, without file caches, which make room.
+    The limits are the machine's memory and those of the process's control groups and their parents (Linux, versions 1
+    and 2, as set by containers and batch systems); the tightest limit counts. Used memory includes all processes under
+    the same limit, but not file caches, which the kernel can drop.
     """
     return min(int(share * limit) - used for limit, used in limits())
 
 
 def peak_bytes(pid: int) -> int:
-    """The most bytes that a process has had in memory; 0 where nobody says."""
+    """The peak resident memory of a process in bytes; 0 if unknown."""
     return _line(PROC / str(pid) / "status", "VmHWM") * 1024
 
 
 def parse_size(name: str, size: int | str | None) -> int | None:
-    """Bytes of a limit called `name`: a whole number, or as people write it ("512 MiB", "2GB", "1.5 GiB").
+    """Parses the size called `name` in bytes: a whole number, or a string such as "512 MiB", "2GB", "1.5 GiB".
 
-    K, M, G and T stand for powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` where it is none, or
-    less than a byte.
+    K, M, G and T are powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` for an invalid size, or one
+    below a byte.
     """
     if size is None:
         return None
@@ -51,7 +51,7 @@ def parse_size(name: str, size: int | str | None) -> int | None:
 
 
 def limits() -> list[tuple[int, int]]:
-    """(limit, used) in bytes of the machine and of every control group around this process that has a limit."""
+    """Pairs (limit, used) in bytes of the machine and of every limited control group of this process."""
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 62
     available = _line(PROC / "meminfo", "MemAvailable") * 1024
     found = [(total, max(0, total - available) if available else 0)]
@@ -59,7 +59,7 @@ def limits() -> list[tuple[int, int]]:
         for path in [folder, *folder.parents]:
             statistics = path / "memory.stat"
             own = [_number(path / name) for name in files.limits]
-            # Of groups above that a container does not see, version 1 tells the limit here.
+            # Version 1 lists the limits of parent groups that a container does not see here.
             own.append(_line(statistics, "hierarchical_memory_limit") or None)
             limit = min((value for value in own if value is not None), default=total)
             used = _number(path / files.used)
@@ -72,7 +72,7 @@ def limits() -> list[tuple[int, int]]:
 
 
 class _Files(NamedTuple):
-    """What the files of a control group are called, and the lines of its statistics about file caches."""
+    """File names of a control group, and the lines of its statistics about file caches."""
 
     limits: tuple[str, ...]
     used: str
@@ -82,12 +82,12 @@ class _Files(NamedTuple):
 VERSION_1 = _Files(
     ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
 )
-# Beyond "high" a group is not killed, but slowed down until it is of no use.
+# Beyond "high" a group is not killed, but throttled until it hardly runs.
 VERSION_2 = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
 
 
 def _groups() -> list[tuple[Path, _Files]]:
-    """The folders of this process's control groups that limit memory, and what their files are called."""
+    """The folders of this process's control groups that limit memory, and their file names."""
     try:
         lines = (PROC / "self" / "cgroup").read_text().splitlines()
     except OSError:
@@ -106,12 +106,12 @@ def _groups() -> list[tuple[Path, _Files]]:
 def _number(path: Path) -> int | None:
     try:
         return int(path.read_text())
-    except (OSError, ValueError):  # "max" is no limit
+    except (OSError, ValueError):  # "max" means no limit
         return None
 
 
 def _line(path: Path, key: str) -> int:
-    """The number after a key in a file of lines; 0 where there is none."""
+    """The number after a key in a file of lines; 0 if the key is missing."""
     try:
         for line in path.read_text().splitlines():
             words = line.replace(":", " ", 1).split()

@@ -1,4 +1,4 @@
-"""Bytes that are made piece by piece and are too many for the memory."""
+"""Temporary streams on disk, for data that is made in pieces and may exceed the memory."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ READ_BYTES = 1 << 20
 
 
 class TempStreamError(OSError):
-    """The disk of a job does not take what was made: no fault of the frame, as where a result cannot be written."""
+    """The job's disk failed while writing a stream, which is no fault of the frame."""
 
 
 class TempStream:
-    """Bytes in a temporary file of a folder, without a name: it is gone with whoever holds it, killed or not.
+    """Bytes in an unnamed temporary file of a folder, which disappears with the process that holds it.
 
-    Raises `TempStreamError` as the disk does.
+    Raises `TempStreamError` for errors of the disk.
     """
 
     def __init__(self, folder: str, pieces: Iterable[Piece] = ()) -> None:
         self.size = 0
-        """How many bytes there are."""
+        """The number of bytes."""
         self._folder = folder or os.curdir
         try:
             with with_path(self._folder):
@@ -39,7 +39,7 @@ class TempStream:
             self.add(piece)
 
     def add(self, piece: Piece) -> None:
-        """Writes what comes next."""
+        """Appends a piece."""
         try:
             with with_path(self._folder):
                 self._file.write(piece)
@@ -49,7 +49,7 @@ class TempStream:
         self.size += len(piece)
 
     def __iter__(self) -> Iterator[bytes]:
-        """All of them from the first, in pieces of a MiB."""
+        """Iterates over all bytes in pieces of 1 MiB."""
         self._file.seek(0)
         while piece := self._file.read(READ_BYTES):
             yield piece

@@ -1,21 +1,22 @@
-"""Jobs: frames that survive. Videos, data sets and large pictures are made by them.
+"""Resumable jobs, used for videos, data sets and large pictures.
 
-A job is a folder. Its frames are pure functions of a `JobPackage` (world, settings, version) and their number, so a job
-can be killed at any instant, go on later, be split over processes and machines, and give the same bytes:
+A job is a folder. Each frame is a pure function of a `JobPackage` (world, settings, version) and the frame's number. So
+a job may be killed at any instant, resumed, and split over processes and machines, and always gives the same bytes:
 
     package = JobPackage("video", frames=96, settings={...}, world=world)
     job = Job(folder, package)
-    job.run(make_pool("local:4"))        # raises JobError at the end where frames failed
+    with make_pool("local:4") as pool:
+        job.run(pool)                  # raises JobError at the end if frames failed
     for number, files in job.finished(): ...
 
 A kind of job is a function `factory(world, settings, threads)`, given to `jobs.kinds.register`. It returns a function
 `make(number, progress)`, which returns the files of a frame as `{name: bytes}`, and notices. Names are relative to the
 folder, with `/` between folders. An index of all frames is made by the caller of `run`, from `finished()`.
 
-In the folder, `.raycam/` holds `job.json` (what the job is, to be read), `package` (the same, complete), `ledger.jsonl`
-(which frames are finished, with the hashes of their files; one more for each shard), and `failed/` (logs of frames that
-were given up). Everything else are results. A final name means a complete file: results are written to a temporary
-name, synced, renamed, and their folder is synced, before the ledger says so.
+In the folder, `.raycam/` holds `job.json` (a readable description), `package` (the complete package), `ledger.jsonl`
+(the journal: finished frames with the hashes of their files; one more for each shard), and `failed/` (logs of failed
+frames). All other files are results. A file with its final name is complete: results are written to a temporary name,
+synced, renamed, and their folder is synced, before the journal records them.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ from .worker import FrameResult, FrameTask
 __all__ = ["Job", "Status"]
 
 NOT_DONE = -1
-OFFSET_BITS = 44  # of a ledger, at most 16 TiB long
+OFFSET_BITS = 44  # bits of the offset in a journal (at most 16 TiB); the bits above are the journal's index
 OFFSET_MASK = (1 << OFFSET_BITS) - 1
 
 Progress = Callable[[int, int, int], object]
@@ -54,34 +55,34 @@ Shard = tuple[int, int]
 
 @dataclass(frozen=True)
 class Status:
-    """How far a job is."""
+    """The progress of a job."""
 
     frames: int
-    """How many it has."""
+    """The number of frames."""
     finished: int
-    """How many are made."""
+    """The number of finished frames."""
     failed: Mapping[int, str]
-    """Why, of those that were given up, by number."""
+    """The errors of failed frames, by frame number."""
     damaged: Sequence[str] = ()
-    """Of each line of a ledger that was damaged: where. It does not count, so the next run makes its frame again."""
+    """A message for each damaged line of a journal. Such lines are ignored, so the next run repeats their frames."""
 
 
 class Job:
-    """A job in a folder, begun or gone on with.
+    """A job in a folder, new or resumed.
 
-    `package` says what the job is; None for one that is there already. The folder is made where it is not there;
-    where it holds this very job, its finished frames stay. With `resume=False` it begins anew, and the files that the
-    job in the folder has made are removed first.
+    `package` defines the job; None opens an existing one. A missing folder is created. If the folder holds the same
+    job, finished frames are kept. With `resume=False` the job starts again, and the files of the old job are removed
+    first.
 
-    Raises `JobError` where the folder holds another job, with every difference, or where there is none and no
-    package, and `OSError` as the disk does.
+    Raises `JobError` if the folder holds another job, with every difference, or no job and no package is given, and
+    `OSError` from the disk.
     """
 
     def __init__(
         self, folder: str | os.PathLike[str], package: JobPackage | None = None, *, resume: bool = True
     ) -> None:
         self.folder = Path(folder)
-        """Where the results are."""
+        """The folder of the results."""
         self._state = self.folder / STATE
         self._results = ResultStore(self.folder)
         there = read_description(self._state / "job.json")
@@ -99,25 +100,25 @@ class Job:
             there = {"job": package.id, **package.describe()}
         assert there is not None
         self.description: dict[str, Any] = there
-        """What `job.json` says: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
+        """The contents of `job.json`: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
         self._ledgers: list[Path] = []
         self._offsets = array("q", [NOT_DONE]) * self.description["frames"]
         self._failed: dict[int, str] = {}
         self._damaged: list[tuple[Path, int]] = []
         self._read()
 
-    # What there is --------------------------------------------------------------------------------------------
+    # State ----------------------------------------------------------------------------------------------------
 
     @property
     def package(self) -> JobPackage:
-        """What the job is, complete; raises `FormatError` where it was damaged."""
+        """The complete package; raises `FormatError` if its file is damaged."""
         if self._package is None:
             path = self._state / "package"
             self._package = JobPackage.from_bytes(path.read_bytes(), str(path), self.description["job"])
         return self._package
 
     def status(self) -> Status:
-        """How far it is, as far as this object knows: others may be at it."""
+        """The progress as far as this object knows; other processes may have finished more."""
         done = sum(place != NOT_DONE for place in self._offsets)
         damaged = tuple(
             f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
@@ -126,32 +127,32 @@ class Job:
         return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
 
     def running_processes(self) -> list[str]:
-        """Who is at it now, as far as this machine knows."""
+        """The processes that run the job now, as far as this machine knows; empty if none does."""
         who = (lock_holder(path) for path in sorted(self._state.glob("lock*")))
         return [one for one in who if one is not None]
 
     def has(self, frame: int) -> bool:
-        """Whether a frame is finished."""
+        """True if a frame is finished."""
         return bool(self._offsets[frame] != NOT_DONE)
 
     def read(self, frame: int) -> dict[str, bytes]:
         """The files of a finished frame, by name.
 
-        Raises `JobError` where a file is not as the ledger says, and `KeyError` where the frame is not finished.
+        Raises `JobError` if a file differs from its journal entry, and `KeyError` if the frame is not finished.
         """
         return {name: self._results.read(name, stamp) for name, stamp in self._entry(frame).files.items()}
 
     def finished(self) -> Iterator[tuple[int, dict[str, bytes]]]:
-        """All finished frames in order, each with its files as `read` gives them."""
+        """Iterates over the finished frames in order, each with its files as in `read`."""
         for frame in range(len(self._offsets)):
             if self.has(frame):
                 yield frame, self.read(frame)
 
     def verify(self) -> dict[str, str]:
-        """Reads every file that was made, and gives those that are not as they were made, with what is wrong.
+        """Reads every result and compares its hash; returns the damaged files with a message each.
 
-        A damaged file gets the ending `.damaged`, where that is possible. The next run makes its frame again, and the
-        package of the job, which is among the files. Damaged lines of ledgers are told of until then too.
+        A damaged file gets the ending `.damaged`, if possible. The next run repeats its frame. The package of the job
+        is checked and restored in the same way, and damaged lines of journals are listed too.
         """
         self._read()
         told = zip(self._damaged, self.status().damaged, strict=True)
@@ -177,11 +178,11 @@ class Job:
         return wrong | self._results.check_assembled()
 
     def mark_assembled(self, names: Iterable[str]) -> None:
-        """Remembers files that were made of all frames, by their names from the folder, for `verify` to compare."""
+        """Records files that were assembled from all frames, by their names relative to the folder, for `verify`."""
         with self._scratch("-join") as scratch:
             self._results.mark_assembled(names, scratch)
 
-    # Making it ------------------------------------------------------------------------------------------------
+    # Running --------------------------------------------------------------------------------------------------
 
     def run(
         self,
@@ -193,15 +194,15 @@ class Job:
         progress: Progress | None = None,
         finished: Callable[[FrameResult], object] | None = None,
     ) -> None:
-        """Makes what is not made yet of `frames` (default: all), in any order.
+        """Renders the unfinished frames of `frames` (default: all), in any order.
 
-        `shard` (i, n) makes only every n-th frame from the i-th (from 1): n such runs, on any machines that see the
-        folder, make all of them. Frames that were given up before stay so, unless `retry_failed`.
-        `progress(done, total, failed)` counts the frames asked for, `finished(made)` is told of each new one.
+        `shard` (i, n) renders only every n-th frame, from the i-th (counted from 1): n such runs, on any machines that
+        see the folder, render all frames. Frames that failed before are skipped, unless `retry_failed`.
+        `progress(done, total, failed)` counts the selected frames; `finished(result)` is called for each new frame.
 
-        Raises `JobError` where another process is at the same frames, where the workers are gone, and at the end
-        where any of the frames asked for failed; and `OSError` where the disk refuses. Whatever it raises, and
-        wherever it is killed, the frames that were finished stay.
+        Raises `JobError` if another process runs the same frames, if the workers are lost, and at the end if any
+        selected frame failed; `OSError` from the disk. Finished frames are kept after any error, and if the process is
+        killed.
         """
         tell = progress or (lambda *_: None)
         asked = _selected_frames(frames, shard, len(self._offsets))
@@ -236,15 +237,15 @@ class Job:
                         if finished is not None:
                             finished(outcome)
                     tell(done, len(asked), failed)
-                    del outcome  # not kept while the next one is made
+                    del outcome  # frees the files while the next frame is rendered
         self._check(asked)
 
     @contextlib.contextmanager
     def assembling(self) -> Iterator[bool]:
-        """For making one thing of all frames: as it begins, the job knows what every shard has made by now.
+        """Context for assembling a file from all frames; on entry, the job reads the progress of all shards.
 
-        Of shards that end at the same time one is in here, the others wait. It gives False where one of them has made
-        it all and removed the job.
+        If several shards end at the same time, one enters and the others wait. Yields False if another shard has
+        assembled the file and removed the job.
         """
         with contextlib.ExitStack() as held:
             with contextlib.suppress(FileNotFoundError):
@@ -255,22 +256,24 @@ class Job:
             yield there
 
     def remove(self) -> None:
-        """Removes everything that the job has made, and the folder where nothing else is in it."""
+        """Removes all files of the job, and the folder if nothing else is in it."""
         with hold_lock(self._state / "lock", self.folder):
             self._remove()
         with contextlib.suppress(OSError):
             self.folder.rmdir()
 
-    # Within ---------------------------------------------------------------------------------------------------
+    # Internals ------------------------------------------------------------------------------------------------
 
     def _create(self, package: JobPackage) -> None:
-        """Writes what is not there yet; `job.json` is last, and means that all is."""
+        """Writes the missing files of the job; `job.json` comes last, so it only exists beside a complete package."""
         path, description = self._state / "package", self._state / "job.json"
-        begun = self._state / "scratch-begin"  # there where somebody is at it, or was killed at it
+        begun = (
+            self._state / "scratch-begin"
+        )  # exists while a process creates the job, or after it was killed
         if description.exists() and package.exists_in(path) and not begun.exists():
             return
         self._state.mkdir(parents=True, exist_ok=True)
-        # Many shards may begin at the same time: one of them writes, the others wait.
+        # Many shards may start at the same time: one writes, the others wait.
         with (
             hold_lock(self._state / "lock-begin", self.folder, patience=60),
             self._scratch("-begin") as scratch,
@@ -279,7 +282,7 @@ class Job:
             if there is not None and there["job"] != package.id:
                 raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
             if not package.exists_in(path):
-                if there is None:  # the ledgers of whichever job was here say nothing about this one
+                if there is None:  # journals of an earlier job in this folder do not belong to this one
                     for book in self._state.glob("ledger*.jsonl"):
                         book.unlink()
                 atomic_files.write(path, package.to_bytes(), scratch)
@@ -289,7 +292,7 @@ class Job:
                 atomic_files.sync(self.folder)
 
     def _read(self) -> None:
-        """What the ledgers say, as far as the files are there."""
+        """Reads the journals; an entry counts only if its files exist."""
         self._ledgers = sorted(self._state.glob("ledger*.jsonl"))
         for index in range(len(self._offsets)):
             self._offsets[index] = NOT_DONE
@@ -305,7 +308,7 @@ class Job:
         self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
 
     def _erase_damaged(self, own: Path) -> None:
-        """Blanks the damaged lines of `own`, and of the ledgers that nobody else is writing to."""
+        """Erases the damaged lines of `own`, and of the journals that no other process writes."""
         for path, place in self._damaged:
             with contextlib.ExitStack() as held, contextlib.suppress(JobError):
                 if path != own:
@@ -314,7 +317,7 @@ class Job:
                 journal.erase_line(path, place)
 
     def _entries(self) -> Iterator[tuple[int, JournalEntry | None]]:
-        """Everything that the ledgers say, oldest first, with where it is said; None for what was damaged."""
+        """Iterates over the entries of the journals with their positions, oldest first; None for a damaged line."""
         for number, path in enumerate(self._ledgers):
             for place, entry in journal.read(path):
                 if entry is not None and not 0 <= entry.frame < len(self._offsets):
@@ -339,7 +342,7 @@ class Job:
         self._failed[failed.frame] = failed.error
 
     def log(self, frame: int) -> Path:
-        """Where the log of a frame lies that was given up."""
+        """The path of the log of a failed frame."""
         return self._state / "failed" / f"frame_{frame:04}.log"
 
     def _check(self, asked: Iterable[int]) -> None:
@@ -355,7 +358,7 @@ class Job:
 
     @contextlib.contextmanager
     def _scratch(self, name: str) -> Iterator[Path]:
-        """A folder for temporary files, without those that a killed run has left."""
+        """Context with an empty folder for temporary files; leftovers of a killed run are removed."""
         path = self._state / f"scratch{name}"
         shutil.rmtree(path, ignore_errors=True)
         path.mkdir(exist_ok=True)
@@ -363,7 +366,7 @@ class Job:
         shutil.rmtree(path, ignore_errors=True)
 
     def _remove(self) -> None:
-        """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
+        """Removes the results, then the state. If killed in between, a job with fewer finished frames remains."""
         done = (frame for frame in range(len(self._offsets)) if self.has(frame))
         self._results.remove(name for frame in done for name in self._entry(frame).files)
         with contextlib.suppress(JobError):
@@ -373,7 +376,7 @@ class Job:
 
 
 def _selected_frames(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
-    """The numbers of the frames that a run is for."""
+    """The frame numbers of a run."""
     asked = sorted(set(range(count) if frames is None else frames))
     if asked and not (asked[0] >= 0 and asked[-1] < count):
         raise JobError(f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0")

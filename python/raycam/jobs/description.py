@@ -1,4 +1,4 @@
-"""What `.raycam/job.json` says of a job, and how two jobs differ: in words, for whoever gave the command."""
+"""The description of a job in `.raycam/job.json`, and the differences between two jobs as text."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 __all__ = ["differences", "mismatch_message", "read_description", "world_differences"]
 
-MAX_REPORTED = 8  # of a world in which very much is different
+MAX_REPORTED = 8  # differences between two worlds
 
 
 def read_description(path: Path) -> dict[str, Any] | None:
-    """What a `job.json` says; None where there is none. Raises `JobError` where it is damaged."""
+    """Reads a `job.json`; returns None if there is none. Raises `JobError` if it is damaged."""
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):
@@ -39,14 +39,14 @@ def read_description(path: Path) -> dict[str, Any] | None:
 
 
 def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: JobPackage) -> str:
-    """Why the job in a folder, described by `there` and with its package in the file `stored`, is not gone on with."""
+    """The message that a folder holds another job, described by `there`, with its package in the file `stored`."""
     lines = list(differences(there, {"job": there["job"], **asked.describe()}))
     if there.get("world") != asked.describe()["world"]:
         try:
             before = JobPackage.from_bytes(stored.read_bytes(), str(stored), there["job"]).world
             lines += world_differences(before, asked.world)
         except (Error, OSError):
-            pass  # it was of another version, or damaged: the hashes above are what there is to say
+            pass  # the package has another version or is damaged: the hashes above are all that is known
     return (
         f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and "
         "remove what this one has made"
@@ -54,9 +54,9 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
 
 
 def world_differences(there: World, asked: World) -> list[str]:
-    """Where two worlds differ, as `differences` says it: by object, light, camera and setting, at most `MAX_REPORTED` of them.
+    """The differences of two worlds by object, light, camera and setting, at most `MAX_REPORTED`, as in `differences`.
 
-    Of shapes and materials, which are no short lines, it says that they differ.
+    Meshes and materials, which have no short text, are only reported as different.
     """
     found = list(differences(_parts(there), _parts(asked)))
     if [one.triangles for one in there.objects] == [one.triangles for one in asked.objects]:
@@ -97,7 +97,7 @@ def _parts(world: World) -> dict[str, Any]:
 
 
 def differences(there: Any, asked: Any, key: str = "") -> Iterator[str]:
-    """Where two descriptions differ: "key was 1, is 2", one after the other."""
+    """Iterates over the differences of two descriptions: "key was 1, is 2"."""
     if isinstance(there, dict) and isinstance(asked, dict):
         for name in dict.fromkeys([*there, *asked]):
             yield from differences(there.get(name), asked.get(name), f"{key}.{name}" if key else name)

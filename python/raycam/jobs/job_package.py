@@ -1,10 +1,10 @@
-"""The package of a job: everything that its frames are a function of, as bytes named by their hash.
+"""The package of a job: the complete input of its frames, as bytes identified by their hash.
 
-A line of JSON, then the world as `World.to_bytes` gives it:
+The bytes are a line of JSON, followed by the world from `World.to_bytes`:
 
     {"raycam": "0.1.0", "kind": "video", "frames": 96, "settings": {...}}
 
-Frame n of a job is a pure function of (package, n): whoever has these bytes makes the same files, on any machine.
+Frame n of a job is a pure function of (package, n): the same bytes give the same files on any machine.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ __all__ = ["JobPackage"]
 
 
 class JobPackage:
-    """What a worker needs to make the frames of a job.
+    """The input of a worker for the frames of a job.
 
-    `kind` is a registered kind of `jobs.kinds`, `frames` how many there are, `settings` whatever the kind makes
-    of it: plain JSON. `world` is a world, or the bytes of one; cameras go with it by `World.with_cameras`.
+    `kind` is a kind of `jobs.kinds`, `frames` the number of frames, `settings` plain JSON that the kind interprets.
+    `world` is a world or its bytes; `World.with_cameras` adds cameras to it.
 
-    Raises `JobError` where `settings` are not JSON or `frames` is less than 1.
+    Raises `JobError` if `settings` are not JSON or `frames` is less than 1.
     """
 
     def __init__(
@@ -41,35 +41,35 @@ class JobPackage:
         if frames < 1:
             raise JobError(f"a job of {frames} frames: there must be at least one")
         try:
-            # As it will be read: tuples are lists, keys are strings.
+            # The settings as they will be read: tuples become lists, keys become strings.
             plain = json.loads(json.dumps(settings, allow_nan=False, sort_keys=True))
         except (TypeError, ValueError) as fault:
             raise JobError(f"the settings of a job must be plain JSON: {fault}") from None
         self.kind = kind
-        """What the frames are: a kind of `jobs.kinds`."""
+        """The kind of the job, a key of `jobs.kinds.KINDS`."""
         self.frames = frames
-        """How many there are, numbered from 0."""
+        """The number of frames, which count from 0."""
         self.settings: dict[str, Any] = plain
-        """What the kind makes of it."""
+        """The settings that the kind interprets."""
         self._world: World | None = None if isinstance(world, bytes) else world
         self.world_bytes = world if isinstance(world, bytes) else world.to_bytes()
-        """The world as `World.to_bytes` gives it."""
+        """The world from `World.to_bytes`."""
         header = {"raycam": __version__, "kind": kind, "frames": frames, "settings": plain}
         self._header = json.dumps(header, sort_keys=True, separators=(",", ":")).encode() + b"\n"
         hasher = hashlib.sha256(self._header)
         hasher.update(self.world_bytes)
         self.id = hasher.hexdigest()
-        """SHA-256 of all of it, in hexadecimal: the same for the same frames."""
+        """SHA-256 of the package in hexadecimal, equal for equal frames."""
 
     @property
     def world(self) -> World:
-        """The world, read at the first time; raises `FormatError` where its bytes are none."""
+        """The world, read on first use; raises `FormatError` if its bytes are invalid."""
         if self._world is None:
             self._world = World.from_bytes(self.world_bytes)
         return self._world
 
     def describe(self) -> dict[str, Any]:
-        """What `job.json` says: everything for people to read and to compare, the world as its hash."""
+        """The contents of `job.json`: the readable part of the package, with the hash of the world."""
         return {
             "raycam": __version__,
             "kind": self.kind,
@@ -79,11 +79,11 @@ class JobPackage:
         }
 
     def to_bytes(self) -> bytes:
-        """All of it; the SHA-256 of this is `id`."""
+        """The package as bytes, whose SHA-256 is `id`."""
         return self._header + self.world_bytes
 
     def exists_in(self, path: Path) -> bool:
-        """Whether a file holds it, every byte."""
+        """True if a file holds exactly this package."""
         try:
             return hashlib.sha256(path.read_bytes()).hexdigest() == self.id
         except FileNotFoundError:
@@ -91,16 +91,16 @@ class JobPackage:
 
     @staticmethod
     def check(data: bytes, name: str, id: str) -> None:
-        """Raises `FormatError` where the bytes of the file `name` are not those of the package with this `id`."""
+        """Raises `FormatError` if the bytes of the file `name` are not the package with this `id`."""
         found = hashlib.sha256(data).hexdigest()
         if found != id:
             raise FormatError(f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}")
 
     @classmethod
     def from_bytes(cls, data: bytes, name: str, id: str) -> JobPackage:
-        """The package in the bytes of the file `name`, which must be the one with this `id`.
+        """Reads the package from the bytes of the file `name`, which must have this `id`.
 
-        Raises `FormatError` where it is another or none, and `JobError` where another version of raycam made it.
+        Raises `FormatError` for another or an invalid package, and `JobError` for one of another version of raycam.
         """
         cls.check(data, name, id)
         header, newline, world = data.partition(b"\n")

@@ -1,14 +1,14 @@
-"""The ledger of a job: which frames are finished, and which files they made.
+"""The journal of a job: its finished and failed frames, and the files of each.
 
-A text file that only grows: one JSON object a line, one line a frame,
+The journal is an append-only text file with one JSON object per line and one line per frame,
 
     {"frame": 12, "files": {"frame_0012.png": [41802, "9f86d0..."]}, "seconds": 0.52, "crc32": "5f0e1a07"}
     {"frame": 13, "error": "WorldError: ...", "crc32": "c3a40e2b"}
 
-where a file has its size in bytes and its SHA-256. A line is written after its files have their final names, and
-synced: what the ledger says is on the disk. A process that is killed while it writes leaves half a line at the
-end, which does not count and is cut off by the next one to write. A line that was damaged does not count either: its
-frame is made again, and the line is blanked where it stands.
+where a file has its size in bytes and its SHA-256. A line is written and synced after its files have their final names,
+so that every recorded file is on the disk. A process that is killed while it writes leaves a partial line at the end,
+which is ignored, and truncated by the next writer. A damaged line is ignored too: its frame is rendered again, and the
+line is overwritten with spaces.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ __all__ = ["Journal", "JournalEntry", "Stamp", "digest", "erase_line", "read", "
 Stamp = tuple[int, str]
 """Size in bytes and SHA-256 in hexadecimal of a file."""
 CHECK = b',"crc32":"'
-"""Before the check sum of a line, of all that is before it."""
+"""Separator before the check sum of a line, which covers all bytes before the separator."""
 
 
 @dataclass(frozen=True)
 class JournalEntry:
-    """What became of a frame."""
+    """The outcome of a frame."""
 
     frame: int
-    """Its number."""
+    """The frame's number."""
     files: Mapping[str, Stamp] = field(default_factory=dict)
-    """What it made, by name."""
+    """The stamps of the frame's files, by name."""
     error: str | None = None
-    """Why it was given up, in one line; None where it is finished."""
+    """The error of a failed frame, in one line; None for a finished one."""
     seconds: float | None = None
-    """How long making it took its worker."""
+    """The time that the worker took."""
 
     def line(self) -> bytes:
-        """Itself as a line of the ledger."""
+        """The entry as a line of the journal."""
         fields: dict[str, Any] = {"frame": self.frame}
         if self.error is not None:
             fields["error"] = self.error
@@ -71,9 +71,9 @@ def digest(pieces: Iterable[bytes]) -> Stamp:
 
 
 def read(path: Path) -> Iterator[tuple[int, JournalEntry | None]]:
-    """The entries of a ledger with their places, oldest first, None for a line that was damaged.
+    """Iterates over the entries of a journal with their byte offsets, oldest first; None for a damaged line.
 
-    Half a line at the end, as a killed process leaves it, is nothing. None of all that where there is no file.
+    A partial line at the end, left by a killed process, is skipped. A missing file has no entries.
     """
     try:
         with path.open("rb") as lines:
@@ -87,7 +87,7 @@ def read(path: Path) -> Iterator[tuple[int, JournalEntry | None]]:
 
 
 def read_entry(path: Path, place: int) -> JournalEntry:
-    """The entry at a place that `read` or `Journal.add` gave; raises `JobError` where there is none any more."""
+    """The entry at an offset from `read` or `Journal.add`; raises `JobError` if the line has changed."""
     with path.open("rb") as lines:
         lines.seek(place)
         entry = _entry(lines.readline())
@@ -97,10 +97,10 @@ def read_entry(path: Path, place: int) -> JournalEntry:
 
 
 def erase_line(path: Path, place: int) -> None:
-    """Overwrites a damaged line, which `read` found at `place`, with spaces: its frame is made again.
+    """Overwrites a damaged line, which `read` found at the offset `place`, with spaces.
 
-    For whoever holds the lock of the ledger: what looks damaged may be a line that another machine has not written to
-    its end. Raises `OSError` as the disk does.
+    The caller holds the lock of the journal, because a line that looks damaged may be one that another machine is still
+    writing. Raises `OSError` from the disk.
     """
     with path.open("r+b") as lines:
         lines.seek(place)
@@ -113,7 +113,7 @@ def erase_line(path: Path, place: int) -> None:
 
 
 def _entry(line: bytes) -> JournalEntry | None:
-    """An entry, or None for half a line, one that was damaged, or the zeros that a power cut may leave."""
+    """Parses an entry; None for a partial or damaged line, and for the zeros that a power cut may leave."""
     start, _, end = line.rpartition(CHECK)
     if end != _check(start) + b'"}\n':
         return None
@@ -135,7 +135,7 @@ def _check(data: bytes) -> bytes:
 
 
 class Journal:
-    """A ledger to write to; made where it is not there. Raises `OSError` as the disk does."""
+    """A journal open for appending, created if missing. Raises `OSError` from the disk."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -150,7 +150,7 @@ class Journal:
             raise
 
     def _truncate_partial(self) -> None:
-        """Cuts off half a line at the end."""
+        """Truncates a partial line at the end."""
         size = os.fstat(self._file).st_size
         end = size
         while end > 0:
@@ -164,13 +164,13 @@ class Journal:
             os.fsync(self._file)
 
     def add(self, entry: JournalEntry) -> int:
-        """Writes an entry, waits until it is on the disk, and gives its place. Where that fails, it is not there."""
+        """Appends an entry, syncs it to the disk, and returns its byte offset. On failure, nothing is appended."""
         line = entry.line()
         before = os.fstat(self._file).st_size
         try:
             with with_path(self._path):
                 if os.write(self._file, line) != len(line):
-                    # The disk took a part: asking again gives the reason, or the rest of the room.
+                    # The disk took a part. A second attempt raises the reason, or fits into the remaining space.
                     os.ftruncate(self._file, before)
                     if os.write(self._file, line) != len(line):
                         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -185,7 +185,7 @@ class Journal:
         os.close(self._file)
 
     def __enter__(self) -> Journal:
-        """Itself."""
+        """Returns the journal."""
         return self
 
     def __exit__(

@@ -1,6 +1,6 @@
-"""The files that a job makes, in its folder.
+"""The result files of a job in its folder.
 
-In strings, as all that is done for each frame: pathlib keeps the parts of every name it has seen for ever.
+Paths are strings here, as in all code that runs for each frame: pathlib interns the parts of every name forever.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from .journal import Stamp, digest
 __all__ = ["STATE", "ResultStore"]
 
 STATE = ".raycam"
-"""The folder within, with what is the job's own."""
+"""The folder of the job's state, within the job's folder."""
 ASSEMBLED = "joined.json"
-"""The file there that says what was made of all frames together."""
+"""The file in `STATE` that records files assembled from all frames."""
 
 
 class ResultStore:
-    """Results in a folder, by their names: relative to it, with `/` between folders.
+    """Result files in a folder, by names relative to the folder, with `/` between folders.
 
-    Raises `JobError` for a name that is not within the folder, or the job's own.
+    Raises `JobError` for a name outside the folder, or inside `STATE`.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = os.fspath(folder)
 
     def store(self, made: Mapping[str, bytes | Iterable[bytes]], scratch: Path) -> dict[str, Stamp]:
-        """Writes the files of a frame; raises `OSError` as the disk does."""
+        """Writes the files of a frame and returns their stamps; raises `OSError` from the disk."""
         stamps = {}
         for name, data in made.items():
             path = self._path(name)
@@ -45,14 +45,14 @@ class ResultStore:
         return stamps
 
     def has(self, name: str, size: int) -> bool:
-        """Whether a file is there, and so long."""
+        """True if a file exists with this size in bytes."""
         try:
             return os.stat(self._path(name)).st_size == size
         except FileNotFoundError:
             return False
 
     def read(self, name: str, stamp: Stamp) -> bytes:
-        """A file; raises `JobError` where it is not there any more, or another than it was."""
+        """Reads a file; raises `JobError` if it is missing or differs from its stamp."""
         path = self._path(name)
         try:
             with open(path, "rb") as file:
@@ -63,7 +63,7 @@ class ResultStore:
         return data
 
     def check(self, name: str, stamp: Stamp) -> None:
-        """Raises `JobError` as `read` does, without holding a file that may be large."""
+        """Raises the errors of `read`, without holding the whole file in memory."""
         path = self._path(name)
         try:
             found = _fingerprint(path)
@@ -72,19 +72,19 @@ class ResultStore:
         _compare(path, stamp, found)
 
     def mark_assembled(self, names: Iterable[str], scratch: Path) -> None:
-        """Writes down the stamps of files that were made of all frames: index files, or a video beside the folder."""
+        """Records the stamps of files assembled from all frames: index files, or a video beside the folder."""
         stamps = {name: _fingerprint(self._assembled_path(name)) for name in names}
         atomic_files.write(os.path.join(self._folder, STATE, ASSEMBLED), json.dumps(stamps).encode(), scratch)
 
     def assembled(self) -> dict[str, Stamp]:
-        """What was written down so; raises `JobError` where that was damaged."""
+        """The stamps that `mark_assembled` recorded; raises `JobError` if the record is damaged."""
         path = os.path.join(self._folder, STATE, ASSEMBLED)
         try:
             with open(path, "rb") as file:
                 found = json.load(file)
             joined = {str(name): (int(size), str(sha)) for name, (size, sha) in found.items()}
             for name in joined:
-                self._assembled_path(name)  # raises JobError where it leads elsewhere
+                self._assembled_path(name)  # raises JobError for a path outside the folder
             return joined
         except FileNotFoundError:
             return {}
@@ -92,7 +92,7 @@ class ResultStore:
             raise JobError(f"{path}: it was damaged") from None
 
     def check_assembled(self) -> dict[str, str]:
-        """Those that are not as they were made, with what is wrong; they are set aside."""
+        """The assembled files that differ from their stamps, with a message each; they are renamed to `.damaged`."""
         wrong = {}
         try:
             joined = self.assembled()
@@ -111,13 +111,13 @@ class ResultStore:
         return wrong
 
     def quarantine(self, name: str) -> None:
-        """Gives a damaged file the ending `.damaged`, where that is possible."""
+        """Renames a damaged file to the ending `.damaged`, if possible."""
         path = self._path(name)
         with contextlib.suppress(OSError):
             os.replace(path, path + ".damaged")
 
     def remove(self, names: Iterable[str]) -> None:
-        """Removes files, and their folders where nothing else is in them."""
+        """Removes files, and their folders if they become empty."""
         folders: set[str] = set()
         for name in names:
             path = _safe_name(name)
@@ -125,7 +125,7 @@ class ResultStore:
                 os.unlink(os.path.join(self._folder, path))
             while path := os.path.dirname(path):
                 folders.add(path)
-        for folder in sorted(folders, key=len, reverse=True):  # what is within is longer
+        for folder in sorted(folders, key=len, reverse=True):  # inner folders have longer paths
             with contextlib.suppress(OSError):
                 os.rmdir(os.path.join(self._folder, folder))
 
@@ -133,7 +133,7 @@ class ResultStore:
         return os.path.join(self._folder, _safe_name(name))
 
     def _assembled_path(self, name: str) -> str:
-        """Of a file made of all frames: in the folder, or as "../NAME" right beside it."""
+        """The path of an assembled file: in the folder, or "../NAME" directly beside it."""
         beside = name.removeprefix("../")
         if beside == name or "/" in beside:
             return self._path(name)
@@ -149,13 +149,13 @@ def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
 
 
 def _fingerprint(path: str) -> Stamp:
-    """Of a file that may be too large for the memory."""
+    """The stamp of a file, read in pieces."""
     with open(path, "rb") as file:
         return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _safe_name(name: str) -> str:
-    """The name of a result, which lies in the folder and is not the job's own, as this system writes it."""
+    """Checks the name of a result, and returns the name with this system's separators."""
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
         raise JobError(f"{name!r} is no name for a file of a job")

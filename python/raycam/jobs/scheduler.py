@@ -1,7 +1,7 @@
-"""Hands frames to workers and gets them back, whatever happens to the workers.
+"""Scheduling of frames on workers that may fail: retries, and speculative copies of stragglers.
 
-What counts is on the side of whoever calls: a frame is finished when its result is here, the first result counts,
-and later ones of the same frame are dropped. So workers may die, stand still and come back, or answer twice.
+A frame is finished when its first result arrives in this process; later results of the same frame are dropped. So
+workers may die, stall and come back, or answer twice.
 """
 
 from __future__ import annotations
@@ -23,76 +23,75 @@ from .worker import FrameResult, FrameTask, WorkerUnfit
 __all__ = ["FailedFrame", "Pool", "PoolLost", "WorkerDied", "schedule", "shared_threads"]
 
 MAX_ATTEMPTS = 3
-"""How often a frame is tried that raises what may pass, such as running out of memory; and how many workers a frame
-may kill."""
+"""Attempts per frame with transient errors, such as a lack of memory; also how many workers a frame may kill."""
 STRAGGLER_TIMEOUT = 30.0
-"""Seconds, at least, after which a frame that is late is given to another worker."""
+"""Minimum time in seconds after which a frame is a straggler, which another worker gets too."""
 MAX_COPIES = 6
-"""How many workers a frame is given to at a time, at most: the second may be standing still too."""
+"""Maximum number of workers that have the same frame at a time: the second may stall too."""
 STRAGGLER_FACTOR = 5.0
-"""How many times as long as the others take is late."""
+"""A frame is a straggler after this multiple of the longest time so far."""
 
 
 class WorkerDied(Exception):
-    """A worker ended in the middle of a frame."""
+    """A worker died while rendering a frame."""
 
     def __init__(self, message: str, certain: bool = True, deaths: int = 1) -> None:
         super().__init__(message)
         self.certain = certain
-        """Whether this very frame was in it, not only waiting beside another."""
+        """True if the worker was rendering this frame; False if the frame may only have waited there."""
         self.deaths = deaths
-        """How many workers ended so."""
+        """The number of workers that died."""
 
 
 class PoolLost(Exception):
-    """There are no workers any more, nor will there be."""
+    """All workers are lost for good."""
 
 
 class Pool(Protocol):
-    """Where frames are made."""
+    """Workers that render frames."""
 
     apart: bool
-    """Whether its workers fail one by one, so that a second one may help where the first does not answer."""
+    """True if workers fail independently, so that a second one may take over from one that does not answer."""
 
     @property
     def notices(self) -> Sequence[str]:
-        """What the one who uses it should know, so far."""
+        """Notices for the user, so far."""
 
     def threads(self, left: int) -> int | None:
-        """How many threads a frame is rendered with after which `left - 1` are to be handed over; None for all."""
+        """Threads for the next frame, when `left` frames including it are to be submitted; None for all threads."""
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Prepares for the frames of a job, whose package is in the file `path`."""
+        """Prepares for the frames of a job whose package is in the file `path`."""
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
-        """Starts a frame; the future raises `WorkerDied`, `WorkerUnfit` or `PoolLost` where it is not the frame's own fault.
+        """Starts a frame; for faults of workers, the future raises `WorkerDied`, `WorkerUnfit` or `PoolLost`.
 
-        After `WorkerUnfit` the frame is submitted again: a pool without a fit worker raises `PoolLost` sooner or later.
+        After `WorkerUnfit` the frame is submitted again. A pool without a fit worker eventually raises `PoolLost`.
         """
 
     def slots(self) -> int:
-        """How many frames to hand over at a time, now."""
+        """The number of frames to have submitted at a time."""
 
     def close(self) -> None:
-        """Ends it, and what still runs."""
+        """Stops running frames and closes the pool."""
 
 
 @dataclass
 class FailedFrame:
-    """A frame that was given up."""
+    """A frame that failed for good."""
 
     frame: int
-    """Its number."""
+    """The frame's number."""
     error: str
-    """Why, in one line."""
+    """The error, in one line."""
     log: str
-    """Every attempt, with its traceback."""
+    """The tracebacks of all attempts."""
 
 
 def shared_threads(cores: int, workers: int, left: int) -> int:
-    """`Pool.threads` of workers on one machine: the cores shared out.
+    """`Pool.threads` for workers on one machine: the cores divided by the workers.
 
-    At the end, when there are more workers than frames, each frame gets more: no core waits while others work.
+    The last frames, when there are fewer frames than workers, get more threads each, so that no core idles.
     """
     share = max(1, cores // workers)
     return share if left > workers else max(share, min(cores, -(-2 * cores // left)))
@@ -105,22 +104,21 @@ def schedule(
     attempts: int = MAX_ATTEMPTS,
     now: Callable[[], float] = time.monotonic,
 ) -> Generator[FrameResult | FailedFrame, None, None]:
-    """Every frame once, as they are finished: made, or given up.
+    """Yields the outcome of every frame once, in the order of completion: a result or a failure.
 
-    At most `pool.slots()` are under way, so what waits here stays small. A frame that raises an error of raycam's own
-    is given up at once, since it would raise it again; other errors and deaths of workers are tried `attempts` times.
-    Where a pool cannot tell which of several frames killed a worker, the suspects are tried again at the end, each
-    alone, so that no frame is given up for another's fault. A frame that takes very long while nothing else is left
-    to do is given to a second worker too.
+    At most `pool.slots()` frames are submitted at a time. A frame that raises an error of raycam itself fails at once,
+    because the error would occur again; after other errors and deaths of workers it is tried `attempts` times. If a
+    pool cannot tell which of several frames killed a worker, these frames are retried at the end, one at a time, so
+    that no frame fails because of another. When no other frames are left, a straggler is also given to a second worker.
 
-    Raises `JobError` where the workers are gone for good, and `OSError` where the job's disk takes no more.
+    Raises `JobError` if all workers are lost, and `OSError` if the job's disk fails.
     """
     return _Scheduler(pool, iter(tasks), attempts, now).run()
 
 
 @dataclass
 class _FrameHistory:
-    """What happened to a frame so far."""
+    """The attempts of a frame so far."""
 
     tries: int = 0
     deaths: int = 0
@@ -139,13 +137,13 @@ class _Scheduler:
         self._histories: dict[int, _FrameHistory] = {}
         self._under_way: dict[Future[FrameResult], tuple[FrameTask, float]] = {}
         self._copies: Counter[int] = Counter()
-        self._settled: set[int] = set()  # while another copy of them is under way
+        self._settled: set[int] = set()  # completed frames of which another copy is still running
         self._arrived: queue.SimpleQueue[Future[FrameResult]] = queue.SimpleQueue()
         self._usual = 0.0
-        self._alone = False  # whether the one that is under way is a suspect
+        self._alone = False  # True while a suspect runs
 
     def run(self) -> Generator[FrameResult | FailedFrame, None, None]:
-        """See `schedule`."""
+        """Runs all tasks; see `schedule`."""
         while True:
             self._fill()
             if not self._pending():
@@ -157,10 +155,10 @@ class _Scheduler:
                 continue
             if outcome is not None:
                 yield outcome
-                outcome = None  # what was made may be large, and the next one takes its time
+                outcome = None  # frees the files while waiting for the next frame
 
     def _fill(self) -> None:
-        """Hands over frames as long as there is room: new ones, then those to be tried again, then suspects."""
+        """Submits frames while slots are free: new frames, then retries, then suspects."""
         while not self._alone and self._pending() < max(1, self._pool.slots()):
             task = next(self._tasks, None)
             if task is None and self._again:
@@ -175,7 +173,7 @@ class _Scheduler:
     def _submit(self, task: FrameTask, alone: bool = False) -> None:
         try:
             future = self._pool.submit(task)
-        except (PoolLost, RuntimeError) as fault:  # a broken or closed executor raises a RuntimeError
+        except (PoolLost, RuntimeError) as fault:  # a broken or closed executor raises RuntimeError
             raise _lost_worker_error(fault) from fault
         self._alone = alone
         self._copies[task.frame] += 1
@@ -183,8 +181,8 @@ class _Scheduler:
         future.add_done_callback(self._arrived.put)
 
     def _complete(self, future: Future[FrameResult]) -> FrameResult | FailedFrame | None:
-        """What a future means that is done."""
-        if future not in self._under_way:  # told twice
+        """The outcome of a finished future; None if the frame has no outcome yet, or had one before."""
+        if future not in self._under_way:  # reported twice
             return None
         task, started = self._under_way.pop(future)
         alone, self._alone = self._alone, self._alone and bool(self._under_way)
@@ -201,9 +199,9 @@ class _Scheduler:
             made = future.result()
         except (PoolLost, CancelledError) as fault:
             raise _lost_worker_error(fault) from fault
-        except TempStreamError:  # the job's own disk, which no frame goes through
+        except TempStreamError:  # the job's own disk, for which no frame is to blame
             raise
-        except WorkerUnfit:  # whose turn it is next is the pool's to say
+        except WorkerUnfit:  # the pool chooses another worker
             outcome: FrameResult | FailedFrame | None = None
             if not another:
                 self._again.append(task)
@@ -221,7 +219,7 @@ class _Scheduler:
     def _retry_or_fail(
         self, task: FrameTask, fault: Exception, alone: bool, another: bool
     ) -> FailedFrame | None:
-        """Whether a fault is the end of a frame; if not, it is tried again."""
+        """Schedules a retry after a fault, or returns the failure after too many."""
         story = self._histories.setdefault(task.frame, _FrameHistory())
         story.tries += 1
         story.logs.append(f"attempt {story.tries}:\n" + "".join(traceback.format_exception(fault)))
@@ -244,12 +242,12 @@ class _Scheduler:
         return None
 
     def _speculate_stragglers(self) -> None:
-        """Gives late frames to a second worker, where one has nothing else to do."""
-        slots = self._pool.slots()  # asked in any case: a pool sees there who has gone
+        """Submits copies of stragglers if slots are free."""
+        slots = self._pool.slots()  # always called, because pools check their workers there
         if not self._pool.apart or self._again:
             return
         late = max(STRAGGLER_TIMEOUT, STRAGGLER_FACTOR * self._usual)
-        latest = dict(self._under_way.values())  # they are in the order in which they were handed over
+        latest = dict(self._under_way.values())  # in the order of submission, so the last copy wins
         for task, started in latest.items():
             if self._pending() >= slots:
                 return
@@ -258,7 +256,7 @@ class _Scheduler:
                 self._submit(task, self._alone)
 
     def _pending(self) -> int:
-        """How many are under way whose answer still matters."""
+        """The number of submitted frames without an outcome, copies included."""
         return len(self._under_way) - sum(self._copies[frame] for frame in self._settled)
 
 

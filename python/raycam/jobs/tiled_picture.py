@@ -1,4 +1,4 @@
-"""A large picture as a job: its tiles are made anywhere and joined, bit for bit as if rendered in one."""
+"""A large picture as a job of tiles, assembled bit for bit as if rendered at once."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def job_package(
     tile: int | None = None,
     **settings: Any,
 ) -> JobPackage:
-    """The picture that `raycam.render` makes of the same arguments, as a job of tiles of `tile` (256) pixels a side.
+    """The job for the picture of `raycam.render` with the same arguments, in tiles of `tile` (256) pixels a side.
 
-    Run it by `Job(folder, package).run(pool)`, then `assemble` its tiles.
+    Run the job with `Job(folder, package).run(pool)`, then `assemble` the tiles.
 
-    Raises `SettingsError` for `time` and `denoise`, which look at the picture as a whole, and for a `region` that is
-    not in the picture.
+    Raises `SettingsError` for `time` and `denoise`, which need the whole picture, and for a `region` outside the
+    picture.
     """
     for name in ("time", "denoise"):
         if settings.get(name) or world.render_settings.get(name):
@@ -66,7 +66,7 @@ def job_package(
     tile = tile or DEFAULT_TILE
     plan = {
         "camera": name,
-        "view": seen.P.tolist(),  # for people: the camera itself is with the world
+        "view": seen.P.tolist(),  # for readers of job.json: the camera itself is in the world
         "region": [x, y, width, height],
         "tile": tile,
         "channels": names,
@@ -77,7 +77,7 @@ def job_package(
 
 
 def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """What a worker does for a job of kind "picture": tile_0000.npz and so on, with the channels as they are."""
+    """The frame maker of the kind "picture": tile_0000.npz and so on, with the channels of each tile."""
     camera = world.camera(settings["camera"])
     left, top, width, height = settings["region"]
     tile = settings["tile"]
@@ -103,7 +103,7 @@ register("picture", tile_maker)
 
 
 def assemble(job: Job) -> Frame:
-    """The picture of a job whose tiles are all finished; raises `JobError` where some are missing."""
+    """Assembles the picture of a job; raises `JobError` if tiles are missing."""
     state = job.status()
     if state.finished < state.frames:
         raise JobError(
@@ -139,18 +139,18 @@ def render_tiled(
     progress: Progress | None = None,
     save: Callable[[Frame], object] | None = None,
 ) -> Frame | None:
-    """The picture of a package from `job_package`, made by a job in `folder`; None where other shards have tiles to make.
+    """Renders the picture of a package from `job_package` by a job in `folder`; None if other shards have tiles left.
 
-    With `save(picture)` the job is removed after it; where that of another shard has been before, it is None too. The
-    rest is as in `Job.run`, whose errors it raises.
+    With `save`, `save(picture)` is called and the job removed; returns None if another shard has already saved the
+    picture. Other arguments are as in `Job.run`, whose errors are raised.
     """
     job = Job(folder, package, resume=resume)
     notices = dict.fromkeys(job.status().damaged)
 
-    def tell(made: FrameResult) -> None:
+    def report(made: FrameResult) -> None:
         notices.update(dict.fromkeys(made.notices))
 
-    job.run(pool, shard=shard, retry_failed=retry_failed, progress=progress, finished=tell)
+    job.run(pool, shard=shard, retry_failed=retry_failed, progress=progress, finished=report)
     with job.assembling() as there:
         if not there or job.status().finished < package.frames:
             return None

@@ -1,4 +1,4 @@
-"""The worker's side of a job: fetch the package once, make the frames that are asked for.
+"""The worker's side of a job: loads the package once and renders the requested frames.
 
 A task is data: the job by its hash, the place of its package, the frame. Nothing in a task is run as code: the kind of
 the job is looked up in `jobs.kinds`. Frames are pure functions of their package, so a frame that is made twice, by this
@@ -33,48 +33,48 @@ __all__ = [
 
 Files = Mapping[str, bytes | TempStream]
 GatherPieces = Callable[[Iterable[Piece]], bytes | TempStream]
-"""What becomes of a file in pieces: `b"".join`, or a `TempStream`."""
+"""Combines the pieces of a file: `b"".join`, or a `TempStream`."""
 
-MAX_CACHED = 2  # jobs that a worker remembers
+MAX_CACHED = 2  # jobs in a worker's cache
 PACKAGE_PATHS: list[Path] = []
-"""Folders where packages lie that came another way than through the job's own folder."""
+"""Folders with packages that did not come through the job's own folder."""
 
 
 class FrameTask(NamedTuple):
-    """One frame to make."""
+    """One frame to render."""
 
     job: str
     """The `JobPackage.id`."""
     package: str
-    """Where the package lies."""
+    """The path of the package."""
     frame: int
-    """Which frame."""
+    """The frame's number."""
     threads: int | None = None
-    """How many threads to use: it changes the speed alone."""
+    """The number of threads, None for all; affects the speed only."""
 
 
 class FrameResult(NamedTuple):
-    """A frame that was made."""
+    """A rendered frame."""
 
     frame: int
-    """Its number."""
+    """The frame's number."""
     files: Files
-    """Bytes by name, or where they lie."""
+    """The files by name: bytes, or a `TempStream`."""
     notices: list[str]
-    """What the one who looks at it should know."""
+    """Notices for the user."""
     seconds: float
-    """How long it took."""
+    """The rendering time."""
 
 
 class WorkerUnfit(Exception):
-    """This worker cannot make frames of the job; another one may. It is no fault of the frame."""
+    """This worker cannot render frames of the job, but another may; no fault of the frame."""
 
     worker: str | None = None
-    """Where it is, as its engine calls it."""
+    """The worker's address in its cluster."""
 
 
 class PackageNotFound(WorkerUnfit):
-    """The package of the job is not to be found from here."""
+    """The package of the job cannot be found from this worker."""
 
 
 _frame_makers: OrderedDict[tuple[str, int | None], FrameMaker] = OrderedDict()
@@ -88,10 +88,10 @@ def render_frame(
     package: bytes | None = None,
     gather: GatherPieces = b"".join,
 ) -> FrameResult:
-    """Makes a frame; what it needs of the job is fetched at the first one and kept, or comes along as `package`.
+    """Renders a frame; the package is loaded for the first frame and cached, or given as `package`.
 
-    `gather` takes each file that is made in pieces. Raises what making the frame raises, and `WorkerUnfit` as
-    `load_package` does.
+    `gather` combines the pieces of each file that is made in pieces. Raises the errors of the frame, and those of
+    `load_package`.
     """
     if package is not None:
         cache_package(_read_package(package, "the package that came along", task.job))
@@ -103,23 +103,23 @@ def render_frame(
 
 
 def cache_package(package: JobPackage) -> None:
-    """Remembers a package that is here already."""
+    """Puts a package into the cache."""
     with _lock:
         _cache_package(package)
 
 
 def load_package(task: FrameTask) -> JobPackage:
-    """The package of a task: one that is kept, or from where the task says that it lies, or from `PACKAGE_PATHS`.
+    """The package of a task, from the cache, the task's path, or `PACKAGE_PATHS`; the package is then cached.
 
-    It is kept, for tasks with other threads. Raises `PackageNotFound` where it is in none of them, and `WorkerUnfit`
-    where another version of raycam has made it.
+    Raises `PackageNotFound` if the package is in none of these places, and `WorkerUnfit` if another version of raycam
+    made it.
     """
-    with _lock:  # others wait for the first one: the world is fetched once
+    with _lock:  # other threads wait, so that the world is loaded once
         return _load_package(task)
 
 
 def clear_cache() -> None:
-    """Lets go of everything that is remembered."""
+    """Empties the cache."""
     with _lock:
         _packages.clear()
         _frame_makers.clear()
@@ -127,7 +127,7 @@ def clear_cache() -> None:
 
 def _cached_frame_maker(task: FrameTask) -> FrameMaker:
     key = (task.job, task.threads)
-    with _lock:  # and built once
+    with _lock:  # other threads wait, so that the world is built once
         maker = _frame_makers.get(key)
         if maker is None:
             package = _load_package(task)
@@ -147,7 +147,7 @@ def _cache_package(package: JobPackage) -> None:
 
 
 def _load_package(task: FrameTask) -> JobPackage:
-    """See `load_package`."""
+    """Loads the package of a task; the caller holds the lock."""
     if task.job in _packages:
         return _packages[task.job]
     strange = ""
@@ -156,7 +156,7 @@ def _load_package(task: FrameTask) -> JobPackage:
             package = _read_package(path.read_bytes(), str(path), task.job)
         except OSError:
             continue
-        except FormatError as fault:  # damaged, or another job's on the disk of this machine
+        except FormatError as fault:  # damaged, or the package of another job
             strange = f" ({fault})"
         else:
             _cache_package(package)

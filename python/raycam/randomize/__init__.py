@@ -1,8 +1,8 @@
-"""Randomised worlds: a recipe is a world file with draws in it, objects to be placed, and cameras that see them.
+"""Randomised worlds. A recipe is a world file with random values, randomly placed objects and cameras that show them.
 
 world = raycam.sample("table.recipe.toml", 17)
 
-Everything in world number 17 is a function of the recipe, its seed and 17.
+World number 17 is a function of the recipe, its seed and 17.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .views import place_camera
 __all__ = ["Recipe", "sample"]
 
 PLACE_KEYS = ("on", "gap", "count")
-"""What a recipe says of an object besides what a world file says."""
+"""Keys of an object in a recipe that a world file does not have."""
 MAX_FILE_BYTES = 16 << 20
 MAX_OBJECTS = 100_000
 GEOMETRY = (
@@ -43,29 +43,29 @@ GEOMETRY = (
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 MIN_GAP = 0.001
 MAX_ATTEMPTS = 10
-"""Draws of a world before it is given up."""
+"""Samples of a world before an error is raised."""
 
 
 class Recipe:
-    """What is common to all worlds of a recipe.
+    """A recipe for randomised worlds.
 
-    `recipe` is the path of a .toml file, or the same as a dict, whose files are then looked for in `folder`. It is a
-    world file, with these additions:
+    `recipe` is the path of a .toml file, or the same as a dict, whose files are then in `folder`. A recipe is a world
+    file with these additions:
 
-    * In the place of any value of an object, a light, a camera and of [render] may stand a draw:
+    * A draw may replace any value of an object, a light, a camera and of [render]:
       `{ uniform = [low, high] }` (numbers, or lists of them), `{ log_uniform = [low, high] }`,
-      `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, which may hold draws again.
-    * `one_of = [{...}, {...}]` in a table lends it one's keys.
-    * `count` makes so many of an object, a light or a camera, each with draws of its own; names get numbers.
-    * `on` puts an object on another one, by name: at a random place, turned at random about up, its lowest
-      point on what is level there, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Placed
-      objects stand on what is not placed.
-    * `see = {...}` in a [[camera]] finds a place from where it sees an object: see
+      `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, whose items may contain draws.
+    * `one_of = [{...}, {...}]` in a table merges one of the tables, chosen at random, into it.
+    * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
+    * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
+      lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
+      with `on` only stand on objects without.
+    * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
-    * `world` is another world file, glTF or mesh in the same folder that everything is added to.
+    * `world` is another world file, glTF or mesh in the same folder, to which everything is added.
     * `seed` (0).
 
-    Raises `FormatError` where the file is no TOML, `WorldError` for keys that there are not, `OSError`.
+    Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError`.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Recipe:
             self.description, self.folder = _read(Path(recipe))
         given = self.description.pop("seed", 0)
         self.seed = whole("seed", given if seed is None else seed, 0, (1 << 64) - 1)
-        """The seed of everything that is drawn."""
+        """The seed of all draws."""
         known_keys(
             "a recipe", self.description, ("up", "world", "object", "light", "camera", "render", "video")
         )
@@ -97,7 +97,7 @@ class Recipe:
 
     @cached_property
     def _base(self) -> World | None:
-        """The world that everything is added to, read once."""
+        """The world to which everything is added, loaded once; None without `world`."""
         name = self.description.get("world")
         if name is None:
             return None
@@ -109,18 +109,18 @@ class Recipe:
         return load(path)
 
     def _inside(self, name: str) -> Path | None:
-        """A file in the recipe's folder; others are not opened."""
+        """The path of a file in the recipe's folder; None for a file outside, which is not opened."""
         path = (self.folder / name).resolve()
         return path if path.is_relative_to(self.folder.resolve()) else None
 
     @cached_property
     def _shapes(self) -> dict[str, tuple[ConvexPrism, Floats]]:
-        """What things to be placed take up at the origin, and their world_from_mesh, by their description."""
+        """Cache of bounds at the origin and world_from_mesh of placed objects, by their description."""
         return {}
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories that its worlds may have, by number: whole numbers are their own, names get free ones."""
+        """The categories that the worlds may have, by id; whole numbers are their own ids, names get free ones."""
         found = dict(self._base.categories) if self._base is not None else {}
         names = [str(value) for value in _values(self.description["object"], "category")]
         for name in names:
@@ -133,20 +133,20 @@ class Recipe:
 
     @property
     def files(self) -> dict[str, str]:
-        """The SHA-256 of every file in its folder that it names, of meshes and worlds with all that they name."""
+        """The SHA-256 of every named file in the folder; meshes and worlds include the files that they name."""
         found: dict[str, str] = {}
         for key in ("mesh", "texture", "textures", "image", "profile", "world"):
             for name in _values(self.description, key):
                 path = self._inside(str(name))
                 if not isinstance(name, str) or name in found or path is None or not path.is_file():
                     continue
-                # A mesh is more than its file: materials, textures, buffers.
+                # The hash of a mesh covers its materials, textures and buffers too.
                 data = load(path).to_bytes() if key in ("mesh", "world") else path.read_bytes()
                 found[name] = hashlib.sha256(data).hexdigest()
         return found
 
     def check_camera_counts(self) -> None:
-        """Raises `WorldError` where not every world has as many cameras as the others."""
+        """Raises `WorldError` if the number of cameras may differ between worlds."""
         for number, table in enumerate(self.description["camera"]):
             if isinstance(table.get("count", 1), Mapping) or ONE_OF in table:
                 raise WorldError(
@@ -155,11 +155,11 @@ class Recipe:
                 )
 
     def world(self, number: int) -> World:
-        """World `number`, from 0: the same whatever others are made.
+        """World `number`, from 0, independent of other worlds.
 
-        Where what was drawn has no room or no view sees it, all of it is drawn again, `MAX_ATTEMPTS` times in all.
+        If an object has no room or a camera no view, the whole world is drawn again, at most `MAX_ATTEMPTS` times.
 
-        Raises what `World.from_dict` raises, and `WorldError` where there is no room or no such view in any draw.
+        Raises the errors of `World.from_dict`, and `WorldError` if no attempt succeeds.
         """
         draw = RandomStream(self.seed, "world", whole("number", number, 0, 1 << 62))
         for chance in range(MAX_ATTEMPTS):
@@ -174,7 +174,7 @@ class Recipe:
         )
 
     def _drawn(self, draw: RandomStream) -> World:
-        """The world of a draw; raises `RejectedSample` too."""
+        """Builds the world of a random stream; may raise `RejectedSample`."""
         still: list[dict[str, Any]] = []
         placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]] = []
         for item, place in self._rows("object", draw):
@@ -194,7 +194,7 @@ class Recipe:
         return world
 
     def _rows(self, kind: str, draw: RandomStream) -> list[tuple[dict[str, Any], RandomStream]]:
-        """The tables of a kind with their values drawn, each as often as its `count` says."""
+        """The tables of a kind with drawn values, each repeated `count` times, and their streams."""
         found: list[tuple[dict[str, Any], RandomStream]] = []
         for i, table in enumerate(self.description[kind]):
             row = dict(table)
@@ -210,7 +210,7 @@ class Recipe:
         return found
 
     def _begun(self, draw: RandomStream, objects: list[dict[str, Any]]) -> World:
-        """The world with what is not placed."""
+        """The world with all objects that are not placed at random."""
         table = self.description
         render = draw.substream("render").value(table.get("render", {}), "render")
         if self._base is None:
@@ -221,7 +221,7 @@ class Recipe:
         for key in ("up", "render"):
             if key in table:
                 raise WorldError(f"{key}: it is for {table['world']} to say")
-        # World.at shares what is built and is a world of its own.
+        # World.at returns a separate world that shares the acceleration structures.
         world = self._base.at(0.0)
         for item in objects:
             self._add(world, item)
@@ -230,7 +230,7 @@ class Recipe:
         return world
 
     def _add(self, world: World, item: Mapping[str, Any]) -> int:
-        """Adds an object, whose files are in the recipe's folder: a stranger may have written it."""
+        """Adds an object; its files must be in the recipe's folder, because a recipe is untrusted."""
         return _core.world_add_object(world._core, plain(item), self.folder)
 
     def _place_objects(
@@ -249,15 +249,15 @@ class Recipe:
                 raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}")
             if not isinstance(how["on"], str):
                 raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}")
-            assert placer is not None  # there is one where anything is placed
+            assert placer is not None  # made above if there are objects to place
             try:
                 shape, matrix = self._shape(world, item)
             except WorldError as fault:
                 raise WorldError(f"{what}: {fault}") from None
-            pose = placer.place(shape, how["on"] or None, place.substream("on"), float(gap), what)
+            pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), float(gap), what)
             row = {key: value for key, value in item.items() if key not in POSE}
             style = row.keys() - {*GEOMETRY, "name", "category"}
-            # Things of one shape share one mesh, where nothing of the first one's look would be inherited.
+            # Objects of one shape share a mesh, unless they would inherit the first one's appearance.
             key = json.dumps([_kept(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
             if (
                 key in first
@@ -269,7 +269,7 @@ class Recipe:
             first.setdefault(key, world.objects[number].name)
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
-        """What a thing takes up as it stands at the origin, and its world_from_mesh."""
+        """The bound of an object at the origin, and its world_from_mesh."""
         alone = _kept(item, GEOMETRY)
         key = json.dumps([world.up, alone], sort_keys=True, default=str)
         if key not in self._shapes:
@@ -304,10 +304,10 @@ def sample(
     seed: int | None = None,
     folder: str | os.PathLike[str] = ".",
 ) -> World:
-    """World `number` of a recipe: see `Recipe`, which is the faster way to make many.
+    """World `number` of a recipe; see `Recipe`, which is faster for many worlds.
 
-    The same recipe, seed and number give the same world on every machine, up to the last bits of what the machine's
-    sine and cosine give. Raises what `Recipe` and `Recipe.world` raise.
+    The same recipe, seed and number give the same world on every machine, up to the last bits of the machine's sine and
+    cosine. Raises the errors of `Recipe` and `Recipe.world`.
     """
     if isinstance(recipe, Recipe):
         return recipe.world(number)
@@ -330,7 +330,7 @@ def _kept(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
 
 
 def _values(description: Any, key: str) -> Iterator[Any]:
-    """All values that a key may have anywhere in a description, those that are drawn included."""
+    """Iterates over all values that a key may have anywhere in a description, including the options of draws."""
     if isinstance(description, Mapping):
         for name, value in description.items():
             if name == key:

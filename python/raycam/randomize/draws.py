@@ -1,7 +1,7 @@
-"""Random values in descriptions: a draw's value depends on the seed, the world's number and its own place alone.
+"""Random values in descriptions, as functions of the seed, the world's number and the key's path.
 
-A draw is a table with one of the keys of `DISTRIBUTIONS` in the place of a value. Nothing depends on what else is
-drawn, or on how many worlds there are: numbers are hashes, not a sequence.
+A draw is a table with one of the keys of `DISTRIBUTIONS` in place of a value. Random numbers are hashes, not a
+sequence, so that a value does not depend on other draws, or on the number of worlds.
 """
 
 from __future__ import annotations
@@ -16,49 +16,49 @@ from ..errors import WorldError, nearest
 __all__ = ["DISTRIBUTIONS", "ONE_OF", "RandomStream", "RejectedSample"]
 
 ONE_OF = "one_of"
-"""The key of a list of tables, one of which lends its keys to the table that it is in."""
+"""The key of a list of tables, one of which is merged into the enclosing table."""
 DIGITS = 12
-"""Significant digits that computed numbers are rounded to: mathematical libraries differ in the last of 16."""
+"""Significant digits of computed numbers, because mathematical libraries differ in the last of 16."""
 
 
 class RejectedSample(WorldError):
-    """What was drawn has no room, or nothing sees it: another draw may."""
+    """A sample without room or without a view, which is drawn again."""
 
 
 class RandomStream:
-    """Random numbers of one place: a function of `seed` and the names on the way to it."""
+    """Random numbers that are a function of `seed` and a path of names."""
 
     def __init__(self, seed: int, *way: object) -> None:
         self.seed = seed
         """The seed of all worlds."""
         self.way = way
-        """Names and numbers: the world's, the table's, the key's."""
+        """The path: numbers and names of the world, the table and the key."""
 
     def substream(self, *way: object) -> RandomStream:
-        """A place below this one."""
+        """The stream for a longer path."""
         return RandomStream(self.seed, *self.way, *way)
 
     def bits(self, number: int = 0) -> int:
-        """64 random bits, the `number`-th of this place."""
+        """Returns the `number`-th 64 random bits of the stream."""
         text = "/".join(str(name) for name in (self.seed, *self.way, number))
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
     def uniform01(self, number: int = 0) -> float:
-        """A number in [0, 1), all 53 bits of it random."""
+        """A uniform number in [0, 1) with 53 random bits."""
         return (self.bits(number) >> 11) / (1 << 53)
 
     def uniform(self, low: float, high: float, number: int = 0) -> float:
-        """A number in [low, high), evenly."""
+        """A uniform number in [low, high)."""
         return low + (high - low) * self.uniform01(number)
 
     def integer(self, low: int, high: int, number: int = 0) -> int:
-        """A whole number from `low` to `high`, both included."""
+        """A uniform whole number from `low` to `high`, both included."""
         return low + self.bits(number) % (high - low + 1)
 
     def value(self, description: Any, where: str = "") -> Any:
-        """The description with a value for every draw in it, all the way down.
+        """Replaces every draw in a description by a value, recursively.
 
-        Raises `WorldError`, with the key, for draws that make no sense.
+        Raises `WorldError`, with the key, for invalid draws.
         """
         if isinstance(description, Mapping):
             if len(description) == 1 and (kind := next(iter(description))) in DISTRIBUTIONS:
@@ -89,12 +89,12 @@ class RandomStream:
 
 
 def _uniform(draw: RandomStream, given: Any) -> Any:
-    """Between two numbers, or two lists of numbers: each on its own."""
+    """A uniform number, or a list of independent ones."""
     return _each(given, lambda low, high, i: draw.uniform(low, high, i))
 
 
 def _log_uniform(draw: RandomStream, given: Any) -> Any:
-    """Between two numbers above 0, each factor as likely as any; lists of numbers have one factor in common."""
+    """A log-uniform number above 0; the numbers of a list have a common factor."""
 
     def one(low: float, high: float, _: int) -> float:
         if low <= 0.0:
@@ -114,7 +114,7 @@ def _each(given: Any, draw: Callable[[float, float, int], float]) -> Any:
 
 
 def _integer(draw: RandomStream, given: Any) -> int:
-    """A whole number between two, both included."""
+    """A uniform whole number, both ends included."""
     low, high = _pair(given)
     if not all(isinstance(end, int) and not isinstance(end, bool) for end in (low, high)) or low > high:
         raise ValueError("expected two whole numbers, the smaller first")
@@ -122,7 +122,7 @@ def _integer(draw: RandomStream, given: Any) -> int:
 
 
 def _choice(draw: RandomStream, given: Any) -> Any:
-    """One of a list."""
+    """A random item of a list."""
     if not isinstance(given, list | tuple) or not given:
         raise ValueError("expected a list of what to choose from")
     return given[draw.integer(0, len(given) - 1)]
@@ -134,11 +134,11 @@ DISTRIBUTIONS: dict[str, Callable[[RandomStream, Any], Any]] = {
     "integer": _integer,
     "choice": _choice,
 }
-"""Every kind of draw by its key."""
+"""The distributions by their keys."""
 
 
 def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float, float]:
-    """Two numbers, the smaller first, of a key that is a range; one number is both."""
+    """Parses a range [low, high]; a single number is both ends."""
     if value is None:
         return default
     try:
@@ -148,14 +148,14 @@ def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float
 
 
 def known_keys(what: str, table: Mapping[str, Any], known: Sequence[str]) -> None:
-    """Raises `WorldError` with the nearest name for a key that there is not."""
+    """Raises `WorldError` with the nearest name for an unknown key."""
     for key in table:
         if key not in known:
             raise WorldError(nearest(f"key of {what}", key, list(known)))
 
 
 def rounded(value: float) -> float:
-    """A computed number, rounded to `DIGITS` significant digits."""
+    """Rounds a computed number to `DIGITS` significant digits."""
     return float(f"{value:.{DIGITS}g}")
 
 

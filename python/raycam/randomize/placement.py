@@ -1,7 +1,7 @@
-"""Objects put on a surface at random, so that they rest on it and touch nothing else.
+"""Random placement of objects at rest on surfaces, without collisions.
 
-What an object takes up is the upright prism over the convex outline of its shadow, from its lowest to its highest
-point. Prisms that do not meet are things that do not meet; no thing is ever inside another.
+The bound of an object is a vertical prism over the convex hull of its footprint, from its lowest to its highest point.
+Objects whose prisms do not intersect do not collide; no object is placed inside another.
 """
 
 from __future__ import annotations
@@ -20,38 +20,38 @@ from .draws import RandomStream, RejectedSample, rounded
 __all__ = ["ConvexPrism", "PlacementSampler", "outline"]
 
 AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
-"""The axes of a world, the one that is up last."""
+"""Order of the axes that puts the up axis last."""
 LEVEL = 0.999
-"""The cosine of the steepest slope that things stand on: 2.6 degrees."""
+"""Cosine of the steepest slope that objects may stand on: 2.6 degrees."""
 MAX_TRIES = 2000
 TRIES_PER_BATCH = 8
 
 
 @dataclass(frozen=True)
 class ConvexPrism:
-    """An upright convex prism, in axes whose third one is up."""
+    """A vertical convex prism, in axes with the up axis last."""
 
     outline: Floats
-    """Its corners [n, 2], counter-clockwise, seen from above."""
+    """The corners [n, 2] of the base, counter-clockwise, seen from above."""
     low: float
-    """Where it stands."""
+    """The height of the base."""
     high: float
-    """Where it ends."""
+    """The height of the top."""
 
     @classmethod
     def around(cls, corners: Floats, up: str) -> ConvexPrism:
-        """The smallest one around triangles [n, 3, 3] of a world whose axis `up` is."""
+        """The smallest prism around triangles [n, 3, 3] of a world with the axis `up`."""
         points = corners.reshape(-1, 3)[:, AXES[up]]
         return cls(outline(points[:, :2]), float(points[:, 2].min()), float(points[:, 2].max()))
 
     def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> ConvexPrism:
-        """Turned about up, then moved by `shift` [3]."""
+        """The prism rotated about the up axis, then shifted by `shift` [3]."""
         x, y, z = np.asarray(shift, float)
         turn = np.array([[cos, sin], [-sin, cos]])
         return ConvexPrism(self.outline @ turn + [x, y], self.low + z, self.high + z)
 
     def intersects(self, other: ConvexPrism, gap: float) -> bool:
-        """Whether they come nearer to each other than `gap`: no axis separates them. Source: Ericson 2005, 5.2.1."""
+        """True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
         axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
@@ -60,7 +60,7 @@ class ConvexPrism:
         return bool(apart.max() < max(gap, 1e-12))
 
     def intersects_triangles(self, corners: Floats) -> bool:
-        """Whether any triangle of [n, 3, 3] reaches into it: no axis separates them. Source: Ericson 2005, 5.2.9."""
+        """True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
         box_low = np.append(self.outline.min(axis=0), self.low)
         box_high = np.append(self.outline.max(axis=0), self.high)
         near = ((corners.min(axis=1) < box_high) & (corners.max(axis=1) > box_low)).all(axis=1)
@@ -93,7 +93,9 @@ def outline(points: Floats) -> Floats:
     ordered = np.unique(points, axis=0)
     if len(ordered) < 3:
         return ordered
-    if len(ordered) > 512:  # what is inside of the extremes along 16 directions is on no hull
+    if (
+        len(ordered) > 512
+    ):  # points inside the polygon of the extremes along 16 directions are not on the hull
         ordered = _outer(ordered)
 
     def chain(row: list[list[float]]) -> list[list[float]]:
@@ -113,7 +115,7 @@ def outline(points: Floats) -> Floats:
 
 
 def _outer(points: Floats) -> Floats:
-    # Directions as whole numbers, for the same hull on every machine.
+    # Integer directions give the same hull on every machine.
     ways = np.array(
         [[x, y] for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2) if max(abs(x), abs(y)) == 2], float
     )
@@ -125,41 +127,53 @@ def _outer(points: Floats) -> Floats:
 
 
 def _normals(corners: Floats) -> Floats:
-    """The unit normals [n, 2] of the edges of a convex outline, outwards."""
+    """The outward unit normals [n, 2] of the edges of a convex outline."""
     edges = np.roll(corners, -1, axis=0) - corners
     lengths = np.sqrt((edges**2).sum(axis=1, keepdims=True))
     return np.column_stack([edges[:, 1], -edges[:, 0]]) / np.where(lengths > 0.0, lengths, 1.0)
 
 
 class PlacementSampler:
-    """Finds room on the surfaces of a world, for one thing after the other."""
+    """Samples poses for one object after the other on the surfaces of a world, by rejection."""
 
     def __init__(self, world: World) -> None:
-        self._world = world = world.at(0.0)  # a copy: what is added later is known as prisms
+        self._world = world = world.at(0.0)  # a copy: objects added later are known by their prisms
         self._axes = AXES[world.up]
         self._names = [item.name for item in world.objects]
         self._ids = world.triangle_ids()[:, 0] if self._names else np.empty(0, np.int32)
         self._corners = world.triangles()[..., self._axes] if self._names else np.empty((0, 3, 3))
         self._taken: list[ConvexPrism] = []
 
-    def place(
+    def sample_pose(
         self, shape: ConvexPrism, surface: str | None, draw: RandomStream, gap: float, what: str
     ) -> Floats:
-        """The turn and move world_from_thing [4, 4] that lets a thing that takes up `shape` rest.
+        """Samples the pose [4, 4] of an object with the bound `shape`, and reserves its space.
 
-        It stays as upright as it is, turns about up, and stands with its lowest point on the object `surface`
-        (default: all of them), `gap` metres from everything else. Raises `WorldError` where there is no room.
+        The pose rotates the object about the up axis and puts its lowest point on the object `surface` (default: any),
+        at least `gap` metres from everything else. Raises `WorldError` if there is no room.
         """
-        ground, areas, owners = self._ground(surface) if not len(ground): raise WorldError( f"{what}: nothing of
-        {surface or 'the world'} is level and faces up, to stand on" ) for first in range(0, MAX_TRIES,
-        TRIES_PER_BATCH): tries = [ self._try(shape, ground, areas, draw.substream(number)) for number in range(first,
-        first + TRIES_PER_BATCH) ] supported = self._supported([prism for prism, _ in tries], owners) for (prism, pose),
-        stands in zip(tries, supported, strict=True): if stands and self._free(prism, gap): self._taken.append(prism)
-        return self._world_axes(pose) raise RejectedSample( f"{what}: there is no room on {surface or 'the world'} after
-        {MAX_TRIES} tries; fewer things, smaller ones, a " "larger surface or a smaller gap would make room" )
+        ground, areas, owners = self._ground(surface)
+        if not len(ground):
+            raise WorldError(
+                f"{what}: nothing of {surface or 'the world'} is level and faces up, to stand on"
+            )
+        for first in range(0, MAX_TRIES, TRIES_PER_BATCH):
+            tries = [
+                self._try(shape, ground, areas, draw.substream(number))
+                for number in range(first, first + TRIES_PER_BATCH)
+            ]
+            supported = self._supported([prism for prism, _ in tries], owners)
+            for (prism, pose), stands in zip(tries, supported, strict=True):
+                if stands and self._free(prism, gap):
+                    self._taken.append(prism)
+                    return self._world_axes(pose)
+        raise RejectedSample(
+            f"{what}: there is no room on {surface or 'the world'} after {MAX_TRIES} tries; fewer things, smaller "
+            "ones, a larger surface or a smaller gap would make room"
+        )
 
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
-        """The level triangles [n, 3, 3], the running sum of their areas, and which objects they are of."""
+        """The level triangles [n, 3, 3], the cumulative sums of their areas, and the ids of their objects."""
         if surface is not None and surface not in self._names:
             raise WorldError(nearest("object to stand on", surface, self._names))
         normals = np.cross(
@@ -173,12 +187,12 @@ class PlacementSampler:
     def _try(
         self, shape: ConvexPrism, ground: Floats, areas: Floats, draw: RandomStream
     ) -> tuple[ConvexPrism, Floats]:
-        """A place and a turn, evenly over the ground."""
+        """A random position, uniform over the ground, and a random rotation about the up axis."""
         triangle = ground[min(int(np.searchsorted(areas, draw.uniform01(0) * areas[-1])), len(ground) - 1)]
         u, v = draw.uniform01(1), draw.uniform01(2)
         u, v = (u, v) if u + v <= 1.0 else (1.0 - u, 1.0 - v)
         point = triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0])
-        # A direction without trigonometry: a point in the unit disk, made as long as 1.
+        # A random direction without trigonometry: a point of the unit disk, normalised.
         for number in range(3, 200, 2):
             x, y = draw.uniform(-1, 1, number), draw.uniform(-1, 1, number + 1)
             length = np.sqrt(x * x + y * y)
@@ -193,7 +207,7 @@ class PlacementSampler:
         return shape.turned(cos, sin, shift), pose
 
     def _supported(self, prisms: list[ConvexPrism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
-        """Whether the ground is below every corner of their outlines, where they stand, and nothing is in between."""
+        """True for prisms with ground directly below the centre and all corners of the base, and nothing in between."""
         counts = [len(prism.outline) + 1 for prism in prisms]
         starts = np.concatenate(
             [
@@ -218,7 +232,7 @@ class PlacementSampler:
         return np.array([part.all() for part in np.split(good & outside, ends)])
 
     def _outside(self, origins: Floats) -> npt.NDArray[np.bool_]:
-        """Whether what is above is a ceiling, seen from below, and not the inside of a thing."""
+        """True for points that are not inside an object: the first surface above faces down, or there is none."""
         up = np.zeros(3)
         up[self._axes[2]] = 1.0
         hits = self._world.cast_rays(origins, up)
@@ -231,17 +245,17 @@ class PlacementSampler:
         return found
 
     def _free(self, prism: ConvexPrism, gap: float) -> bool:
-        """Whether nothing that was there, and nothing that was placed, comes nearer than `gap`."""
+        """True if no object, present before or placed, comes nearer than `gap`."""
         if any(prism.intersects(other, gap) for other in self._taken):
             return False
-        # It touches what it stands on, and may stand a little in it where that is not quite level.
+        # The base is excluded: it touches the ground, and may sink in a little where the ground is not quite level.
         wide = ConvexPrism(
             _inflate(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
         )
         return not wide.intersects_triangles(self._corners)
 
     def _world_axes(self, pose: Floats) -> Floats:
-        """A transform of the axes with up last, as one of the world's own axes."""
+        """Converts a transform from axes with up last to the world's axes."""
         order = np.eye(4)
         order[:3, :3] = np.eye(3)[self._axes]  # up-last from world
         found: Any = order.T @ pose @ order
@@ -249,7 +263,7 @@ class PlacementSampler:
 
 
 def _inflate(corners: Floats, gap: float) -> Floats:
-    """A convex outline, each edge moved outwards by `gap`; its corners become cut ones."""
+    """A convex outline with each edge moved outwards by `gap`, and bevelled corners."""
     normals = _normals(corners)
     return outline(
         np.concatenate([corners + normals * gap, np.roll(corners, -1, axis=0) + normals * gap, corners])

@@ -1,4 +1,4 @@
-"""Cameras that see a given object: at given distances, so large in the picture, and so much of it unhidden."""
+"""Random camera poses that show an object at given distances, sizes and visibilities."""
 
 from __future__ import annotations
 
@@ -18,25 +18,26 @@ from .draws import RandomStream, RejectedSample, known_keys, range_of, rounded
 __all__ = ["SEE_KEYS", "place_camera"]
 
 SEE_KEYS = ("object", "distance", "elevation", "azimuth", "roll", "coverage", "visible", "off_center")
-"""The keys of `place_camera` in a [[camera]] of a recipe."""
+"""The keys of `see` in a [[camera]] of a recipe."""
 MAX_TRIES = 500
 PREVIEW_SIZE = 96
-"""The side of the picture in which views that are far from what is asked are found out."""
+"""The longer side in pixels of the preview that rejects most unsuitable views."""
 
 
 def place_camera(
     world: World, camera: Camera, wanted: Mapping[str, Any], draw: RandomStream, what: str
 ) -> Camera:
-    """`camera` at a place from where it sees what is `wanted`; depends on the world, `wanted` and `draw` alone.
+    """Samples a pose of `camera` that fulfils `wanted`, a function of the world, `wanted` and `draw` alone.
 
-    `object` is a name or a category, one of whose objects is chosen (default: any object with a category, or any at
-    all). `distance` [low, high] in metres to the middle of its box (default: 2 to 6 times the radius of the box),
-    `elevation` (5 to 85) and `azimuth` (0 to 360) in degrees of the camera as the object sees it, `roll` (0) of the
-    picture. `off_center` (0.2) moves the object's middle from the picture's by up to that share of its half sides.
-    `coverage` [low, high] is the share of the picture that shows the object (default: 0.001 to 1), `visible` (0.5) the
-    least share of it that is neither hidden nor beyond the picture's edge.
+    `wanted` has these keys. `object` is a name or a category, one of whose objects is chosen (default: any object with
+    a category, or any object). `distance` [low, high] is in metres to the centre of the object's box (default: 2 to 6
+    times the radius of the box). `elevation` (5 to 85) and `azimuth` (0 to 360) are the direction from the object to
+    the camera in degrees, `roll` (0) rotates the picture. `off_center` (0.2) is the largest offset of the object's
+    centre from the picture's, as a fraction of half the picture's sides. `coverage` [low, high] is the fraction of the
+    picture that shows the object (default: 0.001 to 1). `visible` (0.5) is the minimum fraction of the object that is
+    neither occluded nor outside the picture.
 
-    Raises `WorldError` where no such view is found.
+    Raises `WorldError` if no such view is found.
     """
     known_keys(f"see of {what}", wanted, SEE_KEYS)
     number = _chosen(world, wanted.get("object"), draw.substream("object"), what)
@@ -61,7 +62,7 @@ def place_camera(
         if pose is None:
             continue
         placed = camera.at_pose(*pose)
-        # A small picture says no to most of what is wrong; the picture itself says yes.
+        # A small preview rejects most unsuitable views; the full picture decides.
         if scale < 0.5 and not _is_visible(
             world, placed.resized(small_size), number, coverage, least, slack=0.3
         ):
@@ -102,7 +103,7 @@ def _pose(
     roll: tuple[float, float],
     aside: float,
 ) -> tuple[Floats, Floats] | None:
-    """Rotation and centre that put `target` where the draw wants it; None where the lens has no ray there."""
+    """Rotation and centre that show `target` at a random pixel; None if the lens has no ray there."""
     around, rise = (
         math.radians(draw.uniform(*ends, number=i)) for i, ends in enumerate((azimuth, elevation))
     )
@@ -124,7 +125,7 @@ def _pose(
         return None
     upwards = np.array([0.0, 0.0, 1.0] if up == "z" else [0.0, 1.0, 0.0])
     turn = math.radians(draw.uniform(*roll, number=5))
-    # The camera's ray through the pixel goes along -way: from the axes of the one to the axes of the other.
+    # The camera's ray through the pixel must point along -way: the rotation maps one frame to the other.
     world_axes, camera_axes = (
         _axes(target - center, -upwards),
         _axes(lying, np.array([math.sin(turn), math.cos(turn), 0.0])),
@@ -135,7 +136,7 @@ def _pose(
 
 
 def _axes(forward: Floats, down: Floats) -> Floats:
-    """A rotation [3, 3] whose third column is along `forward` and whose second is as far down as can be."""
+    """A rotation [3, 3] whose third column is along `forward` and whose second is as close to `down` as possible."""
     z = forward / np.linalg.norm(forward)
     y = down - (down @ z) * z
     if np.linalg.norm(y) < 1e-6:

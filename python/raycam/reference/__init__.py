@@ -159,9 +159,9 @@ class Crossings:
     u: Floats
     """The segment g - f, [..., 3]."""
     along_u: Floats
-    """The parameters s at which the lines of the edges v1, v2, v3 intersect f + s u, [..., 3]; NaN for parallel lines."""
+    """The parameters s of the intersections of f + s u with the lines of v1, v2, v3, [..., 3]; NaN for parallels."""
     along_edge: Floats
-    """The parameters q of the same points along the edges, start + q edge, [..., 3]; NaN for parallel lines."""
+    """The parameters q of the same points along the edges, start + q edge, [..., 3]; NaN for parallels."""
     crossed: Bools
     """True [..., 3] for the edges that the segment from f to g crosses."""
     on_edge: Bools
@@ -330,7 +330,7 @@ def render_triangles(
         ids = np.column_stack([np.zeros(len(corners)), np.arange(len(corners))])
     names = np.asarray(ids, dtype=np.int32).reshape(len(corners), 2)
 
-    units = Units.of(corners.reshape(-1, 3), camera_center(matrix))
+    units = Units.for_world(corners.reshape(-1, 3), camera_center(matrix))
     matrix = units.camera(matrix)
     C = camera_center(matrix)
     forward = third_row_of_r(matrix)

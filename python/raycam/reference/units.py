@@ -24,7 +24,7 @@ class Units:
     scale: float
 
     @staticmethod
-    def of(points: Floats, C: Floats) -> Units:
+    def for_world(points: Floats, C: Floats) -> Units:
         """The units for a world with points [n, 3] and a camera at C [3]."""
         low, high = (
             np.minimum(points.min(axis=0, initial=np.inf), C),

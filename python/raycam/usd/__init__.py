@@ -1,8 +1,7 @@
-"""USD files, read by Pixar's library in a process of its own: the `raycam[usd]` extra.
+"""USD files, read by Pixar's library in a separate process: the `raycam[usd]` extra.
 
-Whatever such a file makes the library do, it happens in another process, which may take no more than a `UsdLimits` of
-time, memory and disk and writes into an empty folder: `raycam.usd.worker`. From there raycam reads like from any
-other folder.
+The process, `raycam.usd.worker`, runs under `UsdLimits` of time, memory and disk, because files are untrusted. It
+writes meshes and images into an empty folder, from which raycam reads them like from any other folder.
 """
 
 from __future__ import annotations
@@ -24,33 +23,32 @@ from ..errors import FormatError, SettingsError
 __all__ = ["SUFFIXES", "UsdLimits", "read"]
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
-"""The files that are USD."""
+"""Endings of USD files."""
 
 
 @dataclass(frozen=True)
 class UsdLimits:
-    """The most that reading one USD file may take."""
+    """Limits for reading one USD file."""
 
     seconds: float = 300.0
-    """Of time."""
+    """Time."""
     memory: int = 8 << 30
-    """Bytes of addresses."""
+    """Address space in bytes."""
     bytes: int = 4 << 30
-    """Of every file that is read, and of every one that is written on the way."""
+    """Size in bytes of all files read, and of every file written."""
     triangles: int = 1 << 28
-    """Face corners, with every instance."""
+    """Face corners, counted for every instance."""
 
 
 def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = None) -> dict[str, Any]:
-    """The world in a USD file as `World.from_dict` takes it; its meshes and images are written into `folder`.
+    """Reads a USD file as a dict for `World.from_dict`; meshes and images are written into `folder`.
 
-    Its notices are under `"notices"`, and under `"files"` what it calls the images. Raises `OSError` where the file
-    cannot be opened, `FormatError` where it cannot be read within the budget, and `SettingsError` where the extra is
-    not installed.
+    The dict also has `"notices"`, and under `"files"` the original names of the images. Raises `OSError` if the file
+    cannot be opened, `FormatError` if it cannot be read within the limits, and `SettingsError` without the extra.
     """
     budget = budget or UsdLimits()
     path = Path(path)
-    with path.open("rb") as file:  # for the errors that every file has
+    with path.open("rb") as file:  # raises the usual OSErrors
         if not path.is_file():
             raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
         size = file.seek(0, os.SEEK_END)
@@ -93,7 +91,7 @@ def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = 
 
 
 def _terminate(process: subprocess.Popen[bytes]) -> None:
-    """Ends the worker and whatever it started."""
+    """Kills the worker and its child processes."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()

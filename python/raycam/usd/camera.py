@@ -1,4 +1,4 @@
-"""Cameras of USD, as a world file describes them. Source: the schema `UsdGeomCamera`."""
+"""Cameras of USD as descriptions of a world file. Source: the schema `UsdGeomCamera`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pxr import Gf, Usd, UsdGeom
 __all__ = ["camera_spec"]
 
 COLUMNS = 960
-"""A USD camera has no pixels: so many across, and as many rows as its aperture is high."""
+"""The picture width in pixels; a USD camera has no pixels. The height follows from the aperture."""
 
 
 def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[str, Any]:
-    """A camera spec whose film fills the picture; an orthographic one sees as much as its film is large."""
+    """A camera description whose picture is the film; the film size is the extent of an orthographic camera."""
     time = Usd.TimeCode.EarliestTime()
 
     def value(attribute: Usd.Attribute) -> Any:

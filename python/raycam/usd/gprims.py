@@ -1,4 +1,4 @@
-"""Solids of USD as faces.
+"""Geometric primitives ("gprims") of USD as faces.
 
 Sources: the schemas `UsdGeomCube`, `UsdGeomSphere`, `UsdGeomCylinder`, `UsdGeomCylinder_1`, `UsdGeomCone`,
 `UsdGeomCapsule` and `UsdGeomPlane`.
@@ -16,24 +16,24 @@ from pxr import Usd, UsdGeom
 __all__ = ["GPRIMS", "Faces", "gprim_faces"]
 
 SEGMENTS = 64
-"""Of a circle: no point of its polygon is nearer to the middle than 0.9988 of the radius."""
+"""Sides of a circle's polygon, which stays outside 0.9988 of the radius."""
 
 
 class Faces(NamedTuple):
-    """What a mesh is made of."""
+    """The arrays of a polygon mesh."""
 
     points: Any
-    """[n, 3]."""
+    """Points [n, 3]."""
     counts: Any
     """The number of corners of each face."""
     indices: Any
     """The point of each corner, counterclockwise from outside."""
     normals: Any = None
-    """[corners, 3], unit length, where the surface is curved."""
+    """Unit normals [corners, 3] of a curved surface; None for flat faces."""
 
 
 def gprim_faces(prim: Usd.Prim) -> Faces:
-    """The faces of a solid of one of the kinds `GPRIMS`, in its own coordinates."""
+    """The faces of a prim of a type in `GPRIMS`, in local coordinates."""
     found = GPRIMS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(Usd.TimeCode.EarliestTime()))
     axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else UsdGeom.Tokens.z
     return _align_axis(found, axis, turned=prim.GetTypeName() != "Plane")
@@ -89,21 +89,21 @@ def _frustum(bottom: float, top: float, height: float) -> Faces:
 
 
 Point = tuple[float, float, float, float]
-"""Of a profile: its distance from the axis, its height, and its normal in the same coordinates."""
+"""A point of a profile: distance from the axis, height, and the normal's components along both."""
 
 
 def _arc(first: float, last: float, radius: float, height: float) -> list[tuple[Point, Point]]:
-    """The pieces of an arc between two degrees, from the bottom up."""
+    """The segments of an arc between two angles in degrees, from the bottom up."""
     count = round(SEGMENTS * (last - first) / 360)
     angles = np.radians(np.linspace(first, last, count + 1))
-    # The poles lie on the axis.
+    # Poles lie exactly on the axis.
     cosines, sines = np.where(np.isclose(np.abs(angles), np.pi / 2), 0.0, np.cos(angles)), np.sin(angles)
     points = [(radius * c, radius * s + height, c, s) for c, s in zip(cosines, sines, strict=True)]
     return list(pairwise(points))
 
 
 def _surface_of_revolution(profile: list[tuple[Point, Point]]) -> Faces:
-    """A surface of revolution about z, of the pieces of a profile that leads upwards on its outside."""
+    """A surface of revolution about z; the profile's segments run upwards along its outside."""
     turns = np.arange(SEGMENTS) * 2 * np.pi / SEGMENTS
     x, y = np.cos(turns), np.sin(turns)
     corners: list[Any] = []
@@ -133,7 +133,7 @@ def _surface_of_revolution(profile: list[tuple[Point, Point]]) -> Faces:
 
 
 def _align_axis(found: Faces, axis: str, turned: bool) -> Faces:
-    """With z along another axis; a plane keeps its width horizontal, as its schema says."""
+    """Rotates z to another axis; a plane keeps its width horizontal, as its schema defines."""
     order, signs = {
         ("X", True): ([2, 0, 1], [1, 1, 1]),
         ("Y", True): ([1, 2, 0], [1, 1, 1]),
@@ -153,4 +153,4 @@ GPRIMS: dict[str, Callable[[Value], Faces]] = {
     "Capsule": _capsule,
     "Plane": _plane,
 }
-"""The kinds of prims that are solids, and how each is made of the values of its attributes."""
+"""Functions that make the faces of each prim type from the values of its attributes."""

@@ -1,4 +1,4 @@
-"""Lights of USD, as a world file describes them. Source: the schemas of `UsdLux`, "Quantities and Units"."""
+"""Lights of USD as descriptions of a world file. Source: the schemas of `UsdLux`, "Quantities and Units"."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Found = tuple[dict[str, Any] | None, str | None]
 def light_spec(
     prim: Usd.Prim, world_from_local: Gf.Matrix4d, image: Callable[[Sdf.AssetPath], str | None], up: str
 ) -> Found:
-    """A light and what there is to say about it; `image` gives the file of a picture."""
+    """The description of a light and a notice, or None for either; `image` returns the file of an asset."""
     time = Usd.TimeCode.EarliestTime()
     name, kind = prim.GetPath().pathString, prim.GetTypeName()
 
@@ -57,7 +57,7 @@ def light_spec(
         bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
         cone = value("shaping:cone:angle", 180.0)
         if cone <= 90:
-            # What it has on its axis: radiance times the disk that is seen.
+            # Intensity on the axis: radiance times the area of the visible disk.
             intensity = (power / (4 * np.pi)).tolist()
             soft = float(np.clip(value("shaping:cone:softness", 0.0), 0, 1))
             spot = {"type": "spot", "position": place.tolist(), "direction": forward, "intensity": intensity}
@@ -81,7 +81,7 @@ def light_spec(
         file = image(asset)
         if file is None:
             return None, f"light {name} is left out without its image"
-        # The middle of a latlong image is at +z, its top at +y of the light.
+        # The middle of a latlong image is at the light's +z, its top at +y.
         middle, pole = axes[:, 2], axes[:, 1]
         yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
         said = None

@@ -21,7 +21,7 @@ FALLBACK = {
     "ior": 1.5,
 }
 NOT_USED = {"useSpecularWorkflow": 0, "displacement": 0.0, "opacityThreshold": 0.0, "occlusion": 1.0}
-"""What has no place in MTL, with the value that changes nothing."""
+"""Inputs without an equivalent in MTL, with their neutral values."""
 MAPS = {
     "diffuseColor": "map_Kd",
     "emissiveColor": "map_Ke",
@@ -31,11 +31,11 @@ MAPS = {
     "normal": "norm",
 }
 CHANNELS = {"metallic": "rb", "roughness": "rg"}
-"""The channels that are looked up in an image that is not grey, or where it is."""
+"""The channels of an image that are accepted: red, which a grey image has, or glTF's channel."""
 
 
 class Materials:
-    """The materials of a stage under names of MTL; `image` gives the file of a picture."""
+    """The materials of a stage as MTL materials; `image` returns the file of an asset."""
 
     def __init__(self, image: Callable[[Sdf.AssetPath], str | None]) -> None:
         self.notices: list[str] = []
@@ -45,7 +45,7 @@ class Materials:
         self._uvs: dict[str, str] = {}
 
     def name(self, material: UsdShade.Material) -> str:
-        """What `usemtl` calls it."""
+        """The material's name for `usemtl`."""
         path = material.GetPath().pathString
         if path not in self._names:
             self._names[path] = f"{material.GetPrim().GetName()}_{len(self._names)}"
@@ -53,7 +53,7 @@ class Materials:
         return self._names[path]
 
     def plain(self, color: tuple[float, float, float], opacity: float = 1.0) -> str:
-        """One of a colour and an opacity alone."""
+        """The name of a material with only a colour and an opacity."""
         name = f"color_{len(self._names)}"
         self._names[name] = name
         self._text.extend([f"newmtl {name}", "Kd {} {} {}".format(*(min(max(c, 0.0), 1.0) for c in color))])
@@ -62,14 +62,14 @@ class Materials:
         return name
 
     def primvar(self, material: UsdShade.Material | None) -> str:
-        """The texture coordinates of its images."""
+        """The name of the primvar with the texture coordinates of the material's images."""
         if material is None:
             return "st"
         self.name(material)
         return self._uvs.get(material.GetPath().pathString, "st")
 
     def write(self, path: Path) -> None:
-        """Writes all of them."""
+        """Writes all materials to an MTL file."""
         path.write_text("\n".join([*self._text, ""]), encoding="utf-8")
 
     def _lines(self, material: UsdShade.Material, path: str) -> list[str]:
@@ -115,7 +115,7 @@ class Materials:
         ]
 
     def _map(self, key: str, shader: UsdShade.Shader, output: str, path: str) -> tuple[str | None, Any]:
-        """The line of an image, and what it is multiplied by."""
+        """The MTL line of an image, and the factor of the image."""
         time = Usd.TimeCode.EarliestTime()
 
         def given(shader: UsdShade.Shader, name: str, default: Any) -> Any:

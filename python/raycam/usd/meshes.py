@@ -15,12 +15,12 @@ __all__ = ["Meshes", "rows"]
 
 
 def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
-    """A matrix for columns, as raycam has them: USD's are for rows."""
+    """The matrix for column vectors, as raycam uses them; USD's matrices are for row vectors."""
     return np.array(matrix).T.tolist()  # type: ignore[no-any-return]
 
 
 class Meshes:
-    """The meshes of a stage as OBJ files in a folder; those that instances share, once."""
+    """The meshes of a stage as OBJ files in a folder; a mesh that instances share is written once."""
 
     def __init__(self, folder: Path, materials: Materials, most_corners: int) -> None:
         self.notices: list[str] = []
@@ -30,7 +30,7 @@ class Meshes:
         self._known: dict[tuple[str, ...], tuple[str | None, int]] = {}
 
     def file(self, mesh: UsdGeom.Gprim) -> str | None:
-        """The name of its OBJ file; none where it has no faces."""
+        """The name of the mesh's OBJ file; None for a mesh without faces."""
         prim = mesh.GetPrim()
         own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         bound = _bound(prim)
@@ -59,7 +59,7 @@ class Meshes:
             )
         lines = ["mtllib materials.mtl"]
         colors, color = self._colors(mesh, bound, len(points), counts, indices)
-        # Colours of corners need vertices that no other corner has, which a smooth surface does not bear.
+        # Colours per corner need separate vertices, which a smooth surface cannot have.
         apart = colors is not None and len(colors) != len(points)
         if apart and subdivided:
             self.notices.append(f"mesh {path}: colours for each face or corner are not used")
@@ -106,7 +106,7 @@ class Meshes:
         return file, len(indices)
 
     def _groups(self, mesh: UsdGeom.Gprim, color: str, count: int) -> list[tuple[str, Any]]:
-        """The faces of each material."""
+        """The faces of each material, by name."""
         rest = np.ones(count, bool)
         groups = []
         for subset in UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets():
@@ -125,7 +125,7 @@ class Meshes:
     def _colors(
         self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None, count: int, counts: Any, indices: Any
     ) -> tuple[Any, str]:
-        """The colours of its points or corners, sRGB as in an OBJ file, and the material besides."""
+        """The sRGB colours of points or corners as in an OBJ file, and the material."""
         time = Usd.TimeCode.EarliestTime()
         if bound:
             return None, self._materials.name(bound)
@@ -170,7 +170,7 @@ class Meshes:
 
 
 def _faces(mesh: UsdGeom.Mesh) -> Faces:
-    """Those of a mesh, as they are in the file."""
+    """The faces of a mesh as stored in the file."""
     time = Usd.TimeCode.EarliestTime()
     points = np.array(mesh.GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
@@ -178,7 +178,7 @@ def _faces(mesh: UsdGeom.Mesh) -> Faces:
 
 
 def _fault(found: Faces) -> str | None:
-    """Why these are no faces, in words."""
+    """The error message for invalid faces; None for valid ones."""
     points, counts, indices = found.points, found.counts, found.indices
     if (counts < 3).any() or counts.sum() != len(indices):
         return f"its faces have {counts.sum()} corners, it has {len(indices)}"
@@ -190,7 +190,7 @@ def _fault(found: Faces) -> str | None:
 
 
 def _spread(table: Any, interpolation: str, counts: Any, indices: Any) -> Any:
-    """Values at every corner of those of points, faces or the whole; none where they do not fit."""
+    """Values for every corner from values per point, per face or constant; None if the count does not fit."""
     if interpolation == "constant" and len(table) == 1:
         return np.repeat(table, len(indices), axis=0)
     if interpolation == "uniform" and len(table) == len(counts):

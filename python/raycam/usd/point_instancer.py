@@ -1,4 +1,4 @@
-"""Copies of prototypes in USD. Source: the schema `UsdGeomPointInstancer`."""
+"""Point instancers of USD. Source: the schema `UsdGeomPointInstancer`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["instances"]
 def instances(
     instancer: UsdGeom.PointInstancer, world_from_instancer: Gf.Matrix4d, places: UsdGeom.XformCache
 ) -> Iterator[tuple[int, Usd.Prim, Gf.Matrix4d]]:
-    """The number of each copy that is not masked, and the prims of its prototype, each with its place in the world."""
+    """Iterates over the unmasked instances: their index, and each prim of the prototype with world_from_prim."""
     time = Usd.TimeCode.EarliestTime()
     stage = instancer.GetPrim().GetStage()
     which = instancer.GetProtoIndicesAttr().Get(time) or []

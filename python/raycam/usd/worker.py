@@ -1,8 +1,8 @@
 """The process that reads a USD file: `python -m raycam.usd.worker FILE FOLDER LIMITS`.
 
-Writes `world.json`, what `World.from_dict` takes, and beside it an OBJ file for every mesh, `materials.mtl`, and the
-images. Read are meshes and solids with their instances, UsdPreviewSurface materials, cameras and lights at the first
-time; what else is drawn in other programs is named in `"notices"`.
+Writes `world.json` for `World.from_dict`, an OBJ file for every mesh, `materials.mtl`, and the images. Supported are
+meshes and gprims with their instances, UsdPreviewSurface materials, cameras and lights, at the first time. Other
+renderable prims are listed in `"notices"`.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ UNSUPPORTED_TYPES = (
     *("Capsule_1", "Points", "BasisCurves", "NurbsCurves"),
     *("NurbsPatch", "HermiteCurves", "TetMesh", "Volume", "PointInstancer"),
 )
-"""What other programs draw and raycam does not."""
+"""Renderable types that raycam does not support."""
 GEOMETRY_TYPES = {"Mesh", *GPRIMS}
-"""What becomes an object."""
+"""Types that become objects."""
 
 
 class UsdRejected(Exception):
-    """A file that is not read, with the reason."""
+    """The file is rejected, with the reason."""
 
 
 def apply_rlimits(memory: int, seconds: float, size: int) -> None:
-    """Bounds this process, where the system can."""
+    """Limits the resources of this process, on systems that can."""
     try:
         import resource
     except ImportError:  # Windows
@@ -52,7 +52,7 @@ def apply_rlimits(memory: int, seconds: float, size: int) -> None:
 
 
 def check_confined(path: Path, most: int) -> None:
-    """Refuses a file whose layers are not all regular files in its own folder or below, before opening such a one."""
+    """Rejects a file with a layer that is not a regular file in the file's folder, before that layer is opened."""
     root, left = path.parent.resolve(), most
     waiting, seen = [path], set()
     while waiting:
@@ -72,7 +72,7 @@ def check_confined(path: Path, most: int) -> None:
         layer = Sdf.Layer.FindOrOpen(str(layer_path))
         if layer is None:
             raise UsdRejected(f"{shown}: not a USD layer that Pixar's library can read")
-        # An empty name is this layer itself.
+        # An empty name stands for the layer itself.
         for asset in filter(None, layer.GetCompositionAssetDependencies()):
             if "`" in asset or ":" in asset:
                 raise UsdRejected(
@@ -91,11 +91,11 @@ class Images:
         self.left = left
         self.package = zipfile.ZipFile(path) if path.suffix.lower() == ".usdz" else None
         self.known: dict[str, str | None] = {}
-        self.files: dict[str, str] = {}  # what the USD file calls them
+        self.files: dict[str, str] = {}  # original names of the images
         self.notices: list[str] = []
 
     def file(self, asset: Sdf.AssetPath) -> str | None:
-        """The name in the folder of the image at a resolved path; none where it may not be used, with a notice."""
+        """The name of the copied image; None, with a notice, for an image that may not be used."""
         place = asset.resolvedPath or asset.path
         if place not in self.known:
             try:
@@ -131,7 +131,7 @@ class Images:
 
 
 def world_dict(path: Path, folder: Path, most_bytes: int, most_corners: int) -> dict[str, Any]:
-    """The world in a file, and the files that it needs in the folder."""
+    """Reads the file as a dict for `World.from_dict`, and writes meshes and images to the folder."""
     check_confined(path, most_bytes)
     stage = Usd.Stage.Open(str(path))
     if stage is None:
@@ -155,7 +155,7 @@ def world_dict(path: Path, folder: Path, most_bytes: int, most_corners: int) -> 
             if file := meshes.file(UsdGeom.Gprim(prim)):
                 objects.append({"name": prim.GetName(), "mesh": file, "matrix": rows(from_local)[:3]})
         elif prim.IsA(UsdGeom.PointInstancer):
-            # Its prototypes are no objects by themselves.
+            # Prototypes are not objects themselves.
             walk.PruneChildren()
             for number, part, place in instances(UsdGeom.PointInstancer(prim), from_local, places):
                 if part.GetTypeName() in GEOMETRY_TYPES and not _is_invisible(UsdGeom.Imageable(part)):
@@ -186,7 +186,7 @@ def world_dict(path: Path, folder: Path, most_bytes: int, most_corners: int) -> 
 
 
 def _unit(stage: Usd.Stage) -> float:
-    """Its unit of length in metres. Blender 2.8 wrote it as a float, which the stage itself does not take."""
+    """The unit of length in metres. Blender 2.8 wrote it as a float, which the stage's own getter ignores."""
     root = stage.GetRootLayer().pseudoRoot
     if not root.HasInfo("metersPerUnit"):
         return UsdGeom.GetStageMetersPerUnit(stage)  # type: ignore[no-any-return]
@@ -198,7 +198,7 @@ def _is_invisible(prim: UsdGeom.Imageable) -> bool:
 
 
 def main(path: Path, folder: Path, limits: dict[str, Any]) -> None:
-    """Writes the world, or the reason why there is none."""
+    """Writes the world or the error to `world.json`."""
     apply_rlimits(limits["memory"], limits["seconds"], limits["bytes"])
     try:
         found = world_dict(path, folder, limits["bytes"], limits["triangles"])

@@ -1,4 +1,4 @@
-"""Videos: a world through time, frame by frame, into a video file or a folder of PNG pictures."""
+"""Videos of a moving world, written to a video file or a folder of PNG pictures."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ FPS = 24.0
 
 
 class VideoPlan:
-    """The frames of a video, each rendered when it is asked for.
+    """The frames of a video, each rendered on request.
 
-    `world` moves as its `[video]` says; one without shows its `animation`, a name or number (the first where not
-    given), from beginning to end; one without either gets an orbit of 4 seconds around its middle, and `notices` says
-    so. `camera` (default: the world's first, or one that frames everything) is moved where the video moves the
-    camera; a camera of the world moves with its animation. Instead of it, `rig`, a rig and the name of one of its
-    cameras, shows what that one sees while the video moves the rig, as `World.rig_at` says. `fps` replaces the
-    world's frames per second (24), `seconds` plays the same motion faster or slower. `settings` are those of
-    `raycam.render`: integrator, samples, filter, seed, ambient_occlusion, exposure, transparent, threads.
+    `world` moves by its `[video]`. A world without a video shows its `animation`, a name or number (default: the
+    first), from beginning to end. A world without either gets an orbit of 4 seconds around its middle, with a notice.
+    `camera` (default: the world's first camera, or one that frames the whole world) moves if the video moves the
+    camera; a camera of the world also moves with its animation. Instead of `camera`, `rig` is a rig and the name of one
+    of its cameras, while the video moves the rig as in `World.rig_at`. `fps` replaces the world's frames per second
+    (24). `seconds` plays the same motion faster or slower. `settings` are those of `raycam.render`: integrator,
+    samples, filter, seed, ambient_occlusion, exposure, transparent, threads.
 
-    What does not move is built once, before the first frame.
+    Parts that do not move are built once, before the first frame.
 
-    Raises `SettingsError` where `fps` or `seconds` is not a positive number or they make too many frames, and
-    `CameraError` where the world has no camera and nothing to frame.
+    Raises `SettingsError` if `fps` or `seconds` is not a positive number or there would be too many frames, and
+    `CameraError` if the world has no camera and nothing to frame.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class VideoPlan:
         **settings: Any,
     ) -> None:
         self.notices: list[str] = []
-        """What the one who looks at it should know."""
+        """Notices for the user."""
         self._rig = rig
         if rig is not None:
             if camera is not None:
@@ -69,7 +69,7 @@ class VideoPlan:
                 raise CameraError(nearest("camera", rig[1], list(rig[0])))
             camera = rig[0][rig[1]]
         self.camera = world.default_camera() if camera is None else camera
-        """The camera that moves."""
+        """The camera, before the video moves it."""
         animations = world.animations
         if animation is not None or animations:
             animation = _number(animations, animation)
@@ -83,12 +83,12 @@ class VideoPlan:
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
         """Frames per second."""
-        # An animation whose keyframes are all at 0 has one moment.
+        # An animation whose keyframes are all at time 0 has a single frame.
         length = video.seconds if video else max(animations[animation or 0].duration, 1 / self.fps)
         follows = rig is None and bool(animations)
         self._animation, self._follows = animation, _name_of(world, self.camera) if follows else None
         self.seconds = length if seconds is None else _positive("seconds", seconds)
-        """Its length."""
+        """The duration."""
         if self.fps * self.seconds > MAX_FRAMES:
             raise SettingsError(
                 f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames"
@@ -97,17 +97,17 @@ class VideoPlan:
 
     @property
     def transparent(self) -> bool:
-        """Whether its frames have an opacity."""
+        """True if frames have an opacity."""
         return bool(self._settings.get("transparent"))
 
     def __len__(self) -> int:
-        """How many frames it has, at least one."""
+        """The number of frames, at least 1."""
         return max(1, round(self.fps * self.seconds))
 
     def numbers(self, frames: tuple[int | None, int | None] | None) -> range:
-        """The numbers of a part of its frames, counted as in a slice; None for all.
+        """The frame numbers of a slice (start, stop); None for all frames.
 
-        Raises `SettingsError` where there are none.
+        Raises `SettingsError` for an empty range.
         """
         start, stop = frames or (None, None)
         found = range(len(self))[start:stop]
@@ -119,16 +119,16 @@ class VideoPlan:
         return found
 
     def time(self, number: int) -> float:
-        """When in the world's own time frame `number` is, in seconds."""
+        """The time of frame `number` in the world, in seconds."""
         return number / self.fps * self._pace
 
     def frame(self, number: int, progress: Progress | None = None) -> Frame:
-        """Frame `number`, from 0, with the channel `color`; its random numbers are its own.
+        """Renders frame `number`, from 0, with the channel `color`; each frame has its own random numbers.
 
-        `progress` is that of `raycam.render`.
+        `progress` is as in `raycam.render`.
         """
         number = whole("frame", number, 0, len(self) - 1)
-        # Every moment shares what has been built of the world by now.
+        # The worlds of all frames share the acceleration structures built here.
         self._world.prepare(threads=self._settings.get("threads"))
         moment = self._world.at(self.time(number), self._animation)
         camera = self.camera
@@ -140,14 +140,14 @@ class VideoPlan:
         return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
 
     def _camera_at(self, camera: Camera, time: float) -> Camera:
-        """The camera, or the one of the rig, where the video has it at a time."""
+        """The camera, or the camera of the rig, as the video moves it, at a time in seconds."""
         if self._rig is None:
             return self._world.camera_at(camera, time)
         rig, name = self._rig
         return self._world.rig_at(rig, time)[name]
 
     def package(self) -> JobPackage:
-        """The film as a job, one PNG picture a frame."""
+        """The video as a job, with one PNG picture per frame."""
         name = self._follows
         world = self._world
         if name is None:
@@ -156,7 +156,7 @@ class VideoPlan:
         settings = {
             "camera": name,
             "animation": self._animation,
-            "view": self.camera.P.tolist(),  # for people: the camera itself is with the world
+            "view": self.camera.P.tolist(),  # for readers of job.json: the camera itself is in the world
             "size": self.camera.size,
             "fps": self.fps,
             "seconds": self.seconds,
@@ -168,7 +168,7 @@ class VideoPlan:
 
 
 def frame_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """What a worker does for a job of kind "video": frame_0000.png and so on."""
+    """The frame maker of the kind "video": frame_0000.png and so on."""
     table, name = settings.get("rig", (None, ""))
     size = tuple(settings["size"])
     film = VideoPlan(
@@ -205,22 +205,22 @@ def write_video(
     progress: Progress | None = None,
     **settings: Any,
 ) -> VideoPlan:
-    """Renders the video of a world into a file (.mp4 .mov .mkv .webm .gif), or a folder as frame_0000.png and so on.
+    """Renders the video of a world to a file (.mp4 .mov .mkv .webm .gif), or to a folder as frame_0000.png and so on.
 
-    `lossless` keeps every bit of the pictures. `audio` is a file whose first track of sound goes along, cut off or
-    followed by silence where it is not as long. With `transparent=True` frames have an opacity, which .mov, .mkv, .webm
-    and PNG pictures keep.
+    `lossless` keeps every bit of the pictures. `audio` is a file whose first audio track is added, cut or padded with
+    silence to the length of the video. With `transparent=True`, frames have an opacity, which .mov, .mkv, .webm and PNG
+    pictures keep.
 
-    `frames` (start, stop) renders a part, from `start` up to but not `stop`; either may be None, or negative
-    to count from the end, as in a slice. `progress(done, total)` is called after every frame. The rest is as
-    in `VideoPlan`, which is returned.
+    `frames` (start, stop) renders a part, as in a slice: `stop` is excluded, and either may be None, or negative to
+    count from the end. `progress(done, total)` is called after every frame. Other arguments are as in `VideoPlan`,
+    which is returned.
 
-    A file has its name when it is complete: an error or Ctrl-C leaves none behind, and a folder keeps the
-    pictures it has. The same call gives the same bytes.
+    The file appears when it is complete: an error or Ctrl-C leaves no file, while a folder keeps its pictures. The same
+    call gives the same bytes.
 
-    Raises `SettingsError` for unknown endings and what they do not have, an MP4 of odd width or height, a GIF of
-    more than 50 frames a second and a range without frames, `FormatError` for `audio` without sound, and `OSError`
-    where nothing can be read or written: all before anything is rendered.
+    Raises, before anything is rendered, `SettingsError` for unknown endings and unsupported options, an MP4 of odd
+    width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without
+    sound, and `OSError` if files cannot be read or written.
     """
     sound = None if audio is None else Path(audio)
     check_video(Path(path), lossless=lossless, alpha=bool(settings.get("transparent")), audio=sound)
@@ -247,9 +247,9 @@ def write_video(
 
 @contextmanager
 def _pipelined(work: Callable[[int, Frame], None]) -> Iterator[Callable[[int, Frame], None]]:
-    """A function that has `work` done in order by a thread of its own while the next frame is rendered.
+    """Yields a function that runs `work` in a second thread, in order, while the next frame is rendered.
 
-    It waits for the frame before, and raises what that has raised; so does the end of the block.
+    Each call, and the end of the block, waits for the previous frame and raises its exception.
     """
     with ThreadPoolExecutor(1, "raycam-encode") as thread:
         last: Future[None] | None = None
@@ -266,7 +266,7 @@ def _pipelined(work: Callable[[int, Frame], None]) -> Iterator[Callable[[int, Fr
 
 
 def frame_range(text: str) -> tuple[int | None, int | None]:
-    """The `frames` of `write_video` from "A:B", where A, B or both may be missing."""
+    """Parses "A:B" as the `frames` of `write_video`; A, B or both may be missing."""
     start, colon, stop = text.partition(":")
     try:
         if not colon:
@@ -277,7 +277,7 @@ def frame_range(text: str) -> tuple[int | None, int | None]:
 
 
 def with_orbit(world: World) -> World:
-    """The world with a video: once around its middle in 4 seconds. Shares what is built."""
+    """A copy of the world with a video: an orbit around its middle in 4 seconds. Shares the acceleration structures."""
     moving = world.at(0.0)
     bounds = world.bounds
     middle = [0.0, 0.0, 0.0] if bounds is None else bounds.mean(axis=0).tolist()
@@ -286,7 +286,7 @@ def with_orbit(world: World) -> World:
 
 
 def _number(animations: list[Animation], wanted: str | int | None) -> int:
-    """The number of an animation; raises `SettingsError` where there is none of that name or number."""
+    """The index of an animation; raises `SettingsError` for an unknown name or number."""
     names = [animation.name for animation in animations]
     if isinstance(wanted, str) and wanted not in names and wanted.isdecimal():
         wanted = int(wanted)
@@ -297,7 +297,7 @@ def _number(animations: list[Animation], wanted: str | int | None) -> int:
 
 
 def _name_of(world: World, camera: Camera) -> str | None:
-    """The name of a camera of the world, in this size or another."""
+    """The name of a camera in the world, of any picture size; None if the camera is not in the world."""
     for name, other in world.cameras.items():
         placed = np.array_equal(other.R, camera.R) and np.array_equal(other.location, camera.location)
         if placed and np.array_equal(_resized(other, camera.size).K, camera.K):
@@ -310,7 +310,7 @@ def _resized(camera: Camera, size: tuple[int, int]) -> Camera:
 
 
 def _names(name: str) -> Iterator[str]:
-    """The name, and more like it."""
+    """Yields the name, then name-2, name-3 and so on."""
     yield name
     yield from (f"{name}-{number}" for number in count(2))
 

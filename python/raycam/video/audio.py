@@ -1,4 +1,4 @@
-"""The sound of a video: a track of another file, as long as the pictures."""
+"""Audio of videos: a track of another file, cut or padded to the length of the pictures."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 __all__ = ["RATE", "AudioTrack", "check_audio"]
 
 RATE = 48_000
-"""Samples a second of every file's sound: what all codecs here take."""
-CHUNK = 1024  # samples at a time, for codecs that do not say
+"""Samples per second in every file; all codecs here support this rate."""
+CHUNK = 1024  # samples per packet, for codecs without a frame size
 
 Samples = npt.NDArray[Any]
-"""[channels, samples]"""
+"""An array [channels, samples]."""
 
 
 def check_audio(path: Path) -> int:
-    """Reads the beginning of a file's sound, before long work; how many channels it has.
+    """Reads the beginning of a file's audio, before long work; returns the number of channels.
 
-    Raises `FormatError` where it has none that FFmpeg reads, and `OSError` where there is no such file.
+    Raises `FormatError` if FFmpeg finds no audio, and `OSError` if the file cannot be read.
     """
     import av
 
@@ -44,9 +44,10 @@ def check_audio(path: Path) -> int:
 
 
 class AudioTrack:
-    """The first track of sound of the file `path`, added to the video `file` by an encoder.
+    """The first audio track of the file `path`, encoded into the video `file`.
 
-    One or two channels stay, more are mixed to two; the rate becomes `RATE`. Raises what `check_audio` raises.
+    One or two channels are kept, more are mixed down to two; the rate becomes `RATE`. Raises the errors of
+    `check_audio`.
     """
 
     def __init__(self, path: Path, file: OutputContainer, encoder: str) -> None:
@@ -60,7 +61,7 @@ class AudioTrack:
         self._stream.options = {"flags": "+bitexact"}
         self._layout = layout
         known = [one.name for one in self._stream.codec_context.codec.audio_formats or []]
-        # Whole numbers of 16 bits stay as they are where the codec takes them.
+        # 16-bit integers are kept if the codec takes them.
         self._format = next(name for name in ("s16", "fltp") if name in known)
         self._stream.format = av.AudioFormat(self._format)
         planar = "s16p" if self._format == "s16" else "fltp"
@@ -73,7 +74,7 @@ class AudioTrack:
         self._encoded = 0
 
     def reach(self, time: Fraction) -> None:
-        """Adds sound up to a time in seconds from the beginning."""
+        """Encodes audio up to a time in seconds from the beginning."""
         wanted = round(time * RATE) - self._given
         while self._rest.shape[1] < wanted:
             more = next(self._source, None)
@@ -88,7 +89,7 @@ class AudioTrack:
             self._encode(each)
 
     def close(self) -> None:
-        """Adds what is left."""
+        """Encodes the remaining samples."""
         if self._waiting.shape[1]:
             self._encode(self._waiting.shape[1])
         self._file.mux(self._stream.encode(None))
@@ -105,7 +106,7 @@ class AudioTrack:
 
 
 def _decoded(path: Path, resampler: Any) -> Iterator[Samples]:
-    """The samples of the first track."""
+    """Iterates over the resampled audio of the first track."""
     import av
 
     with av.open(str(path)) as file:

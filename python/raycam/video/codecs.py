@@ -1,6 +1,6 @@
-"""Which codec a video file has by its ending, with and without loss and opacity, and how it is encoded.
+"""Codecs of video files by ending, with and without loss and opacity, and encoding.
 
-The same pictures give the same bytes: encoders run with a fixed number of threads and write no dates or versions.
+The same pictures give the same bytes: encoders use a fixed number of threads and write no dates or versions.
 """
 
 from __future__ import annotations
@@ -27,35 +27,35 @@ REPRODUCIBLE = {"fflags": "+bitexact"}
 
 
 class Codec(NamedTuple):
-    """How pictures become a file."""
+    """A codec with its container and options."""
 
     container: str
     """FFmpeg's name of the container."""
     encoder: str
     """FFmpeg's name of the encoder."""
     pixels: str
-    """FFmpeg's name of what it takes: Y'CbCr by the matrix of BT.709 in limited range, or RGB as it is."""
+    """FFmpeg's name of the pixel format: Y'CbCr with the BT.709 matrix in limited range, or RGB."""
     options: dict[str, str]
-    """Of the encoder."""
+    """Options of the encoder."""
     sound: str
-    """The encoder of sound."""
+    """FFmpeg's name of the audio encoder."""
     container_options: Mapping[str, str] = MappingProxyType({})
 
     @property
     def halved(self) -> bool:
-        """Whether two pixels share a colour, so that sides must be even."""
+        """True if two pixels share a chroma sample, so that width and height must be even."""
         return "420" in self.pixels
 
     @property
     def is_rgb(self) -> bool:
-        """Whether colours stay as they are."""
+        """True if pixels are stored as RGB."""
         return "yuv" not in self.pixels
 
 
-# x264's macroblock tree is not reproducible: the same pictures give other bytes now and then.
+# x264's macroblock tree is off, because it is not reproducible.
 X264 = {"preset": "medium", "x264-params": "mbtree=0"}
 VP9 = {"b": "0", "deadline": "good", "cpu-used": "2", "row-mt": "0", "tile-columns": "0"}
-FASTSTART = {"movflags": "+faststart"}  # the index in front, for players that begin before the end
+FASTSTART = {"movflags": "+faststart"}  # puts the index first, for players that start while downloading
 
 CODECS: dict[tuple[str, bool, bool], Codec] = {
     # (ending, lossless, alpha)
@@ -76,11 +76,11 @@ CODECS: dict[tuple[str, bool, bool], Codec] = {
     (".webm", True, False): Codec("webm", "libvpx-vp9", "gbrp", VP9 | {"lossless": "1"}, "libopus"),
 }
 """H.264 plays everywhere, without loss (High 4:4:4 Predictive) in FFmpeg, VLC and mpv. ProRes 4444 and QuickTime PNG
-are what editors take. FFV1 (RFC 9043) is for archives, and always lossless. VP9 plays in browsers, with opacity too."""
+are for editing. FFV1 (RFC 9043) is for archives, and always lossless. VP9 plays in browsers, also with opacity."""
 
 
 def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
-    """The codec of files with this ending; raises `SettingsError` where there is none that does what is asked."""
+    """The codec for an ending and options; raises `SettingsError` if there is none."""
     codec = CODECS.get((ending, lossless, alpha))
     if codec is None and not lossless:  # always lossless
         codec = CODECS.get((ending, True, alpha))
@@ -97,11 +97,10 @@ def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
 def open_encoder(
     path: Path, size: tuple[int, int], fps: float, codec: Codec, *, audio: Path | None = None
 ) -> Iterator[Callable[[int, Picture], None]]:
-    """The file of a codec; what it gives takes the pictures in order.
+    """Opens a video file of a codec; yields a function that adds pictures in order.
 
-    sRGB becomes limited-range Y'CbCr by the matrix of BT.709 (ITU-R BT.709-6) where the codec has that, and the file
-    says so (ITU-T H.273). `audio` is a file whose first track of sound goes along, cut off or with silence added to be
-    as long as the pictures.
+    For a Y'CbCr codec, sRGB is converted with the BT.709 matrix (ITU-R BT.709-6) to limited range, and the file is
+    tagged accordingly (ITU-T H.273). `audio` is a file whose first audio track is added, cut or padded with silence.
     """
     import av
 

@@ -1,7 +1,7 @@
-"""Pictures into a video file: .mp4, .mov, .mkv, .webm, .gif, or a folder of PNG pictures.
+"""Writers of videos: .mp4, .mov, .mkv, .webm, .gif, or a folder of PNG pictures.
 
-One context manager each: it gives a function that takes the pictures in order, and the file has its final name when the
-block ends without an exception. The same pictures give the same bytes.
+Each writer is a context manager that yields a function for adding pictures in order. The file gets its final name when
+the block ends without an exception. The same pictures give the same bytes.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from .filters import Filters, Picture, as_rate
 __all__ = ["ENDINGS", "check_video", "open_video", "picture_name", "read_picture"]
 
 Add = Callable[[int, Picture], None]
-"""Takes the number of a frame and its picture."""
+"""Adds a picture: `add(frame number, picture)`."""
 
 GIF_MAX_FPS = 50
 ENDINGS = [*dict.fromkeys(ending for ending, _, _ in CODECS), ".gif"]
-"""Of files; a path without one is a folder of PNG pictures."""
+"""Endings of video files; a path without an ending is a folder of PNG pictures."""
 
 
 def check_video(
     path: Path, *, lossless: bool = False, alpha: bool = False, audio: Path | None = None
 ) -> None:
-    """Whether there is such a video file: asked before anything else.
+    """Checks the options of a video file before any work.
 
-    Raises `SettingsError` for endings that are none of a video, and for those that do not have what is asked for;
-    `FormatError` and `OSError` where `audio` has no sound.
+    Raises `SettingsError` for unknown endings and for options that the format does not support; `FormatError` and
+    `OSError` for `audio` without sound.
     """
     suffix = path.suffix.lower()
     if suffix and suffix not in ENDINGS:
@@ -70,14 +70,13 @@ def open_video(
     alpha: bool = False,
     audio: Path | None = None,
 ) -> AbstractContextManager[Add]:
-    """The video file of a path by its ending: one of `ENDINGS`, or none for a folder of PNG pictures.
+    """The writer of a video file by its ending: one of `ENDINGS`, or none for a folder of PNG pictures.
 
-    `lossless` keeps every bit of the pictures; a folder and .mkv do anyway. With `alpha` the pictures have four
-    components, the last one opacity, which the others are not multiplied by. `audio` is a file whose first track of
-    sound goes along.
+    `lossless` keeps every bit of the pictures; a folder and .mkv always do. With `alpha`, pictures have a fourth
+    component, opacity, and colours are not premultiplied. `audio` is a file whose first audio track is added.
 
-    Raises what `check_video` raises. Entering it raises `SettingsError` where the size or the rate does not suit, and
-    `OSError` where nothing can be written there: before anything is rendered.
+    Raises the errors of `check_video`. Entering the context raises `SettingsError` for an unsupported size or rate, and
+    `OSError` if the path cannot be written.
     """
     check_video(path, lossless=lossless, alpha=alpha, audio=audio)
     suffix = path.suffix.lower()
@@ -89,11 +88,11 @@ def open_video(
 
 
 def read_picture(png: bytes) -> Picture:
-    """The picture in a PNG file of 8 bits, [height, width, 3 or 4] in sRGB."""
+    """Decodes an 8-bit PNG file to sRGB [height, width, 3 or 4]."""
     import av
 
     codec = av.CodecContext.create("png", "r")
-    if not isinstance(codec, av.VideoCodecContext):  # PNG is one
+    if not isinstance(codec, av.VideoCodecContext):  # for mypy: PNG is a video codec
         raise TypeError("png")
     [frame] = [*codec.decode(av.Packet(png)), *codec.decode(None)]
     kind = "rgba" if frame.format.name == "rgba" else "rgb24"
@@ -102,14 +101,14 @@ def read_picture(png: bytes) -> Picture:
 
 @contextmanager
 def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
-    """A GIF that repeats for ever, with one palette of 256 colours made for all its frames."""
+    """Writes a GIF that repeats forever, with one palette of 256 colours for all frames."""
     import av
 
     if fps > GIF_MAX_FPS:
         raise SettingsError(f"a GIF shows at most {GIF_MAX_FPS} frames a second, not {fps:g}")
     rate = as_rate(fps)
     with atomic_files.atomic_path(path) as temporary:
-        # The palette is known after the last picture: until then they wait, compressed.
+        # The palette is known after the last picture, so pictures are kept compressed until then.
         waiting: list[bytes] = []
         palette_maker = Filters(rate, [("rgb24", size)], [("palettegen", "stats_mode=full")])
 
@@ -119,8 +118,7 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
         yield add
         [palette] = palette_maker.finish()
-        # Sierra's error diffusion hides the steps between colours; where nothing moves, nothing is drawn
-        # again.
+        # Sierra's error diffusion hides the steps between colours. Unchanged rectangles are not drawn again.
         dithering = [("paletteuse", "dither=sierra2_4a:diff_mode=rectangle")]
         painter = Filters(
             rate, [("rgb24", size), (palette.format.name, (palette.width, palette.height))], dithering
@@ -144,7 +142,7 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
 @contextmanager
 def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
-    """frame_0000.png and so on by the number of the frame, in a folder that is made if it is not there."""
+    """Writes frame_0000.png and so on, by frame number, to a folder, which is created if missing."""
     if path.exists() and not path.is_dir():
         raise NotADirectoryError(
             errno.ENOTDIR, "this is a file, expected a folder for PNG pictures", str(path)
@@ -161,5 +159,5 @@ def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
 
 def picture_name(number: int) -> str:
-    """The name of the picture of a frame."""
+    """The file name of a frame's picture."""
     return f"frame_{number:04}.png"

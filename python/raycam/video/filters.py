@@ -15,19 +15,18 @@ if TYPE_CHECKING:
 __all__ = ["Filters", "Picture", "as_rate"]
 
 Picture = npt.NDArray[np.uint8]
-"""[height, width, 3] in 8-bit sRGB; with a fourth component, opacity, not multiplied into the others."""
+"""A picture [height, width, 3] in 8-bit sRGB, or [height, width, 4] with opacity and unpremultiplied colours."""
 
 
 def as_rate(fps: float) -> Fraction:
-    """Frames per second as the ratio that files store."""
+    """The frame rate as the ratio that files store."""
     return Fraction(fps).limit_denominator(10_000)
 
 
 class Filters:
     """A chain of FFmpeg's filters: pictures in, frames out.
 
-    `inputs` are pixel formats and sizes, all of them of the first filter; `chain` are filters and their
-    options.
+    `inputs` are the pixel formats and sizes of the first filter's inputs. `chain` are filters with their options.
     """
 
     def __init__(
@@ -53,7 +52,7 @@ class Filters:
         self._count = 0
 
     def push(self, picture: Picture) -> list[VideoFrame]:
-        """Takes a picture, gives the frames that are ready."""
+        """Adds a picture; returns the frames that are ready."""
         from av import VideoFrame
 
         frame = VideoFrame.from_ndarray(picture, format="rgba" if picture.shape[2] == 4 else "rgb24")
@@ -63,13 +62,13 @@ class Filters:
         return self._ready()
 
     def set_second(self, frame: VideoFrame) -> None:
-        """Gives the second input its only frame."""
+        """Sets the only frame of the second input."""
         frame.pts, frame.time_base = 0, 1 / self._rate
         self._inputs[1].push(frame)
         self._inputs[1].push(None)
 
     def finish(self) -> list[VideoFrame]:
-        """Ends the input, gives the frames that are left."""
+        """Ends the input; returns the remaining frames."""
         self._inputs[0].push(None)
         return self._ready()
 
@@ -82,6 +81,6 @@ class Filters:
                 frame = self._out.pull()
             except (av.BlockingIOError, av.EOFError):
                 return frames
-            if not isinstance(frame, av.VideoFrame):  # filters of pictures give pictures
+            if not isinstance(frame, av.VideoFrame):  # for mypy: video filters return video frames
                 raise TypeError(f"{frame!r} is no picture")
             frames.append(frame)

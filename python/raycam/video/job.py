@@ -1,4 +1,4 @@
-"""A video as a job: frames that survive, and a file that is encoded from them."""
+"""A video as a job: frames are kept in the job's folder, and the file is encoded from them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["job_folder", "make_video"]
 
 
 def job_folder(path: str | os.PathLike[str]) -> Path:
-    """Where the frames of a video file wait until it is complete; a folder of pictures is its own."""
+    """The folder that holds the frames of a video file until it is complete; a folder of pictures is its own job."""
     target = Path(path)
     return target if not target.suffix else target.with_name(target.name + ".job")
 
@@ -37,14 +37,14 @@ def make_video(
     audio: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> int | None:
-    """Makes a video file or a folder of pictures by a job in `job_folder(path)`; how many frames it shows.
+    """Makes a video file or a folder of pictures by a job in `job_folder(path)`; returns the number of frames.
 
-    Frames go to the encoder in order as they are finished. An encoder that was interrupted begins anew, from the
-    frames; those are removed when the file is complete, unless `keep_frames`. A `shard` that finishes while frames of
-    others are missing makes no file, and gives None. `frames`, `lossless` and `audio` are as in `write_video`, the
-    rest is as in `Job.run`.
+    Frames go to the encoder in order as they are finished. An interrupted encoding starts again from the stored frames,
+    which are removed when the file is complete, unless `keep_frames`. A `shard` that finishes while frames of other
+    shards are missing makes no file and returns None. `frames`, `lossless` and `audio` are as in `write_video`, other
+    arguments as in `Job.run`.
 
-    Raises what `write_video` and `Job.run` raise.
+    Raises the errors of `write_video` and `Job.run`.
     """
     numbers = film.numbers(frames)
     target = Path(path)
@@ -60,7 +60,7 @@ def make_video(
         Job.run, pool=pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress
     )
     if not target.suffix:
-        with opened:  # only for what it refuses: the job writes the pictures
+        with opened:  # only to raise its errors: the job writes the pictures
             pass
         job = Job(target, film.package(), resume=resume)
         film.notices += job.status().damaged
@@ -93,7 +93,7 @@ def make_video(
 
 
 def _encoder(job: Job, numbers: Iterable[int], add: Add) -> Callable[[], bool]:
-    """A function that hands over finished frames, in order, up to the first that is missing; True where none is."""
+    """Returns a function that encodes finished frames up to the first missing one; True if none is missing."""
     waiting = iter(numbers)
     following = next(waiting, None)
 
@@ -112,4 +112,4 @@ def _report(film: VideoPlan, made: FrameResult) -> None:
 
 
 class _OtherShards(Exception):
-    """Other shards make the file, or have made it."""
+    """Other shards will make the file, or have made it."""

@@ -252,7 +252,7 @@ class World:
 
     @property
     def render_settings(self) -> dict[str, Any]:
-        """The settings of `[render]` of the world file, as arguments of `raycam.render`, whose own arguments override them."""
+        """The settings of `[render]` of the world file: defaults of the arguments of `raycam.render`."""
         return self._core.render_settings
 
     def camera(self, name: str) -> Camera:
@@ -277,7 +277,7 @@ class World:
         return [Animation(*animation) for animation in self._core.animations]
 
     def at(self, time: float, animation: str | int | None = None) -> World:
-        """The world at a time in seconds of an animation, given by name or number (default: the first), and of its video.
+        """The world at a time in seconds of its video and of an animation, by name or number (default: the first).
 
         Parts that do not move are shared with this world; meshes that deform keep their triangles. For a camera with a
         shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation.

@@ -30,7 +30,7 @@ def plain(value: Any) -> Any:
 
 
 def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
-    """Checks the values of corners or faces [n, columns]: uint8 colours (sRGB) stay, everything else becomes float64."""
+    """Checks values of corners or faces [n, columns]: uint8 colours (sRGB) stay, everything else becomes float64."""
     if value is None:
         return None
     if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):
