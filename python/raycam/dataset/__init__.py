@@ -27,7 +27,7 @@ from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
 from .per_world import each_index
-from .plan import Plan, Record, View, check_poses, resolve_options
+from .plan import Format, Plan, Record, View, check_poses, resolve_options
 
 __all__ = ["FORMATS", "DatasetResult", "views", "write"]
 
@@ -177,11 +177,17 @@ def write(
             finished=finished,
         )
         notices = (*damaged, *pool.notices)
+    complete = _write_index(job, kind, plan)
+    return DatasetResult(target, len(plan.shots), made, complete, notices)
+
+
+def _write_index(job: Job, kind: Format, plan: Plan) -> bool:
+    """Writes the index files if all units are finished; returns False if units of other shards are missing."""
     total = kind.units(plan)
 
     def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
         for unit in range(first, total if end is None else end):
-            yield json.loads((target / record_name(unit)).read_bytes())
+            yield json.loads((job.folder / record_name(unit)).read_bytes())
 
     with job.assembling():
         complete = all(job.has(unit) for unit in range(total))
@@ -190,10 +196,10 @@ def write(
             files = each_index(kind, plan, records) if apart else kind.index(plan, records)
             names = []
             for name, pieces in files:
-                write_file(target / name, pieces)
+                write_file(job.folder / name, pieces)
                 names.append(name)
             job.mark_assembled(names)
-    return DatasetResult(target, len(plan.shots), made, complete, notices)
+    return complete
 
 
 def make_plan(

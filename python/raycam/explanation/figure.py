@@ -193,9 +193,33 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     svg.dot(pixel, 3.5, RAY, "#ffffff")
     svg.dot(F, 4.5, INK, "#ffffff")
 
-    out = np.array([A, B, Cc]).mean(axis=0)
-    labels = [
-        Label(F, "f(t)", INK, F - E),
+    labels = _labels([A, B, Cc], F, G, eye, pixel, N, V, F - E)
+    strokes += [(dot - 4, dot + 4) for dot in (F, G, eye, pixel)]
+    svg.labels(labels, strokes, (box.x + 4, box.y, box.width - 8, box.height - 22))
+    note = f"C is {number(distance * e.units.scale)} away from f(t)"
+    if shown_distance == distance:
+        note += "; all is to scale"
+    else:
+        longer = "shorter" if shown_distance < distance else "longer"
+        note += f": the ray is drawn {longer}, directions and the plane are true"
+    svg.text((box.x + 14, box.y + box.height - 10), note, 12, FAINT)
+
+
+def _labels(
+    corners: Sequence[Floats],
+    F: Floats,
+    G: Floats,
+    eye: Floats,
+    pixel: Floats,
+    N: Floats,
+    V: Floats,
+    towards_eye: Floats,
+) -> list[Label]:
+    """The labels of `ray_and_triangle`, beside points of the page."""
+    A, B, Cc = corners
+    out = np.array(corners).mean(axis=0)
+    return [
+        Label(F, "f(t)", INK, towards_eye),
         Label(eye, "C", CAMERA, eye - F),
         Label(pixel, "x", RAY, (-1, -1)),
         Label(A, "a", EDGE, A - out),
@@ -210,15 +234,6 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
         Label(V, "v", CAMERA, V - eye),
         Label(eye + 0.5 * (F - eye), "r", RAY, (0, -1)),
     ]
-    strokes += [(dot - 4, dot + 4) for dot in (F, G, eye, pixel)]
-    svg.labels(labels, strokes, (box.x + 4, box.y, box.width - 8, box.height - 22))
-    note = f"C is {number(distance * e.units.scale)} away from f(t)"
-    if shown_distance == distance:
-        note += "; all is to scale"
-    else:
-        longer = "shorter" if shown_distance < distance else "longer"
-        note += f": the ray is drawn {longer}, directions and the plane are true"
-    svg.text((box.x + 14, box.y + box.height - 10), note, 12, FAINT)
 
 
 def crossing_points(c: Candidate) -> Floats:
