@@ -22,11 +22,11 @@ def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
 class Meshes:
     """The meshes of a stage as OBJ files in a folder; a mesh that instances share is written once."""
 
-    def __init__(self, folder: Path, materials: Materials, most_corners: int) -> None:
+    def __init__(self, folder: Path, materials: Materials, max_corners: int) -> None:
         self.notices: list[str] = []
         self._folder = folder
         self._materials = materials
-        self._left = most_corners
+        self._left = max_corners
         self._known: dict[tuple[str, ...], tuple[str | None, int]] = {}
 
     def file(self, mesh: UsdGeom.Gprim) -> str | None:

@@ -130,15 +130,15 @@ class Images:
         self.left -= size
 
 
-def world_dict(path: Path, folder: Path, most_bytes: int, most_corners: int) -> dict[str, Any]:
+def world_dict(path: Path, folder: Path, max_bytes: int, max_corners: int) -> dict[str, Any]:
     """Reads the file as a dict for `World.from_dict`, and writes meshes and images to the folder."""
-    check_confined(path, most_bytes)
+    check_confined(path, max_bytes)
     stage = Usd.Stage.Open(str(path))
     if stage is None:
         raise UsdRejected("not a USD stage that Pixar's library can open")
-    images = Images(path, folder, most_bytes)
+    images = Images(path, folder, max_bytes)
     materials = Materials(images.file)
-    meshes = Meshes(folder, materials, most_corners)
+    meshes = Meshes(folder, materials, max_corners)
     places = UsdGeom.XformCache()
     world: dict[str, Any] = {"up": "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"}
     objects, lights, cameras = [], [], []
