@@ -91,7 +91,7 @@ def test_the_board_is_the_one_that_opencv_knows() -> None:
     target = Board()
     front = raycam.Camera([[60, 0, 0], [0, 60, 0], [0, 0, 1]], np.eye(3), [-1.0, -1.0, -1.0], (660, 540))
     picture = raycam.render(target.world, front, integrator="flat", samples=4, channels="color").to_srgb8()
-    numbers, places = target.find(np.ascontiguousarray(picture[..., 0]))
+    numbers, places = target.detect(np.ascontiguousarray(picture[..., 0]))
     assert len(numbers) == len(target.corners) == len(target._charuco.getChessboardCorners())
     np.testing.assert_allclose(places, front.project(target.corners[numbers])[0], atol=0.05)
     np.testing.assert_allclose(
