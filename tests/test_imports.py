@@ -69,3 +69,10 @@ def test_the_former_usd_worker_runs(tmp_path: object) -> None:
     ]
     assert outputs[0].returncode == outputs[1].returncode == 0, outputs
     assert "RuntimeWarning" not in outputs[0].stderr + outputs[1].stderr
+
+
+@pytest.mark.parametrize("package", ["raycam.jobs", "raycam.cluster"])
+def test_packages_that_workers_import_in_threads_import_none_of_their_modules(package: str) -> None:
+    program = f"import sys, {package}; print([name for name in sys.modules if name.startswith('{package}.')])"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout == "[]\n"

@@ -79,7 +79,7 @@ def job_options(options: argparse.Namespace) -> Iterator[None]:
 @contextmanager
 def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
     """Context with the workers of the options, and `job_options`."""
-    from ..cluster import make_pool
+    from ..cluster.pools import make_pool
 
     where = options.cluster if options.cluster is not None else options.workers
     with job_options(options), make_pool(where, threads=options.threads, tell=print_notice) as pool:

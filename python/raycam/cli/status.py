@@ -10,7 +10,7 @@ from ..errors import JobError
 from ._options import Command
 
 if TYPE_CHECKING:
-    from ..jobs import Job
+    from ..jobs.job import Job
 
 
 def _add_folder(command: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def _add_folder(command: argparse.ArgumentParser) -> None:
 
 def _job(name: str) -> Job:
     """The job in a folder, or the job of an unfinished file."""
-    from ..jobs import Job
+    from ..jobs.job import Job
     from ..video.job import job_folder
 
     folder = Path(name)

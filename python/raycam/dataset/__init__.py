@@ -16,10 +16,10 @@ from typing import Any
 
 from ..arrays import whole
 from ..camera import Camera
-from ..cluster import make_pool
+from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
-from ..jobs import Job
+from ..jobs.job import Job
 from ..randomize import Recipe
 from ..render import render
 from ..rig import Rig

@@ -14,7 +14,7 @@ from ..errors import JobError, SettingsError
 from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
 from ..world import World
-from . import Job, Progress, Shard
+from .job import Job, Progress, Shard
 from .job_package import JobPackage
 from .kinds import FrameMaker, register
 from .kinds import Progress as TileProgress

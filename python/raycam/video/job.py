@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from ..jobs import Job, Progress, Shard
+from ..jobs.job import Job, Progress, Shard
 from ..jobs.scheduler import Pool
 from ..jobs.worker import FrameResult
 from . import VideoPlan
