@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import report
 from cluster_faults import SHARE, connected, poison, scheduler_lost, storm
-from raycam import dispatch
+from raycam.jobs import scheduler
 
 Row = list[str]
 WORKERS = 4
@@ -63,7 +63,7 @@ def poisons(folder: Path) -> list[Row]:
         [
             "a frame that kills every worker it is tried by",
             f"100 frames, {seconds:.0f} s",
-            f"given up after {dispatch.ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
+            f"given up after {scheduler.MAX_ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
         ]
     ]
 

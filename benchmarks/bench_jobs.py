@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 import raycam
 import report
 from job_frames import Pool, check_intact, in_child, killing_at, package, results, world
-from raycam.cluster import pool_of
+from raycam.cluster import make_pool
 from raycam.jobs import Job
-from raycam.video import Film
+from raycam.video import VideoPlan
 
 Row = list[str]
 
@@ -85,9 +85,9 @@ def kills(folder: Path, count: int) -> list[Row]:
 
 def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
     """Time per frame beyond rendering, of frames that take next to nothing."""
-    one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
+    one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     job = Job(folder / name.replace(" ", "-"), one)
-    with pool_of(where, threads=1) as pool:  # type: ignore[arg-type]
+    with make_pool(where, threads=1) as pool:  # type: ignore[arg-type]
         job.run(pool, frames=range(8))  # starts the workers
         start = time.perf_counter()
         job.run(pool)
@@ -101,7 +101,7 @@ def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
 
 def bare(frames: int) -> Row:
     """The same frames without a job."""
-    one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0, threads=1)
+    one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0, threads=1)
     one.frame(0)
     start = time.perf_counter()
     for number in range(200):
@@ -115,7 +115,7 @@ def bare(frames: int) -> Row:
 
 def long_job(folder: Path, frames: int) -> list[Row]:
     """Memory and open files of this process while a long job goes on."""
-    one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
+    one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     seen: dict[int, tuple[int, int]] = {}
     marks = [frames // 20, frames // 10, frames // 4, frames // 2, frames * 3 // 4, frames]
 
@@ -125,7 +125,7 @@ def long_job(folder: Path, frames: int) -> list[Row]:
             seen[done] = (pages * os.sysconf("SC_PAGE_SIZE"), len(os.listdir("/proc/self/fd")))
 
     start = time.perf_counter()
-    with pool_of(None, threads=1) as pool:
+    with make_pool(None, threads=1) as pool:
         Job(folder / "long", one).run(pool, progress=look)
     seconds = time.perf_counter() - start
     early, late = seen[frames // 10][0], seen[frames][0]
@@ -152,9 +152,9 @@ def scaling(folder: Path, rounds: int, frames: int, samples: int) -> Row:
     scene.add_camera(raycam.Camera.look_at([3, -2, 2], [0, 0, 0], size=(480, 360), fov=45))
     # The camera stands still, so that every round has the same to do.
     scene.set_video(fps=frames * (rounds + 1), seconds=1.0)
-    package = Film(scene, samples=samples).package()
+    package = VideoPlan(scene, samples=samples).package()
     seconds: dict[int, list[float]] = {1: [], 2: []}
-    with pool_of(1, threads=1) as one, pool_of(2) as two:
+    with make_pool(1, threads=1) as one, make_pool(2) as two:
         for number in range(rounds + 1):
             for count, pool in ((1, one), (2, two)):
                 pool.slots()

@@ -16,7 +16,7 @@ import path_raycam
 import path_worker
 import report
 from path_scenes import DEPTH, SIZE, Scene
-from raycam.bench_scenes import SCENES
+from raycam.bench.scenes import SCENES
 
 TRIANGLES, RUN = 400_000, 500
 

@@ -19,7 +19,7 @@ FPS, SECONDS = 24, 4
 
 def film(model: str, samples: int, threads: int | None = None):
     import raycam
-    from raycam.video import Film
+    from raycam.video import VideoPlan
 
     world = raycam.load(model)
     # Once around would move the camera: it stands still, and the animation plays.
@@ -30,7 +30,7 @@ def film(model: str, samples: int, threads: int | None = None):
     world.set_video(
         fps=FPS, seconds=SECONDS, keyframe=[{"time": 0, "location": away.tolist(), "target": middle.tolist()}]
     )
-    return world, camera, Film(world, camera, integrator="flat", samples=samples, threads=threads)
+    return world, camera, VideoPlan(world, camera, integrator="flat", samples=samples, threads=threads)
 
 
 def raycam_frames(model: str, samples: int) -> tuple[float, float]:

@@ -7,7 +7,7 @@
 import pathlib
 
 import numpy as np
-from raycam.bench_scenes import SCENES, BenchScene
+from raycam.bench.scenes import SCENES, BenchScene
 
 TRIANGLES = {"terrain": 2_880_000, "rock": 1_310_720, "town": 1_470_000, "hair": 1_200_000}
 

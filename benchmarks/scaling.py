@@ -22,8 +22,8 @@ import embree_race_scenes
 import numpy as np
 import report
 from raycam import Camera
-from raycam.bench import tiled
-from raycam.bench_scenes import SCENES, generate
+from raycam.bench import tile_order
+from raycam.bench.scenes import SCENES, generate
 
 ROOT = Path(__file__).resolve().parent.parent
 RAY_BENCH = ROOT / "target/release/examples/ray_bench"
@@ -33,7 +33,7 @@ def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> i
     """Writes a scene and its rays; how many triangles it has."""
     scene = generate(name, triangles)
     camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=size, fov=scene.fov)
-    origins, directions = camera.rays(tiled(*size))
+    origins, directions = camera.rays(tile_order(*size))
     rays = np.concatenate([origins, directions, np.full((len(origins), 1), np.inf)], axis=1)
     rays.astype("<f4").tofile(folder / "primary.rays")
     embree_race_scenes.write_one(folder / "scene", scene)

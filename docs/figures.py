@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import raycam
-from raycam import _core, files
+from raycam import _core
+from raycam.io import atomic_files
 
 Image = np.ndarray  # [height, width, 3] sRGB bytes
 ASSETS = Path(raycam.__file__).parent / "assets"
@@ -290,7 +291,7 @@ def write(folder: Path) -> None:
     explained.save_figure(folder / "explain.svg")
     (folder / "explain.txt").write_text(str(explained), encoding="utf-8")
     for figure in FIGURES:
-        files.write(folder / f"{figure.__name__}.png", _core.encode_png(figure()))
+        atomic_files.write(folder / f"{figure.__name__}.png", _core.encode_png(figure()))
 
 
 if __name__ == "__main__":

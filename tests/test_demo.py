@@ -39,7 +39,7 @@ def test_demo(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     folder = Path("my demo")
-    demo(folder)
+    demo(folder, cli.main)
     out = capsys.readouterr().out
     for name in ("flat.png", "lit.png", "truth.exr", "explain.svg", "orbit.mp4", "spot.toml", "CREDITS.md"):
         assert (folder / name).stat().st_size > 0
@@ -48,7 +48,7 @@ def test_demo(
     assert [shlex.split(line[2:])[1:] for line in out.splitlines() if line.startswith("$ ")] == small
     (folder / "spot.toml").write_text("broken =")
     with pytest.raises(Exception, match="this command failed"):
-        demo(folder)
+        demo(folder, cli.main)
     assert (folder / "spot.toml").read_text() == "broken ="
 
 

@@ -10,25 +10,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._core import __version__
+from .annotations.flow import disparity, flow
+from .annotations.keypoints import Keypoints, keypoints
+from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Camera
 from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
-from .flow import disparity, flow
-from .frame import Frame
-from .interop_open3d import from_open3d
-from .interop_trimesh import from_trimesh
-from .keypoints import Keypoints, keypoints
-from .labels import Box3D, Label, box3d, label
+from .interop.open3d import from_open3d
+from .interop.trimesh import from_trimesh
 from .render import render
+from .render.frame import Frame
 from .rig import Rig
-from .texture import Texture
 from .world import Animation, Object, Video, World
-from .world_load import load
+from .world.load import load
+from .world.texture import Texture
 
 if TYPE_CHECKING:
-    from .explain_pixel import Explanation, explain
-    from .sample_world import Recipe, sample
-    from .selfcheck_camera import SelfCheck, selfcheck
+    from .calibration_check import SelfCheck, selfcheck
+    from .explanation import Explanation, explain
+    from .randomize import Recipe, sample
 
 __all__ = [
     "FORMATS",
@@ -71,20 +71,20 @@ __all__ = [
 ]
 
 
-LATE = {
-    "Explanation": "explain_pixel",
-    "explain": "explain_pixel",
-    "Recipe": "sample_world",
-    "sample": "sample_world",
-    "SelfCheck": "selfcheck_camera",
-    "selfcheck": "selfcheck_camera",
+_LAZY_IMPORTS = {
+    "Explanation": "explanation",
+    "explain": "explanation",
+    "Recipe": "randomize",
+    "sample": "randomize",
+    "SelfCheck": "calibration_check",
+    "selfcheck": "calibration_check",
 }
 
 
 def __getattr__(name: str) -> Any:
-    """Imports what most pictures do not need when it is first asked for."""
-    if name in LATE:
+    """Imports a name of `_LAZY_IMPORTS` on first use: most programs need none of them."""
+    if name in _LAZY_IMPORTS:
         import importlib
 
-        return getattr(importlib.import_module(f".{LATE[name]}", __name__), name)
+        return getattr(importlib.import_module(f".{_LAZY_IMPORTS[name]}", __name__), name)
     raise AttributeError(f"module 'raycam' has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""`python -m raycam` is `raycam`."""
+"""Entry point of `python -m raycam`, the same as the command `raycam`."""
 
 from __future__ import annotations
 

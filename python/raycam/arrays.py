@@ -1,4 +1,4 @@
-"""Arguments that are arrays: any numbers of the right shape, or an error that names the argument."""
+"""Conversion of array arguments: numbers of the right shape, or an error that names the argument."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def floats(
     *shapes: tuple[int | str, ...],
     error: type[Error] = SettingsError,
 ) -> Floats:
-    """`value` as a C-contiguous float64 array of one of `shapes`, where a text stands for any length.
+    """Returns `value` as a C-contiguous float64 array of one of `shapes`, in which a string stands for any length.
 
-    Takes lists and arrays of any width, byte order and strides; copies only where it has to.
-    Raises `error` with the name, what was given and what was expected.
+    Takes lists and arrays of any width, byte order and strides, and copies only if necessary. Raises `error` with the
+    name, the given and the expected shape.
     """
     wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
     try:
@@ -42,7 +42,7 @@ def floats(
 
 
 def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
-    """`value` as an int between `low` and `high`, both included; raises `error` with the name."""
+    """Returns `value` as an int from `low` to `high`, both included; raises `error` with the name."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise error(f"{name} must be a whole number, not {value!r}")
     number = int(value.__index__())
@@ -54,7 +54,7 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
 def size_of(
     value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
 ) -> tuple[int, int]:
-    """`value` as (width, height) in pixels; raises `error` where it is no such pair."""
+    """Returns `value` as (width, height) in pixels; raises `error` if `value` is no such pair."""
     try:
         width, height = value
     except (TypeError, ValueError):
@@ -64,7 +64,7 @@ def size_of(
 
 
 def ray_pairs(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
-    """Two arrays [n, 3], and the shape of the rays."""
+    """Origins and directions, broadcast to two float64 arrays [n, 3], and the shape of the rays before."""
     pair = []
     for name, value in (("origins", origins), ("directions", directions)):
         array = np.asarray(value)

@@ -1,4 +1,4 @@
-"""Calibration and pose files: cameras read from what other tools write, and written for them."""
+"""Calibration and pose files of other tools: reading and writing cameras."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from pathlib import Path
 from . import _core
 from .arrays import size_of
 from .camera import Camera
-from .camera_arguments import Size, Up
+from .camera._arguments import Size, Up
 from .errors import CameraError, FormatError, nearest
+from .io.atomic_files import write
 from .rig import Rig
 
 __all__ = ["FORMATS", "Cameras", "load_cameras", "save_cameras"]
@@ -20,11 +21,11 @@ FORMATS: tuple[str, ...] = tuple(_core.calibration_formats())
 
 
 class Cameras(Mapping[str, Camera]):
-    """The cameras of a file, by name, in its order; what `load_cameras` gives and `save_cameras` takes.
+    """The cameras of a file by name, in the file's order: returned by `load_cameras`, taken by `save_cameras`.
 
-    `images` are the images that the file names, `times` the seconds it gives, by camera; `notices` say what was left
-    out or mended. The numbers stay as the file has them, so that writing them in its format gives the same numbers
-    to the last bit.
+    `images` are image names and `times` are seconds, both by camera, as far as the file has them. `notices` list parts
+    that were left out or repaired. The numbers are kept as written, so that a file in the same format has the same
+    numbers to the last bit.
     """
 
     def __init__(self, records: list[_core.Record], notices: list[str], up: Up, path: str) -> None:
@@ -41,7 +42,7 @@ class Cameras(Mapping[str, Camera]):
         self.times = {record.name: record.time for record in records if record.time is not None}
 
     def __getitem__(self, name: str) -> Camera:
-        """The camera of a name; `KeyError` where there is none, `CameraError` where size or intrinsics are missing."""
+        """The camera of this name; raises `KeyError` for an unknown one, `CameraError` without size or intrinsics."""
         if name not in self._made:
             try:
                 made = self._records[name].camera()
@@ -51,20 +52,20 @@ class Cameras(Mapping[str, Camera]):
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:
-        """The names."""
+        """Iterates over the names."""
         return iter(self._records)
 
     def __len__(self) -> int:
-        """How many there are."""
+        """The number of cameras."""
         return len(self._records)
 
     @property
     def rigs(self) -> dict[str, Rig]:
-        """The rigs of the file, each at each of its poses, by the name of the pose (COLMAP: the frame's number).
+        """The rigs of the file at each of their poses, by the pose's name (COLMAP: the frame's number).
 
-        Their cameras have the names that they have on the rig. COLMAP has them in `rigs` and `frames`; the cameras of
-        a Kalibr camchain, of a KITTI calibration and of OpenCV's `stereo_calib` are one rig, whose body is the world of
-        the file. Empty where there are none.
+        The cameras have their names on the rig. COLMAP stores rigs in `rigs` and `frames`. The cameras of a Kalibr
+        camchain, a KITTI calibration or OpenCV's `stereo_calib` form one rig, whose body frame is the file's world.
+        Empty for files without rigs.
         """
         groups: dict[tuple[str, str], dict[str, Camera]] = {}
         bodies: dict[tuple[str, str], tuple[list[list[float]], list[float]]] = {}
@@ -80,7 +81,7 @@ class Cameras(Mapping[str, Camera]):
         }
 
     def find(self, name: str) -> Camera:
-        """The camera of a name; raises `CameraError` with the nearest one."""
+        """The camera of this name; raises `CameraError` with the nearest known name."""
         if name not in self._records:
             raise CameraError(nearest("camera", name, list(self._records)))
         return self[name]
@@ -94,7 +95,7 @@ def load_cameras(
     intrinsics: Camera | None = None,
     up: Up = "z",
 ) -> Cameras:
-    """The cameras in a calibration or trajectory, by name.
+    """Reads the cameras of a calibration or trajectory, by name.
 
     ================ =================================================================================================
     "opencv"         FileStorage YAML, JSON, XML: `calibration`, `stereo_calib`; sensor files of EuRoC, Kimera
@@ -108,13 +109,13 @@ def load_cameras(
     "tum"            trajectories; needs `intrinsics`
     ================ =================================================================================================
 
-    `format` is found by name and contents where it is not given. `size` (width, height) is that of files that have
-    none, `intrinsics` the camera whose size, K and lens the poses of a trajectory get. Each camera has the
-    `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. The world is that of the
-    file, `up` its axis that roll, pitch and yaw call up.
+    A missing `format` is detected from the file's name and contents. `size` (width, height) is for files without a
+    size. `intrinsics` is the camera whose size, K and lens the poses of a trajectory get. Each camera has the
+    `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates are the
+    file's; `up` is the axis that roll, pitch and yaw refer to.
 
-    Raises `FormatError` with file, line and key where the file does not follow its format, `CameraError` for a
-    camera that cannot be, and `OSError`.
+    Raises `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid camera, and
+    `OSError`.
     """
     pair = None if size is None else size_of(size, error=CameraError)
     if not isinstance(intrinsics, Camera | None):
@@ -132,20 +133,18 @@ def save_cameras(
     images: Mapping[str, str] | None = None,
     times: Mapping[str, float] | None = None,
 ) -> list[str]:
-    """Writes cameras in one of `FORMATS`, and returns what the format holds in another way, in words.
+    """Writes cameras in one of `FORMATS`; returns notices about values that the format stores differently.
 
-    `cameras` may be a `Rig`, or a mapping from names to rigs: COLMAP takes a rig at many poses, each a frame with
-    images frame/camera; Kalibr and KITTI take one rig, in the axes of its body (KITTI: of its first camera, where they
-    are turned). Other formats have the cameras where they stand in the world.
+    `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP takes a rig at many poses, each a frame with
+    images frame/camera. Kalibr and KITTI take one rig, in the axes of its body (KITTI: of its first camera if that is
+    rotated). Other formats store the cameras in world coordinates.
 
-    COLMAP's formats make a folder. OpenCV's is JSON or XML where `path` ends so. `images` and `times` (seconds) are
-    those of cameras, by name; a TUM trajectory needs times, or names that are numbers.
+    COLMAP's formats make a folder. OpenCV's is JSON or XML if `path` has that ending. `images` and `times` (seconds)
+    are by camera name; a TUM trajectory needs times, or names that are numbers.
 
-    Raises `FormatError` where the format cannot hold a camera, and names what it cannot (a lens, skew, ...), before
-    anything is written; `OSError`.
+    Raises `FormatError` if the format cannot hold a camera, with the reason (a lens, skew, ...), before anything is
+    written; `OSError`.
     """
-    from .files import write
-
     if not isinstance(cameras, Camera | Mapping):
         raise TypeError(
             f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}"

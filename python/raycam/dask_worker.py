@@ -1,52 +1,7 @@
-"""What a Dask worker does for a job. Imported by nobody without Dask."""
+"""Former name of the Dask preload `raycam.cluster.dask_worker`, kept for one release."""
 
 from __future__ import annotations
 
-import os
-import signal
-from pathlib import Path
+from .cluster.dask_worker import dask_setup
 
-from distributed import get_worker
-
-from . import files, workers
-from .workers import Made, NoPackage, Task, Unfit
-
-__all__ = ["dask_setup", "has_package", "keep_package", "make"]
-
-KEPT = 4  # packages on the disk of a worker, which may live for many jobs
-
-
-def dask_setup(worker: object) -> None:
-    """Called by a worker of `local:N` as it starts: Ctrl-C reaches all of a terminal, and the parent decides."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def make(task: Task) -> Made:
-    """Makes a frame as `workers.make` does; an `Unfit` says in `worker` which one this is."""
-    try:
-        return workers.make(task)
-    except Unfit as fault:
-        fault.worker = get_worker().address
-        raise
-
-
-def has_package(task: Task) -> bool:
-    """Whether this worker has or finds the package of a job; raises `Unfit` where it could do nothing with it."""
-    try:
-        workers.fetch(task)
-    except NoPackage:
-        return False
-    return True
-
-
-def keep_package(job: str, data: bytes) -> None:
-    """Puts a package where `workers.fetch` looks for it, in a file: others may take its place in memory."""
-    folder = Path(get_worker().local_directory) / "raycam"
-    folder.mkdir(exist_ok=True)
-    files.write(folder / job, data)
-    for old in sorted(folder.iterdir(), key=os.path.getmtime)[
-        :-KEPT
-    ]:  # whose job still goes on asks for it again
-        old.unlink()
-    if folder not in workers.PLACES:
-        workers.PLACES.append(folder)
+__all__ = ["dask_setup"]

@@ -1,54 +1,54 @@
-"""A world with a real mesh, pictures of it, one pixel explained, and a video: by commands to be typed again."""
+"""The demo: a world with a scanned mesh, pictures, an explained pixel and a video, made by shell commands."""
 
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
 
-from . import files
 from .errors import Error
+from .io import atomic_files
 
 __all__ = ["demo"]
 
 MESH = ("cow.obj", "cow.mtl", "cow_texture.png")
 
 
-def demo(folder: Path) -> None:
-    """Makes the world `spot.toml` in `folder`, which is made if it is not there, and everything from it.
+def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
+    """Writes the world `spot.toml` and its pictures and video to `folder`, which is created if necessary.
 
-    A world file that is there already stays as it is, so that the demo shows what was changed in it.
+    An existing world file is kept, so that the demo shows changes to it.
+    `run` executes the words of a command line and returns its exit status.
     """
-    from .cli import main
-
     (folder / "spot").mkdir(parents=True, exist_ok=True)
     assets = resources.files(__package__) / "assets"
     for name in ("CREDITS.md", *(f"spot/{name}" for name in MESH)):
-        files.write(folder / name, assets.joinpath(name).read_bytes())
+        atomic_files.write(folder / name, assets.joinpath(name).read_bytes())
     world = folder / "spot.toml"
     if not world.exists():
-        files.write(world, assets.joinpath("spot.toml").read_bytes())
+        atomic_files.write(world, assets.joinpath("spot.toml").read_bytes())
     print(f"{world}: the world, to be changed and rendered again\n")
 
     for command in commands(folder):
         print(f"$ {command}", flush=True)
-        if main(shlex.split(command)[1:]) != 0:
+        if run(shlex.split(command)[1:]) != 0:
             raise Error(f"this command failed: {command}")
         print()
 
 
 def commands(folder: Path) -> list[str]:
-    """What the demo types."""
+    """The commands of the demo."""
 
-    def place(name: str) -> str:
+    def quoted(name: str) -> str:
         return shlex.quote(str(folder / name))
 
-    world = place("spot.toml")
+    world = quoted("spot.toml")
     return [
         f"raycam info {world}",
-        f"raycam render {world} -o {place('flat.png')} --integrator flat --samples 16",
-        f"raycam render {world} -o {place('lit.png')}",
-        f"raycam render {world} -o {place('truth.exr')} --samples 4 --channels all",
-        f"raycam explain {world} --pixel 470 250 --figure {place('explain.svg')}",
-        f"raycam video {world} -o {place('orbit.mp4')} --size 480x300 --samples 8 --no-ambient-occlusion",
+        f"raycam render {world} -o {quoted('flat.png')} --integrator flat --samples 16",
+        f"raycam render {world} -o {quoted('lit.png')}",
+        f"raycam render {world} -o {quoted('truth.exr')} --samples 4 --channels all",
+        f"raycam explain {world} --pixel 470 250 --figure {quoted('explain.svg')}",
+        f"raycam video {world} -o {quoted('orbit.mp4')} --size 480x300 --samples 8 --no-ambient-occlusion",
     ]

@@ -1,4 +1,4 @@
-"""What this machine has, and whether pictures come out right on it."""
+"""Report on the machine and the installation, with a self-test of rendering."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ __all__ = ["doctor", "processor"]
 
 
 def doctor() -> str:
-    """Versions, processor, instruction set, threads and a self-test, as text.
+    """Returns versions, processor, instruction set, threads and the result of a self-test, as text.
 
-    Raises `Error` where the self-test fails.
+    Raises `Error` if the self-test fails.
     """
     return "\n".join(_lines())
 
@@ -45,7 +45,7 @@ def _lines() -> Iterator[str]:
 
 
 def processor() -> str:
-    """The name of the processor, where the system tells it."""
+    """The name of the processor, as far as the system reports it."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):
@@ -56,7 +56,7 @@ def processor() -> str:
 
 
 def _self_test() -> str:
-    """Compares a picture with the oracle's, pixel by pixel."""
+    """Compares a picture with the reference, pixel by pixel."""
     world = World()
     world.add_object(box={"size": 1}, color="#c83c28")
     world.add_object(torus={"radius": 1.1, "tube": 0.2, "segments": 12}, pitch=25, color="#3c64c8")

@@ -1,4 +1,4 @@
-"""What can go wrong, by whose fault it is.
+"""Exceptions of raycam, by cause.
 
 A missing file is a `FileNotFoundError`, and every other fault of the file system is its own `OSError`, as
 everywhere in Python. The rest are subclasses of `Error`, and of `ValueError`.
@@ -10,31 +10,31 @@ __all__ = ["CameraError", "Error", "FormatError", "JobError", "SettingsError", "
 
 
 class Error(Exception):
-    """Anything that raycam itself complains about."""
+    """Base class of the errors that raycam raises itself."""
 
 
 class WorldError(Error, ValueError):
-    """A world that cannot be: its geometry, colours, materials, lights, or its description in a file or dict."""
+    """An invalid world: its geometry, colours, materials or lights, or their description in a file or dict."""
 
 
 class CameraError(Error, ValueError):
-    """A camera that cannot be."""
+    """An invalid camera."""
 
 
 class FormatError(Error, ValueError):
-    """A file that does not follow its format, asks for more than the budget allows, or is of an unknown kind."""
+    """A malformed file, one that exceeds the budget, or one of an unknown format."""
 
 
 class JobError(Error, RuntimeError):
-    """A job that cannot go on, or some of whose frames failed."""
+    """A job that cannot continue, or that has failed frames."""
 
 
 class SettingsError(Error, ValueError):
-    """Settings or arrays that no picture can be made from."""
+    """Invalid settings or arrays."""
 
 
 def nearest(what: str, given: str, valid: list[str]) -> str:
-    """The message for a name that does not exist: the nearest one that does, and all of them."""
+    """The message for an unknown name: the nearest valid name, and all valid names."""
     import difflib
 
     names = {name.lower(): name for name in valid}

@@ -1,4 +1,4 @@
-"""What a world holds, for people."""
+"""Summaries of worlds and cameras as text."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["info", "info_cameras"]
 
 
 def info(world: World) -> str:
-    """Counts, bounds, objects, lights, cameras with their matrices, video and notices, as text."""
+    """Returns counts, bounds, objects, lights, cameras with their matrices, video and notices, as text."""
     return "\n".join(_lines(world))
 
 
 def info_cameras(cameras: Mapping[str, Camera], rigs: Mapping[str, Rig] | None = None) -> str:
-    """K, R, P, C, angles and lens of each camera, and how those of rigs stand to one another, as text."""
+    """Returns K, R, P, C, angles and lens of each camera, and the relative poses of rig cameras, as text."""
     lines = [f"cameras    {len(cameras)}"]
     lines += [line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera)]
     if rigs:
@@ -110,11 +110,11 @@ def _fixed(value: float) -> str:
 
 
 def _vector(values: object) -> str:
-    """Numbers with six digits; where that is more, with six decimals: what is far away is not rounded to metres."""
+    """Numbers with six significant digits or six decimals, whichever is more, so that large values keep millimetres."""
     numbers = np.atleast_1d(np.asarray(values, dtype=np.float64)) + 0.0
     return " ".join(f"{value:.{6 + _digits(value)}g}" for value in numbers)
 
 
 def _digits(value: float) -> int:
-    """How many digits a number has before its point."""
+    """The number of digits before the decimal point."""
     return len(str(int(abs(value)))) if 1.0 <= abs(value) < 1e9 else 0

@@ -1,4 +1,4 @@
-"""A progress bar with the time left: on a terminal, and only for work that takes a while."""
+"""Progress bars with the remaining time, on a terminal and for longer work only."""
 
 from __future__ import annotations
 
@@ -13,22 +13,27 @@ if TYPE_CHECKING:
 
 __all__ = ["bar", "frames_bar"]
 
-# Shorter work than this shows no bar, and does not wait for one to be imported.
-PATIENCE = 0.5
+# Seconds. Shorter work shows no bar, and so does not import `rich`.
+SHOW_AFTER_SECONDS = 0.5
 
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A function `progress(done, total)` that draws a bar on stderr while the block lasts.
+    """Yields a function `progress(done, total)` that draws a bar on stderr while the block lasts.
 
-    Away from a terminal it draws nothing.
+    Without a terminal, nothing is drawn.
     """
     start = time.monotonic()
     shown: Progress | None = None
 
     def progress(done: int, total: int) -> None:
         nonlocal shown
-        if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
+        if (
+            shown is None
+            and sys.stderr.isatty()
+            and done < total
+            and time.monotonic() - start > SHOW_AFTER_SECONDS
+        ):
             shown = _rich_bar()
             shown.start()
             shown.add_task(title, total=total)
@@ -58,10 +63,10 @@ def _rich_bar() -> Progress:
 
 @contextmanager
 def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
-    """A function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate, the time
-    left and failures.
+    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate,
+    the remaining time and the failures.
 
-    Away from a terminal it draws nothing.
+    Without a terminal, nothing is drawn.
     """
     start = time.monotonic()
     first: int | None = None
@@ -70,7 +75,12 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
     def progress(done: int, total: int, failed: int) -> None:
         nonlocal shown, first
         first = done + failed if first is None else first
-        if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
+        if (
+            shown is None
+            and sys.stderr.isatty()
+            and done < total
+            and time.monotonic() - start > SHOW_AFTER_SECONDS
+        ):
             shown = _rich_frames(what)
             shown.start()
             shown.add_task(title, total=total, rate="", failed="")

@@ -1,6 +1,7 @@
-"""The command line: one file for each command, `options.py` for what they share.
+"""The command line: one file per command, shared options in `_options.py`, `_job_options.py` and `_rigs.py`.
 
-Starting up is part of every picture's time: modules that only one command needs are imported by that command.
+Start-up time is part of every command's time, so a module that only one command needs is imported in that command's
+function.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from .._core import __version__
 from ..errors import Error, SettingsError, nearest
 from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video
 
@@ -31,9 +33,9 @@ COMMANDS = {
     "bench": bench.COMMAND,
     "demo": demo.COMMAND,
 }
-"""Every command, in the order that help shows. Adding one is adding its file and its row."""
+"""The commands by name, in the order of the help."""
 
-STOPPED = 130  # what a shell reports of a command that Ctrl-C ended
+STOPPED = 130  # the exit status by which shells report Ctrl-C
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("raycam: stopped", file=sys.stderr)
         return STOPPED
     except BrokenPipeError:
-        # Whoever read the output has seen enough; Python would complain once more on its way out.
+        # The reader closed the pipe. Without this, Python would report another error at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (Error, ValueError, OSError, MemoryError) as error:
@@ -60,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _joined(words: Sequence[str]) -> list[str]:
-    """With "--frames=-4:" instead of "--frames -4:", which argparse takes for another option."""
+    """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" for an option."""
     joined: list[str] = []
     for word in words:
         after = joined and joined[-1].startswith("--") and "=" not in joined[-1]
@@ -80,21 +82,20 @@ def _message(error: BaseException) -> str:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
+    """Argument parser that reports errors in one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Exits with status 2."""
+        """Prints the message and exits with status 2."""
         self.exit(2, f"raycam: error: {message} (see {self.prog} --help)\n")
 
 
 def _parser() -> argparse.ArgumentParser:
-    from .._core import __version__
-
     parser = _Parser(
         prog="raycam",
         description="Virtual worlds made of triangles, seen through any camera matrix.",
         epilog="Begin with `raycam demo DIR`: a world, pictures and a video. `raycam COMMAND --help` shows more.",
     )
+    parser.set_defaults(main=main)  # `demo` runs other commands
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
     for name, (add, help_text, examples) in COMMANDS.items():

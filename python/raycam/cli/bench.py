@@ -1,10 +1,10 @@
-"""`raycam bench`."""
+"""The command `raycam bench`."""
 
 from __future__ import annotations
 
 import argparse
 
-from .options import Command, size_of
+from ._options import Command, size_of
 
 
 def _add(command: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`raycam cameras`."""
+"""The command `raycam cameras`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from ..calibration import FORMATS, Cameras, save_cameras
-from .options import Command, add_known, calibration_file, tell
-from .rigs import cameras_in
+from ._options import Command, add_known, calibration_file, print_notices
+from ._rigs import cameras_in
 
 ENDINGS = {
     "opencv": ".yaml",
@@ -64,7 +64,7 @@ def _run(options: argparse.Namespace) -> None:
     output = Path(
         options.output or f"{Path(file).stem}{'_' if name else ''}{Path(name).name}_{options.to}{ending}"
     )
-    tell(save_cameras(output, cameras, options.to, images=images, times=times))
+    print_notices(save_cameras(output, cameras, options.to, images=images, times=times))
     count = sum(len(item) if isinstance(item, Rig) else 1 for item in cameras.values())
     print(f"{output}: {count} camera{'' if count == 1 else 's'}, {options.to}")
 

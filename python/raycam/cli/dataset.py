@@ -1,4 +1,4 @@
-"""`raycam dataset`."""
+"""The command `raycam dataset`."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
-from .job_options import add_job, job_options, shard_of
-from .options import Command, add_rendering, add_world, load_world, rendering, size_of, tell
-from .rigs import add_rig, rig_of
+from ._job_options import add_job, job_options, shard_of
+from ._options import Command, add_rendering, add_world, load_world, print_notices, rendering, size_of
+from ._rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
     from ..calibration import Cameras
     from ..camera import Camera
+    from ..randomize import Recipe
     from ..rig import Rig
-    from ..sample_world import Recipe
     from ..world import World
 
 
@@ -73,7 +73,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..dataset import write
     from ..progress import frames_bar
-    from ..sample_world import Recipe
+    from ..randomize import Recipe
 
     chosen = dict(_option(text) for text in options.option)
     shard = shard_of(options)
@@ -95,7 +95,7 @@ def _run(options: argparse.Namespace) -> None:
             **rendering(options),
             **chosen,
         )
-    tell(written.notices)
+    print_notices(written.notices)
     if written.complete:
         print(f"{options.output}: {written.frames} views, {options.format}")
     else:
@@ -103,11 +103,11 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, list[float] | None]:
-    """Those of the file that was given, and the times that it gives them."""
+    """The cameras of the given file, and their times; None without a file."""
     if options.cameras is None:
         return None, None
     from ..calibration import load_cameras
-    from ..world_load import load
+    from ..world.load import load
 
     times = None
     if str(options.cameras).endswith((".toml", ".glb", ".gltf")):
@@ -117,7 +117,7 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
         if options.intrinsics is not None:
             intrinsics = next(iter(load_cameras(options.intrinsics, size=options.size).values()))
         found = load_cameras(options.cameras, options.camera_format, size=options.size, intrinsics=intrinsics)
-        tell(found.notices)
+        print_notices(found.notices)
         cameras, times = found, _times(found)
     if not cameras:
         raise SettingsError(f"{options.cameras} has no cameras")
@@ -125,14 +125,14 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
 
 
 def _times(cameras: Cameras) -> list[float] | None:
-    """When each of them sees the world; a file that does not say so of all of them says nothing."""
+    """The times of the cameras in seconds; None if the file lacks the time of any camera."""
     return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None
 
 
 def _rigs(
     world: World | Recipe, options: argparse.Namespace
 ) -> tuple[Rig | Mapping[str, Rig], list[float] | None]:
-    """The rig at each of its poses, and the times of these."""
+    """The rig at each of its poses, and the times of the poses."""
     from ..calibration import load_cameras
     from ..camera import Camera
     from ..world import World
@@ -143,15 +143,15 @@ def _rigs(
     assert rig is not None
     if options.poses is None:
         return rig, None
-    # A trajectory has poses alone: any camera will do for the rest.
+    # A trajectory has poses only, so any camera serves for the rest.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
     poses = load_cameras(options.poses, intrinsics=body, size=(1, 1))
-    tell(poses.notices)
+    print_notices(poses.notices)
     return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, _times(poses)
 
 
 def _option(text: str) -> tuple[str, Any]:
-    """A key and its value: JSON, or a word."""
+    """Parses KEY=VALUE; the value is JSON or a word."""
     key, equals, value = text.partition("=")
     if not equals:
         raise SettingsError(f"--option {text}: expected KEY=VALUE")

@@ -1,11 +1,11 @@
-"""`raycam demo`."""
+"""The command `raycam demo`."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from .options import Command
+from ._options import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -18,7 +18,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..demo import demo
 
-    demo(Path(options.folder))
+    demo(Path(options.folder), options.main)
 
 
 COMMAND = Command(

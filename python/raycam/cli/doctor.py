@@ -1,10 +1,10 @@
-"""`raycam doctor`."""
+"""The command `raycam doctor`."""
 
 from __future__ import annotations
 
 import argparse
 
-from .options import Command
+from ._options import Command
 
 
 def _add(command: argparse.ArgumentParser) -> None:

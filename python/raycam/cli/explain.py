@@ -1,10 +1,10 @@
-"""`raycam explain`."""
+"""The command `raycam explain`."""
 
 from __future__ import annotations
 
 import argparse
 
-from .options import Command, add_camera, add_world, load_world, view
+from ._options import Command, add_camera, add_world, load_world, view
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -23,7 +23,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..explain_pixel import check_figure, explain
+    from ..explanation import check_figure, explain
 
     if options.figure is not None:
         check_figure(options.figure)

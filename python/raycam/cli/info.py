@@ -1,10 +1,10 @@
-"""`raycam info`."""
+"""The command `raycam info`."""
 
 from __future__ import annotations
 
 import argparse
 
-from .options import Command, add_known, load_calibration
+from ._options import Command, add_known, load_calibration
 
 CALIBRATIONS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
@@ -19,7 +19,7 @@ def _run(options: argparse.Namespace) -> None:
     from pathlib import Path
 
     from ..info import info, info_cameras
-    from ..world_load import load
+    from ..world.load import load
 
     path = Path(options.world)
     if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.camera_format is not None:

@@ -1,4 +1,4 @@
-"""`raycam render`."""
+"""The command `raycam render`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
-from .job_options import add_job, job_pool, lower_priority, shard_of
-from .options import Command, add_camera, add_rendering, add_world, load_world, numbers, rendering, tell, view
-from .rigs import add_rig, rig_alone, save_all
+from ._job_options import add_job, job_pool, lower_priority, shard_of
+from ._options import (
+    Command,
+    add_camera,
+    add_rendering,
+    add_world,
+    load_world,
+    numbers,
+    print_notices,
+    rendering,
+    view,
+)
+from ._rigs import add_rig, require_rig_only, save_all
 
 if TYPE_CHECKING:
     from ..camera import Camera
-    from ..frame import Frame
+    from ..render.frame import Frame
     from ..rig import Rig
     from ..world import World
 
@@ -54,9 +64,9 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..frame import check_save
     from ..progress import bar
     from ..render import DEFAULT_CHANNELS, channel_names, render
+    from ..render.frame import check_save
 
     output = Path(options.output or Path(options.world).with_suffix(".png").name)
     names: Sequence[str] = ("color",) if output.suffix.lower() in (".png", ".hdr") else DEFAULT_CHANNELS
@@ -80,7 +90,7 @@ def _run(options: argparse.Namespace) -> None:
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
 
     def save(frame: Frame) -> None:
-        tell(frame.notices)
+        print_notices(frame.notices)
         frame.save(output, bits=options.bits, half=options.half)
         _, _, width, height = frame.region
         print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
@@ -101,14 +111,14 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
-    """The world and what sees it, at the time that was asked for."""
-    rig = rig_alone(world, options)
+    """The world, the camera and the rig at the requested time."""
+    rig = require_rig_only(world, options)
     if options.at is None:
         if options.animation is not None:
             raise SettingsError("--animation goes with --at SECONDS")
         return world, view(world, options) if rig is None else next(iter(rig.values())), rig
     moment = world.at(options.at, options.animation)
-    # An animation moves the world's cameras, too; what frames a world without one stays where it is.
+    # An animation also moves the world's cameras. The camera that frames a world without cameras does not move.
     seen = moment if world.cameras else world
     camera = view(seen, options) if rig is None else next(iter(rig.values()))
     if world.video is not None:
@@ -120,7 +130,7 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
 def _render_rig(
     options: argparse.Namespace, output: Path, world: World, rig: Rig, names: Sequence[str]
 ) -> None:
-    """A picture of each camera."""
+    """Renders and saves a frame for each camera of the rig."""
     if any(value is not None for value in (options.workers, options.cluster, options.shard)):
         raise SettingsError(
             "--rig goes without --workers, --cluster and --shard: raycam dataset shares pictures out"
@@ -130,7 +140,7 @@ def _render_rig(
     for path, (name, frame) in zip(
         save_all(frames, output, options.bits, options.half), frames.items(), strict=True
     ):
-        tell([f"{name}: {notice}" for notice in frame.notices])
+        print_notices([f"{name}: {notice}" for notice in frame.notices])
         _, _, width, height = frame.region
         print(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 
@@ -143,16 +153,18 @@ def _by_job(
     names: Sequence[str],
     save: Callable[[Frame], object],
 ) -> Frame | None:
-    """Saves the picture from tiles, or gives None where other shards are at some of them."""
-    from .. import tiles
+    """Renders the picture in tiles and saves it; returns None if other shards still have tiles to render."""
+    from ..jobs import tiled_picture
     from ..progress import frames_bar
 
     shard = shard_of(options)
-    package = tiles.package(world, camera, channels=names, region=options.region, **rendering(options))
+    package = tiled_picture.job_package(
+        world, camera, channels=names, region=options.region, **rendering(options)
+    )
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
-        return tiles.make_picture(
+        return tiled_picture.render_tiled(
             package,
-            output.with_name(output.name + ".job"),  # where tiles wait until the picture is complete
+            output.with_name(output.name + ".job"),  # holds the tiles until the picture is complete
             pool,
             shard=shard,
             resume=options.resume,

@@ -1,4 +1,4 @@
-"""`raycam selfcheck`."""
+"""The command `raycam selfcheck`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import Command, add_known, named_camera
+from ._options import Command, add_known, named_camera
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..render.frame import Frame
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -32,8 +32,8 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
+    from ..calibration_check import selfcheck
     from ..progress import bar
-    from ..selfcheck_camera import selfcheck
 
     folder = None if options.output is None else Path(options.output)
     if folder is not None:

@@ -1,4 +1,4 @@
-"""`raycam status` and `raycam verify`."""
+"""The commands `raycam status` and `raycam verify`."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import JobError
-from .options import Command
+from ._options import Command
 
 if TYPE_CHECKING:
-    from ..jobs import Job
+    from ..jobs.job import Job
 
 
 def _add_folder(command: argparse.ArgumentParser) -> None:
@@ -20,9 +20,9 @@ def _add_folder(command: argparse.ArgumentParser) -> None:
 
 
 def _job(name: str) -> Job:
-    """The job in a folder, or of a file that is being made."""
-    from ..jobs import Job
-    from ..video_job import job_folder
+    """The job in a folder, or the job of an unfinished file."""
+    from ..jobs.job import Job
+    from ..video.job import job_folder
 
     folder = Path(name)
     if not folder.is_dir() and job_folder(folder).is_dir():
@@ -46,7 +46,7 @@ def _status(options: argparse.Namespace) -> None:
     print(f"job       {about['job'][:12]}, {about['kind']}, raycam {about['raycam']}")
     print(f"world     {about['world'][:12]}")
     print(f"frames    {state.finished} of {state.frames} finished")
-    runs = job.runs()
+    runs = job.running_processes()
     print(f"running   {', '.join(runs) if runs else 'no'}")
     print(f"failed    {len(state.failed)}")
     for frame, error in list(state.failed.items())[:20]:

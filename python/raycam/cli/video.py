@@ -1,13 +1,22 @@
-"""`raycam video`."""
+"""The command `raycam video`."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from .job_options import add_job, job_pool, shard_of
-from .options import Command, add_camera, add_rendering, add_world, load_world, rendering, tell, view
-from .rigs import add_rig, beside, rig_alone
+from ._job_options import add_job, job_pool, shard_of
+from ._options import (
+    Command,
+    add_camera,
+    add_rendering,
+    add_world,
+    load_world,
+    print_notices,
+    rendering,
+    view,
+)
+from ._rigs import add_rig, per_camera_path, require_rig_only
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -51,18 +60,18 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from ..progress import frames_bar
-    from ..video import Film, frame_range
-    from ..video_job import make_video
+    from ..video import VideoPlan, frame_range
+    from ..video.job import make_video
 
     frames = None if options.frames is None else frame_range(options.frames)
     shard = shard_of(options)
     world = load_world(options)
-    rig = rig_alone(world, options)
+    rig = require_rig_only(world, options)
     told: set[str] = set()
     with job_pool(options) as pool:
         for name in [None] if rig is None else list(rig):
-            output = options.output if name is None else str(beside(Path(options.output), name))
-            film = Film(
+            output = options.output if name is None else str(per_camera_path(Path(options.output), name))
+            film = VideoPlan(
                 world,
                 view(world, options) if rig is None else None,
                 rig=None if rig is None or name is None else (rig, name),
@@ -85,7 +94,7 @@ def _run(options: argparse.Namespace) -> None:
                     audio=options.audio,
                     progress=progress,
                 )
-            tell([notice for notice in film.notices if notice not in told])
+            print_notices([notice for notice in film.notices if notice not in told])
             told.update(film.notices)
             width, height = film.camera.size
             if count is None:

@@ -1,4 +1,4 @@
-"""Data sets: pictures with their ground truth in the formats that people train on.
+"""Data sets: pictures with ground truth in common training formats.
 
 raycam.dataset.write(world, "apples", "coco", cameras=cameras)
 """
@@ -12,38 +12,24 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .. import files as stored
 from ..arrays import whole
 from ..camera import Camera
-from ..cluster import pool_of
+from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
-from ..jobs import Job
+from ..io import atomic_files
+from ..jobs.job import Job
+from ..randomize import Recipe
 from ..render import render
 from ..rig import Rig
 from ..world import World
-from . import bop, coco, colmap, kitti, nerf, rgbd, web
-from .plan import Plan, Record, View, check_poses, chosen
-from .units import package, record_name
-from .worlds import each_index
+from .formats import FORMATS
+from .job_units import job_package, record_name
+from .per_world import each_index
+from .plan import Format, Plan, Record, View, check_poses, resolve_options
 
-if TYPE_CHECKING:
-    from ..sample_world import Recipe
-
-__all__ = ["FORMATS", "Written", "views", "write"]
-
-FORMATS = {
-    "coco": coco.FORMAT,
-    "bop": bop.FORMAT,
-    "kitti": kitti.FORMAT,
-    "colmap": colmap.FORMAT,
-    "nerf": nerf.FORMAT,
-    "tum": rgbd.TUM,
-    "scannet": rgbd.SCANNET,
-    "webdataset": web.FORMAT,
-}
-"""Every format by its name. Adding one is adding its file and its row."""
+__all__ = ["FORMATS", "DatasetResult", "views", "write"]
 
 RENDERING = set(inspect.signature(render).parameters) - {
     *("world", "camera", "channels", "frame", "region", "progress"),
@@ -54,19 +40,19 @@ Progress = Callable[[int, int, int], object]
 
 
 @dataclass(frozen=True)
-class Written:
-    """A data set that was written."""
+class DatasetResult:
+    """The result of `write`."""
 
     folder: Path
-    """Where it is."""
+    """The folder of the data set."""
     frames: int
-    """How many views it has."""
+    """The number of views."""
     made: int
-    """How many units of work (views, or shards of them) this call made; the others were there."""
+    """The number of units of work (views, or tar files of them) that this call made; the others existed before."""
     complete: bool = True
-    """Whether all views are there; where other shards are missing, there are no index files yet."""
+    """True if all views are finished; without the views of other shards, there are no index files yet."""
     notices: tuple[str, ...] = ()
-    """What the one who makes it should know of its workers, and of what was damaged."""
+    """Notices about workers and damaged files."""
 
 
 def views(
@@ -74,11 +60,12 @@ def views(
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
 ) -> list[View]:
-    """The cameras of a data set and their times.
+    """The views of a data set: cameras and their times.
 
-    Without `cameras`, a world with a video has one for each frame of it, and another all of its own cameras, or its
-    default one. `times` in seconds, one for each camera, move the world as its video says. A `Rig` among the cameras,
-    which takes one time, is as many views as it has cameras; a rig alone is carried by the world's video, if any.
+    Without `cameras`, a world with a video has one view per frame; another world has a view for each of its cameras, or
+    one for its default camera. `times` in seconds, one for each camera, are times of the world's video. A `Rig` among
+    the cameras has one time and gives one view for each of its cameras. A single rig moves with the world's video, if
+    any.
     """
     if isinstance(cameras, Rig):
         rig = cameras
@@ -123,65 +110,65 @@ def write(
     progress: Progress | None = None,
     tell: Callable[[str], object] = warnings.warn,
     **options: Any,
-) -> Written:
-    """Writes what cameras see of a world, with ground truth, to a folder in one of `FORMATS`.
+) -> DatasetResult:
+    """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
 
     `cameras` and `times` are as in `views`; `options` are those of `raycam.render` (`integrator`, `samples`, `seed`,
-    `exposure`, `threads`, ...) and those of the format, below. Ground truth is that of the exact rays through the
-    pixels' centres, whatever the samples. Objects with a category are labelled; in a world without categories all
-    are, as "object". The formats and their options:
+    `exposure`, `threads`, ...) and those of the format, below. Ground truth belongs to the exact rays through the
+    pixels' centres, independent of the samples. Objects with a category are labelled; in a world without categories,
+    all objects are labelled "object". The formats and their options:
 
-    * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1) that must be seen of an object, `keypoints`
-      ({category: {"names": [...], "points": [[x, y, z], ...] in the mesh's coordinates, or with "triangles": [...] the
-      weights of their corners, which follow meshes that bend, "skeleton": [...]}})
+    * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1), the minimum visible pixels of an object,
+      `keypoints` ({category: {"names": [...], "points": [[x, y, z], ...] in mesh coordinates, or barycentric weights
+      with "triangles": [...], which follow meshes that deform, "skeleton": [...]}})
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each picture)
-    * "kitti": `baseline` in metres adds the right camera, disparity and image_3; of rigs, these are of their first two
-      cameras, a rectified pair; `flow` (False) to the next view
-    * "colmap": `points` (10,000) sampled on what is seen; rigs and their frames are written as such
-    * "nerf": none; "tum" and "scannet": `fps` (30) of the timestamps of views without a time
-    * "webdataset": `shard_size` (32) samples in a tar file, `channels`, `segmentation`
+    * "kitti": `baseline` in metres adds the right camera, disparity and image_3; a rig's first two cameras, a rectified
+      pair, give the same; `flow` (False) adds optical flow to the next view
+    * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
+    * "nerf": none; "tum" and "scannet": `fps` (30) for the timestamps of views without a time
+    * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
 
-    Integer depth is 0 where there is none, and where it is beyond what the format can say (KITTI 256 m, TUM 13 m, NeRF
-    and ScanNet 65 m), as sensors have it.
+    Integer depth is 0 for the background and beyond the range of the format (KITTI 256 m, TUM 13 m, NeRF and ScanNet
+    65 m), like the depth of sensors.
 
     A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`.
-    "coco", "kitti" and "webdataset" have them all in one data set, and so has "bop": as its scenes, numbered from
-    `scene`, with each shape one model in all of them. Of the others each world is one, in a folder of its number. What
-    a view shows is a function of the recipe, its seed and the number of the world; its files are looked for where they
-    lie, by every worker.
+    "coco", "kitti" and "webdataset" put all worlds into one data set. So does "bop", with a scene for each world,
+    numbered from `scene`, and one model for each shape in all scenes. The other formats write a data set for each
+    world, in a folder with its number. A view is a function of the recipe, its seed and the number of the world. Every
+    worker reads the recipe's files from their original folder.
 
-    The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
-    call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With
-    `resume=False` it begins anew. The index files are written when all views are there. Memory does not grow with the
-    number of views; what "colmap" has to know of all of them is a bit for each point and view in a temporary file.
-    `progress(done, total, failed)` is called after each unit of work, `tell` as in `pool_of`.
+    The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted one
+    with its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool` and
+    `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of views;
+    "colmap" keeps one bit for each point and view in a temporary file. `progress(done, total, failed)` is called after
+    each unit of work; `tell` is as in `make_pool`.
 
-    Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered; `JobError`
-    where the folder holds another data set, and at the end where views failed; `OSError`.
+    Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format does
+    not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.
     """
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)))
     kind = FORMATS[format]
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}
     threads = rendering.pop("threads", None)
-    own = chosen(options, kind.options, format)
-    plan = planned(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
+    own = resolve_options(options, kind.options, format)
+    plan = make_plan(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
     if kind.posed:
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    what = package(format, plan)
+    what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().damaged
     if plan.recipe is None:
-        plan.world = what.world  # so that what tracing needs is built once
+        plan.world = what.world  # the same world, so that its acceleration structures are built once
     made = 0
 
     def finished(_: object) -> None:
         nonlocal made
         made += 1
 
-    with pool_of(workers, threads=threads, tell=tell) as pool:
+    with make_pool(workers, threads=threads, tell=tell) as pool:
         job.run(
             pool,
             shard=shard,
@@ -190,26 +177,32 @@ def write(
             finished=finished,
         )
         notices = (*damaged, *pool.notices)
+    complete = _write_index(job, kind, plan)
+    return DatasetResult(target, len(plan.shots), made, complete, notices)
+
+
+def _write_index(job: Job, kind: Format, plan: Plan) -> bool:
+    """Writes the index files if all units are finished; returns False if units of other shards are missing."""
     total = kind.units(plan)
 
     def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
         for unit in range(first, total if end is None else end):
-            yield json.loads((target / record_name(unit)).read_bytes())
+            yield json.loads((job.folder / record_name(unit)).read_bytes())
 
-    with job.joining():
+    with job.assembling():
         complete = all(job.has(unit) for unit in range(total))
         if complete:
             apart = plan.recipe is not None and not kind.many_worlds
             files = each_index(kind, plan, records) if apart else kind.index(plan, records)
             names = []
             for name, pieces in files:
-                put(target / name, pieces)
+                write_file(job.folder / name, pieces)
                 names.append(name)
-            job.note_joined(names)
-    return Written(target, len(plan.shots), made, complete, notices)
+            job.mark_assembled(names)
+    return complete
 
 
-def planned(
+def make_plan(
     world: World | Recipe,
     cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None,
     times: Sequence[float] | None,
@@ -218,7 +211,7 @@ def planned(
     options: Mapping[str, Any],
     threads: int | None,
 ) -> Plan:
-    """The views of a world, or of the worlds of a recipe."""
+    """Plans the views of a world, or of the worlds of a recipe."""
     if isinstance(world, World):
         if count is not None:
             raise SettingsError("count is of the worlds of a recipe, and this is one world")
@@ -244,9 +237,13 @@ def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list
     return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
 
 
-def put(path: Path, pieces: Any) -> None:
-    """Writes a file in pieces, by the one way files are written."""
+def write_file(path: Path, pieces: Any) -> None:
+    """Writes a file in pieces, atomically; creates its folder if missing."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with stored.atomic_path(path) as temporary, temporary.open("wb") as file:
+    with atomic_files.atomic_path(path) as temporary, temporary.open("wb") as file:
         for piece in pieces:
             file.write(piece)
+
+
+Written = DatasetResult
+"""Former name of `DatasetResult`, kept for one release."""

@@ -8,24 +8,24 @@ from typing import Any
 
 import numpy as np
 
+from ..annotations.labels import Label, Region
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..labels import Label, Region
-from .bop_models import MILLIMETRES, Catalogue, models, scene
+from .bop_models import MILLIMETRES, ModelCatalogue, models, scene
 from .coco import segmentation
-from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, png, whole_centers
-from .worlds import in_world
+from .per_world import in_world
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, png
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None}
 SEEN = 0.1
-"""The least visible fraction of an object that counts when detections are judged."""
+"""The minimum visible fraction of an object that the BOP evaluation counts."""
 DEPTH_SCALES = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
 
 
 def check(plan: Plan) -> None:
-    """BOP has pinhole cameras without skew, of one size."""
+    """Raises an error unless all cameras are pinholes without skew, of one size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
@@ -37,7 +37,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Colour, depth and masks of a picture, and its rows of scene_camera, scene_gt and scene_gt_info."""
+    """Makes colour, depth and masks of a picture, and its rows of scene_camera, scene_gt and scene_gt_info."""
     world, number = in_world(plan, number)
     shot = scene(plan, world).shot(number)
     of_object = models(shot.plan).of_object
@@ -65,7 +65,7 @@ def make(plan: Plan, number: int) -> Made:
             }
         )
     camera = {
-        "cam_K": whole_centers(shot.camera).ravel().tolist(),
+        "cam_K": k_with_integer_centers(shot.camera).ravel().tolist(),
         "depth_scale": scale,
         "cam_R_w2c": shot.camera.R.ravel().tolist(),
         "cam_t_w2c": (shot.camera.t * MILLIMETRES).tolist(),
@@ -74,7 +74,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def box(pixels: Region | None) -> list[int]:
-    """A box of scene_gt_info.json: its size is from the middle of the first pixel to that of the last, -1s for none.
+    """A box of scene_gt_info.json, with its size from the centre of the first pixel to the last one's; -1s for none.
 
     Source: `calc_2d_bbox` of the BOP toolkit's bop_toolkit_lib/misc.py, and its scripts/calc_gt_info.py.
     """
@@ -85,7 +85,7 @@ def box(pixels: Region | None) -> list[int]:
 
 
 def annotation(item: Label, model: int) -> Record:
-    """One object of scene_gt_coco.json, without its ids: the visible mask, and what bounds all of it in the picture."""
+    """One object of scene_gt_coco.json without ids: the visible mask, and the amodal bounds within the picture."""
     x, y, width, height = item.amodal_box
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + width, item.size[0]), min(y + height, item.size[1])
@@ -103,7 +103,7 @@ def annotation(item: Label, model: int) -> Record:
 
 
 def pose(shot: Shot, item: Label, model: int) -> Record:
-    """model_to_camera: the rotation of the object's box, and where the origin of its mesh is."""
+    """The pose model_to_camera: the rotation of the object's box, and the origin of its mesh."""
     camera, origin = shot.camera, shot.world.objects[item.object].matrix[:3, 3]
     return {
         "cam_R_m2c": (camera.R @ item.box3d.rotation).ravel().tolist(),
@@ -113,9 +113,9 @@ def pose(shot: Shot, item: Label, model: int) -> Record:
 
 
 def depth_units(depth: Any, scale: float | None) -> tuple[Any, float]:
-    """Depth as uint16, 0 for none and for what is out of reach, and how many millimetres its unit is.
+    """Depth as uint16, 0 for the background and beyond the range, and the unit in millimetres.
 
-    Where no unit is given, it is the finest of a row that reaches the farthest surface.
+    The default unit is the finest of `DEPTH_SCALES` that reaches the farthest surface.
     """
     with np.errstate(invalid="ignore"):
         millimetres = np.where(np.isfinite(depth), depth.astype(np.float64) * MILLIMETRES, 0.0)
@@ -127,13 +127,13 @@ def depth_units(depth: Any, scale: float | None) -> tuple[Any, float]:
 
 
 def base_of(plan: Plan, world: int) -> str:
-    """The folder of the scene that shows a world."""
+    """The folder of a world's scene."""
     return f"{plan.options['split']}/{int(plan.options['scene']) + world:06d}"
 
 
 def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
-    """The JSON files of the scenes, one for each world, and of the models, and the models."""
-    catalogue = Catalogue(plan)
+    """Makes the JSON files of the scenes, one for each world, and of the models, and the models."""
+    catalogue = ModelCatalogue(plan)
     views = len(plan.shots) // len(catalogue.ids)
     for world, ids in enumerate(catalogue.ids):
 
@@ -155,7 +155,7 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
 
 
 def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int]) -> Iterator[bytes]:
-    """An object with a row for each picture; models by their ids in the data set."""
+    """Iterates over the text of a JSON object with a row per picture; models have their ids in the data set."""
     yield b"{"
     for number, record in enumerate(records()):
         row = record[key]
@@ -168,7 +168,7 @@ def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, in
 def coco_rows(
     records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int], modal: bool
 ) -> Iterator[bytes]:
-    """The scene as COCO has it, with boxes around what is seen (`modal`) or around all of the object in the picture.
+    """The scene in COCO's format, with boxes around the visible part (`modal`) or the whole object in the picture.
 
     Source: the BOP toolkit's scripts/calc_gt_coco.py.
     """
@@ -194,8 +194,8 @@ def coco_rows(
 
 
 def camera_json(camera: Camera) -> Record:
-    """What the first camera is; those of all pictures are in scene_camera.json."""
-    k = whole_centers(camera)
+    """The contents of camera.json: the first camera. The cameras of all pictures are in scene_camera.json."""
+    k = k_with_integer_centers(camera)
     width, height = camera.size
     return {
         "cx": k[0, 2],

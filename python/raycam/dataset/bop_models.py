@@ -1,4 +1,4 @@
-"""The models of a BOP data set: the distinct shapes among its objects, as meshes in millimetres."""
+"""The models of a BOP data set: the distinct shapes of its objects, as meshes in millimetres."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..annotations.labels import box3d
 from ..arrays import Floats
-from ..labels import box3d
+from .per_world import part, world_count
 from .plan import Plan, Record
-from .worlds import part, world_count
 
-__all__ = ["MILLIMETRES", "Catalogue", "models"]
+__all__ = ["MILLIMETRES", "ModelCatalogue", "models"]
 
 MILLIMETRES = 1000.0
 MANY = 20_000
 PAIRS = 32_768
-"""Pairs of vertices that are compared at a time: a small part of the memory that a picture takes."""
+"""Pairs of vertices that are compared at a time, which bounds the memory."""
 ALIKE = 1e-7
-"""How much the same shape may differ from world to world, as a part of its size: its vertices are those of the world,
-taken back to its own axes."""
+"""Tolerance for equal shapes in different worlds, as a fraction of their size: vertices are transformed back from the
+world, with rounding."""
 
 
 class Models:
@@ -31,7 +31,7 @@ class Models:
         self.of_object: dict[int, int] = {}
         """The BOP id of each object, from 1."""
         self.vertices: dict[int, tuple[Floats, Floats]] = {}
-        """Each model's vertices [n, 3] in millimetres, and its triangles [m, 3]."""
+        """The vertices [n, 3] in millimetres and triangles [m, 3] of each model."""
         known: dict[tuple[int, bytes], int] = {}
         for number in plan.labelled:
             item = plan.objects[number]
@@ -40,29 +40,29 @@ class Models:
             key = (item.mesh, f"{size:.9g}".encode() + ((shape / size).round(9) + 0.0).tobytes())
             self.of_object[number] = known.setdefault(key, len(known) + 1)
         self.first = {model: number for number, model in reversed(self.of_object.items())}
-        """An object of each model."""
+        """The first object of each model."""
 
 
 _models: WeakKeyDictionary[Plan, Models] = WeakKeyDictionary()
 
 
 def models(plan: Plan) -> Models:
-    """The models of a plan, found once."""
+    """The models of a plan, computed once."""
     if plan not in _models:
         _models[plan] = Models(plan)
     return _models[plan]
 
 
 Known = dict[int, list[tuple[float, Floats, int]]]
-"""Models by how many triangles they have: their size, what tells their shape, and their id."""
+"""Models by their number of triangles: size, fingerprint of the shape, and id."""
 
 
-class Catalogue:
-    """The models of all worlds of a data set: each shape once, whatever worlds it is in."""
+class ModelCatalogue:
+    """The models of all worlds of a data set, each shape once."""
 
     def __init__(self, plan: Plan) -> None:
         self.ids: list[dict[int, int]] = []
-        """Of each world, the id in the data set, from 1, by the id in the world."""
+        """For each world, the ids in the data set, from 1, by the ids in the world."""
         self._first: dict[int, tuple[int, int]] = {}
         known: Known = {}
         for world in range(world_count(plan)):
@@ -79,7 +79,7 @@ class Catalogue:
         return sorted(self._first)
 
     def _like(self, own: Plan, number: int, known: Known) -> int:
-        """The id of the model that an object is like, or the next one where there is none yet."""
+        """The id of the model with the shape of an object, or the next free id for a new shape."""
         count, size, found = fingerprint(own, number)
         alike = known.setdefault(count, [])
         for other_size, other, model in alike:
@@ -89,7 +89,7 @@ class Catalogue:
         return alike[-1][2]
 
     def meshes(self, plan: Plan) -> Iterator[tuple[int, Record, list[bytes]]]:
-        """Each model's id, its row of models_info.json, and its PLY file."""
+        """Iterates over the models: id, row of models_info.json, and PLY file."""
         for model, (world, number) in sorted(self._first.items()):
             own = scene(plan, world)
             vertices, triangles = model_mesh(own, number)
@@ -104,20 +104,20 @@ class Catalogue:
 
 
 def scene(plan: Plan, world: int) -> Plan:
-    """The part of the data set that is of one world."""
+    """The part of the plan with the views of one world."""
     return plan if plan.recipe is None else part(plan, world)
 
 
-def in_own_axes(plan: Plan, number: int, points: Floats) -> Floats:
-    """Points of an object in the world [n, 3] in millimetres, in the axes that its pose turns."""
+def to_model_space(plan: Plan, number: int, points: Floats) -> Floats:
+    """Transforms points [n, 3] of an object from the world to model space, in millimetres."""
     rotation, origin = box3d(plan.world, number).rotation, plan.objects[number].matrix[:3, 3]
     return (points - origin) @ rotation * MILLIMETRES
 
 
 def fingerprint(plan: Plan, number: int) -> tuple[int, float, Floats]:
-    """How many triangles an object has, its size in millimetres, and numbers around 1 that tell its shape."""
+    """The number of triangles of an object, its size in millimetres, and a scale-free fingerprint of its shape."""
     corners = plan.world.triangles(number).reshape(-1, 3)
-    points = in_own_axes(plan, number, corners)
+    points = to_model_space(plan, number, corners)
     size = float(np.sqrt((points**2).mean())) or 1.0
     unit = points / size
     others = np.roll(unit, 1, axis=1)
@@ -131,16 +131,17 @@ def fingerprint(plan: Plan, number: int) -> tuple[int, float, Floats]:
 
 
 def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
-    """Vertices of an object in millimetres, in the axes that its pose turns, each place once, and its triangles."""
+    """The distinct vertices of an object in model space, in millimetres, and its triangles."""
     corners = plan.world.triangles(number).reshape(-1, 3)
     vertices, triangles = np.unique(corners, axis=0, return_inverse=True)
-    return in_own_axes(plan, number, vertices), triangles.reshape(-1, 3)
+    return to_model_space(plan, number, vertices), triangles.reshape(-1, 3)
 
 
 def diameter(vertices: Floats) -> float:
-    """The largest distance between two vertices: those that lie too near to the middle cannot have it.
+    """The largest distance between two vertices; vertices too near to the middle are skipped.
 
-    Exact, unless more than 20,000 are left, as of a fine ball: then the largest extent along 4096 directions.
+    The result is exact unless more than 20,000 candidates are left, as on a fine sphere. Then it is the largest extent
+    along 4096 directions.
     """
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     radius = np.linalg.norm(vertices - center, axis=1)
@@ -161,7 +162,7 @@ def diameter(vertices: Floats) -> float:
 
 
 def ply(vertices: Floats, triangles: Any) -> list[bytes]:
-    """A binary PLY file."""
+    """The pieces of a binary PLY file."""
     header = (
         "ply\nformat binary_little_endian 1.0\n"
         f"element vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from .. import _core
+from ..annotations.keypoints import keypoints
+from ..annotations.labels import Label
 from ..arrays import Bools
 from ..errors import SettingsError
-from ..keypoints import keypoints
-from ..labels import Label
 from .plan import Format, Index, Made, Plan, Record, Shot
 
 __all__ = ["FORMAT"]
@@ -21,7 +21,7 @@ OPTIONS = {"segmentation": "rle", "min_pixels": 1, "keypoints": {}}
 
 
 def check(plan: Plan) -> None:
-    """Whether the options can be."""
+    """Raises `SettingsError` for invalid options."""
     kind = plan.options["segmentation"]
     if kind not in ("rle", "polygon"):
         raise SettingsError(f'segmentation is {kind!r}, expected "rle" or "polygon"')
@@ -43,7 +43,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """A picture, and its annotations without their ids."""
+    """Makes a picture, and its annotations without ids."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     width, height = shot.camera.size
@@ -58,7 +58,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def annotation(shot: Shot, item: Label) -> Record:
-    """One object as COCO has it, and two keys of ours: `amodal_bbox` and `visible_fraction`."""
+    """One annotation of COCO, with two keys of raycam: `amodal_bbox` and `visible_fraction`."""
     plan = shot.plan
     found: Record = {
         "category_id": shot.category(item.object),
@@ -91,7 +91,7 @@ def annotation(shot: Shot, item: Label) -> Record:
 
 
 def segmentation(item: Label, kind: str) -> Any:
-    """The visible mask: packed run lengths of the whole picture, or polygons around its pixels."""
+    """The visible mask as compressed run lengths of the whole picture, or as polygons around its pixels."""
     if kind == "rle":
         mask = item.in_picture(item.visible_mask)
         return {"size": list(mask.shape), "counts": _core.mask_runs(mask)}
@@ -102,17 +102,17 @@ def segmentation(item: Label, kind: str) -> Any:
 
 
 def polygons(mask: Bools) -> list[list[list[int]]]:
-    """Polygons along the edges of pixels that fill a mask."""
+    """Polygons along pixel edges that enclose a mask."""
     return _core.mask_polygons(np.ascontiguousarray(mask))
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """One file over all pictures, in parts: memory does not grow with them."""
+    """Makes the annotation file of all pictures in pieces, so that memory does not grow."""
     yield "annotations/instances.json", parts(plan, records)
 
 
 def parts(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes]:
-    """The text of the file."""
+    """Iterates over the text of the annotation file."""
     yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '
     yield json.dumps([category(plan, number) for number in sorted(plan.categories)]).encode()
     yield b',\n"images": ['
@@ -129,7 +129,7 @@ def parts(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes
 
 
 def category(plan: Plan, number: int) -> Record:
-    """A category, with its keypoints where it has some."""
+    """A category, with its keypoints, if any."""
     name = plan.categories[number]
     found: Record = {"id": number, "name": name, "supercategory": ""}
     points = plan.options["keypoints"].get(name)

@@ -1,4 +1,4 @@
-"""A COLMAP model in text: cameras, images, and points3D from what the cameras see of the surfaces.
+"""A COLMAP model as text: cameras, images, and points3D sampled on visible surfaces.
 
 Source: COLMAP's documentation, "Output Format" and "Camera Models".
 """
@@ -11,10 +11,10 @@ from tempfile import TemporaryFile
 import numpy as np
 import numpy.typing as npt
 
+from ..annotations.keypoints import keypoints
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..keypoints import keypoints
 from . import colmap_rigs
 from .colmap_tracks import Tracks
 from .plan import Format, Index, Made, Plan, Record, matrix_text
@@ -24,13 +24,13 @@ __all__ = ["FORMAT"]
 
 OPTIONS = {"points": 10_000}
 BATCH = 1024
-"""Points that are looked for at a time."""
+"""Points that are projected at a time."""
 FRONT = 1e-12
-"""Metres before the camera's plane, and a little more than COLMAP needs for an image."""
+"""Minimum depth in metres, slightly more than COLMAP requires."""
 
 
 def check(plan: Plan) -> None:
-    """Whether COLMAP has these cameras."""
+    """Raises `CameraError` for cameras that COLMAP does not support."""
     for number, view in enumerate(plan.shots):
         try:
             model(view.camera)
@@ -43,14 +43,14 @@ def check(plan: Plan) -> None:
 
 
 def model(camera: Camera) -> str:
-    """A camera as a line of cameras.txt says it, without its id; the centre of the first pixel is (0.5, 0.5)."""
+    """The line of a camera in cameras.txt, without the id; the centre of the first pixel is (0.5, 0.5)."""
     name, numbers = camera.colmap
     width, height = camera.size
     return f"{name} {width} {height} {matrix_text(numbers)}"
 
 
 def make(plan: Plan, number: int) -> Made:
-    """A picture, and its share of the points: random pixels that show a surface, with its base colour."""
+    """Makes a picture, and its part of the points: random pixels that show a surface, with their base colours."""
     shot = plan.shot(number)
     frame = shot.render(["color", "albedo", "position"])
     rows, columns = np.nonzero(in_front(shot.camera, frame["position"]))
@@ -64,22 +64,22 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
-    """Which points [..., 3] COLMAP projects: those before the camera's plane, however wide its lens; NaN is none."""
+    """True for points [..., 3] in front of the camera's plane, which COLMAP requires of any lens; False for NaN."""
     found: npt.NDArray[np.bool_] = (points - camera.C) @ camera.R[2] > FRONT
     return found
 
 
 def srgb(linear: npt.NDArray[np.float32]) -> Floats:
-    """IEC 61966-2-1."""
+    """Converts linear values to sRGB. Source: IEC 61966-2-1."""
     value = linear.clip(0, 1).astype(np.float64)
     return np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Every point is looked for in every view: it is observed where the camera sees it, and it has not moved away."""
+    """Makes the model files; every point is projected into every view, and observed if visible and not moved."""
     known: dict[tuple[str, str], int] = {}
     ids = []
-    for view in plan.shots:  # a camera is its intrinsics, and on a rig its place there too
+    for view in plan.shots:  # cameras are distinguished by intrinsics, and by their mount on a rig
         sensor = model(view.camera), "" if view.rig is None else view.rig[1]
         ids.append(known.setdefault(sensor, len(known) + 1))
     head = "# Camera list: CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
@@ -95,7 +95,7 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> Iterator[bytes]:
-    """The pictures with what they show of the points, which `tracks` is told; `ids` are those of their cameras."""
+    """Iterates over the lines of images.txt, and adds the observations to `tracks`; `ids` are the camera ids."""
     yield b"# Image list: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME; POINTS2D[] as (X, Y, POINT3D_ID)\n"
     for number, view in enumerate(plan.shots):
         world, camera = plan.shot(number).world, view.camera
@@ -117,7 +117,7 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
 
 
 def points3d(points: Floats, colors: npt.NDArray[np.uint8], tracks: Tracks) -> Iterator[bytes]:
-    """The points, and the pictures that show them."""
+    """Iterates over the lines of points3D.txt: points, and the pictures that show them."""
     yield b"# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
     for number, (point, (r, g, b), track) in enumerate(zip(points, colors, tracks, strict=True), 1):
         text = " ".join(f"{picture + 1} {place}" for picture, place in zip(*track, strict=True))

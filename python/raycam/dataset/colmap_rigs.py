@@ -1,4 +1,4 @@
-"""COLMAP's `rigs.txt` and `frames.txt`: which pictures the cameras of a rig took together.
+"""COLMAP's `rigs.txt` and `frames.txt`: rigs, and the pictures that belong to each pose of a rig.
 
 Source: COLMAP's documentation, "Rig Support" and "Output Format".
 """
@@ -19,7 +19,7 @@ __all__ = ["files"]
 
 
 def check(plan: Plan) -> None:
-    """All poses are of one rig: its cameras stand at the same places of it."""
+    """Raises `CameraError` unless all poses belong to one rig with fixed mounts."""
     known: dict[str, tuple[Camera, Camera]] = {}
     for frame in plan.rigs:
         first = plan.shots[frame[0]].camera
@@ -36,7 +36,7 @@ def check(plan: Plan) -> None:
 
 
 def files(plan: Plan, ids: Sequence[int]) -> Index:
-    """Both files; `ids` are those of the cameras of all views."""
+    """Makes both files; `ids` are the camera ids of all views."""
     rigs = {tuple(ids[number] for number in frame): frame for frame in plan.rigs}
     single = dict.fromkeys(ids[number] for number, view in enumerate(plan.shots) if view.rig is None)
     numbers = {sensor: i + 1 for i, sensor in enumerate([*rigs, *((camera,) for camera in single)])}
@@ -57,7 +57,7 @@ def files(plan: Plan, ids: Sequence[int]) -> Index:
 
 
 def frames(plan: Plan, ids: Sequence[int], numbers: Mapping[tuple[int, ...], int]) -> Iterator[bytes]:
-    """The pictures that were taken together; `numbers` are those of the rigs by their cameras."""
+    """Iterates over the lines of frames.txt; `numbers` are the rig ids by their cameras."""
     yield b"# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as (SENSOR_TYPE, "
     yield b"SENSOR_ID, DATA_ID)\n"
     single = ([number] for number, view in enumerate(plan.shots) if view.rig is None)

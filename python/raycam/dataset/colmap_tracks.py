@@ -1,4 +1,4 @@
-"""Which pictures show each point of a COLMAP model: told picture by picture, and read back point by point."""
+"""Tracks of a COLMAP model on disk: written picture by picture, read back point by point."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..arrays import Bools
 __all__ = ["Tracks"]
 
 CELLS = 1 << 16
-"""Points times pictures that are in memory at a time."""
+"""Limit of points times pictures in memory."""
 PART = 1 << 16
-"""Bytes of the file that are read at a time, or the row of a picture where that is more."""
+"""Bytes of the file that are read at a time, at least the row of one picture."""
 
 Ints = npt.NDArray[np.integer]
 
 
 class Tracks:
-    """The observations of points in pictures: a bit for each, kept in a file, as their number has no bound."""
+    """The observations of points in pictures, one bit for each, in a file because their number is unbounded."""
 
     def __init__(self, points: int, file: IO[bytes]) -> None:
         self._points = points
@@ -30,12 +30,12 @@ class Tracks:
         self._file = file
 
     def add(self, visible: Bools) -> None:
-        """Which of the points [n] the next picture shows."""
+        """Adds the next picture, with True [n] for the points that it shows."""
         self._file.write(np.packbits(visible).tobytes())
         self._pictures += 1
 
     def __iter__(self) -> Iterator[tuple[Ints, Ints]]:
-        """For each point the pictures that show it, and its place among the points of each, both from 0."""
+        """Iterates over the points: the pictures that show a point, and its index in each of them, both from 0."""
         step = max(1, CELLS // (8 * self._pictures))
         before = np.zeros((self._pictures, 1), np.int32)
         for first in range(0, self._width, step):
@@ -47,7 +47,7 @@ class Tracks:
             before = after[:, -1:]
 
     def _columns(self, columns: slice) -> npt.NDArray[np.uint8]:
-        """Some bytes of the row of each picture."""
+        """A range of bytes from the row of each picture."""
         self._file.seek(0)
         size = max(PART // self._width, 1) * self._width
         parts = iter(lambda: self._file.read(size), b"")

@@ -11,23 +11,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..annotations.flow import check_rectified, disparity, flow
+from ..annotations.labels import Label
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..flow import check_rectified, disparity, flow
-from ..labels import Label
-from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, matrix_text, png
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"baseline": None, "flow": False}
 CLEAR, PARTLY = 0.95, 0.5
-"""The share seen of an object's part in the picture: above the first it is fully visible (0), above the second partly
-occluded (1), else largely (2)."""
+"""Thresholds of the visible fraction of an object's part in the picture: above the first fully visible (0), above the
+second partly occluded (1), else largely occluded (2)."""
 
 
 def check(plan: Plan) -> None:
-    """KITTI has pinhole cameras without skew; flow needs a next picture of the same size."""
+    """Raises an error unless cameras are pinholes without skew, and, for flow, of one size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
             raise CameraError(f"camera {number} has a lens or skew, and KITTI's have neither: {NO_LENSES}")
@@ -44,7 +44,7 @@ def check(plan: Plan) -> None:
         check_rectified(plan.shots[frame[0]].camera, plan.shots[frame[1]].camera)
     if baseline is not None:
         for view in plan.shots:
-            check_rectified(view.camera, beside(view.camera, baseline))
+            check_rectified(view.camera, shifted_camera(view.camera, baseline))
     if plan.options["flow"] and plan.recipe is not None:
         raise SettingsError("flow goes from each view to the next of the same world: not with a recipe")
     if plan.options["flow"] and units(plan) < 2:
@@ -52,18 +52,18 @@ def check(plan: Plan) -> None:
 
 
 def units(plan: Plan) -> int:
-    """How many pictures of the left camera there are."""
+    """The number of pictures of the left camera."""
     return len(plan.rigs) or len(plan.shots)
 
 
-def left(plan: Plan, number: int) -> Shot:
-    """What the left camera sees: the first one of a rig."""
+def left_camera(plan: Plan, number: int) -> Shot:
+    """The shot of the left camera, the first one of a rig."""
     return plan.shot(plan.rigs[number][0] if plan.rigs else number)
 
 
 def make(plan: Plan, number: int) -> Made:
-    """`object/training/`: colour, depth, labels, calibration; `scene_flow/training/`: flow and disparity."""
-    shot = left(plan, number)
+    """Makes `object/training/`: colour, depth, labels, calibration; and `scene_flow/training/`: flow and disparity."""
+    shot = left_camera(plan, number)
     frame = shot.render(["color", "depth", "instance"])
     picture = frame.to_png()
     base, name = "object/training", f"{number:06d}"
@@ -86,7 +86,7 @@ def make(plan: Plan, number: int) -> Made:
             made[f"{base}/image_3/{name}_10.png"] = other
             made |= disparities(shot, right, base, name)
         if plan.options["flow"] and number + 1 < units(plan):
-            following = left(plan, number + 1)
+            following = left_camera(plan, number + 1)
             made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
             made |= flows(shot, following, base, name)
     pose = matrix_text(np.column_stack([shot.camera.R.T, shot.camera.C]))
@@ -94,20 +94,20 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
-    """The camera to the right of the shot's: the other one of the rig, or where there is a baseline."""
+    """The camera to the right of the shot's: the rig's second camera, or the camera shifted by the baseline."""
     if plan.rigs:
         return plan.shots[plan.rigs[number][1]].camera
     baseline = plan.options["baseline"]
-    return None if baseline is None else beside(shot.camera, baseline)
+    return None if baseline is None else shifted_camera(shot.camera, baseline)
 
 
-def beside(camera: Camera, baseline: float) -> Camera:
-    """The same camera, metres to the right."""
+def shifted_camera(camera: Camera, baseline: float) -> Camera:
+    """The same camera, shifted to the right by `baseline` metres."""
     return camera.at_pose(camera.R, camera.C + baseline * camera.R[0])
 
 
 def line(shot: Shot, item: Label) -> str:
-    """One line of label_2: what bounds the object among boxes that turn about the camera's y axis alone."""
+    """One line of label_2, with the bounding box that is rotated about the camera's y axis alone."""
     height, width, length, location, turn = upright_box(
         shot.camera, item.box3d.corners, item.box3d.rotation, shot.world.up
     )
@@ -130,10 +130,10 @@ def line(shot: Shot, item: Label) -> str:
 def upright_box(
     camera: Camera, corners: Floats, rotation: Floats, up: str
 ) -> tuple[float, float, float, Floats, float]:
-    """Height, width, length, the middle of the bottom in camera axes, and the turn about y in radians.
+    """Height, width, length, the centre of the bottom in camera axes, and the rotation about y in radians.
 
-    The object's forward axis is x of its mesh (z where y is up). Where the camera's y axis is not along the
-    object's, the box is the smallest that holds the object's own one.
+    The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel to the object's,
+    the box is the smallest one around the object's own box.
     """
     forward = camera.R @ (rotation[:, 0] if up == "z" else rotation[:, 2])
     turn = float(np.arctan2(-forward[2], forward[0]))
@@ -147,13 +147,13 @@ def upright_box(
 
 
 def wrapped(angle: float) -> float:
-    """An angle in [-pi, pi)."""
+    """The angle, wrapped to [-pi, pi)."""
     return float((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
 def calibration(camera: Camera, baseline: float | None) -> str:
-    """The file of a picture: the left colour camera is P2, its axes are the rectified ones, and there is no scanner."""
-    k = whole_centers(camera)
+    """The calibration file of a picture: P2 is the left colour camera, in rectified axes; there is no scanner."""
+    k = k_with_integer_centers(camera)
     left = np.column_stack([k, np.zeros(3)])
     right = left.copy()
     right[0, 3] = -k[0, 0] * (baseline or 0.0)
@@ -170,21 +170,21 @@ def calibration(camera: Camera, baseline: float | None) -> str:
 
 
 def depth16(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
-    """Metres times 256; 0 where there is none, and beyond 255.99 m, which KITTI cannot say."""
-    return fixed(depth.astype(np.float64))
+    """Depth in metres times 256; 0 for the background and beyond 255.99 m."""
+    return fixed_point_u16(depth.astype(np.float64))
 
 
-def fixed(values: Floats) -> npt.NDArray[np.uint16]:
-    """Values times 256 as uint16; 0 (unknown) for those that have no such number."""
+def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
+    """Values times 256 as uint16; 0 (unknown) for values out of range."""
     with np.errstate(invalid="ignore"):
         scaled = np.rint(values * 256.0)
         return np.where((scaled >= 1) & (scaled <= 65535), scaled, 0).astype(np.uint16)
 
 
 def disparities(shot: Shot, right: Camera, base: str, name: str) -> dict[str, bytes]:
-    """Of all surfaces, and of those that both cameras see."""
+    """The disparity maps: of all surfaces, and of the surfaces that both cameras see."""
     found = disparity(shot.world, shot.camera, right, threads=shot.plan.threads)
-    values = fixed(found["disparity"].astype(np.float64))
+    values = fixed_point_u16(found["disparity"].astype(np.float64))
     both = ~found["occluded"] & ~found["outside"]
     return {
         f"{base}/disp_occ_0/{name}_10.png": png(values),
@@ -193,7 +193,7 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> dict[str, by
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> dict[str, bytes]:
-    """To the next picture: of all surfaces, and of those that it shows."""
+    """The flow maps to the next picture: of all surfaces, and of the surfaces that it shows."""
     found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
     both = ~found["occluded"] & ~found["outside"]
     return {
@@ -203,7 +203,7 @@ def flows(shot: Shot, following: Shot, base: str, name: str) -> dict[str, bytes]
 
 
 def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint16]:
-    """u, v and whether they are valid: pixels times 64 plus 2^15; beyond 512 pixels, which it cannot say, none is."""
+    """The encoded flow: u and v in pixels times 64 plus 2^15, and 1 for valid; flow beyond 512 pixels is invalid."""
     with np.errstate(invalid="ignore"):
         scaled = np.rint(moved.astype(np.float64) * 64.0) + 32768.0
         valid = wanted & ((scaled >= 0) & (scaled <= 65535)).all(axis=2)
@@ -214,7 +214,7 @@ def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """The poses of all views, camera to world, as of the odometry benchmark."""
+    """Makes the file of poses of all views, camera to world, as in the odometry benchmark."""
 
     yield "poses.txt", ((record["pose"] + "\n").encode() for record in records())
 

@@ -10,17 +10,17 @@ import numpy as np
 from ..camera import Camera
 from ..errors import CameraError
 from .bop import depth_units
-from .plan import Format, Index, Made, Plan, Record, half, png
+from .plan import Format, Index, Made, Plan, Record, k_with_half_centers, png
 
 __all__ = ["FORMAT"]
 
 DISTORTION = {"opencv": ("k1", "k2", "p1", "p2", "k3"), "fisheye": ("k1", "k2", "k3", "k4")}
-"""What goes by these names means the same there; nerfstudio's k4 is a fourth power, OpenCV's a denominator."""
+"""Coefficients with the same meaning in nerfstudio, whose k4 is a fourth power and OpenCV's a denominator."""
 MODELS = {"pinhole": "PINHOLE", "opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}
 
 
 def check(plan: Plan) -> None:
-    """Whether nerfstudio has these cameras, all of one model."""
+    """Raises `CameraError` for cameras that nerfstudio does not support, and for different models."""
     for number, view in enumerate(plan.shots):
         camera = view.camera
         if camera.model not in MODELS or camera.K[0, 1] != 0.0:
@@ -36,7 +36,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Colour, depth in millimetres, and a row of the file."""
+    """Makes colour, depth in millimetres, and a row of `transforms.json`."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth"])
     picture, distance = f"images/{number:06d}.png", f"depths/{number:06d}.png"
@@ -51,7 +51,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def opengl_pose(camera: Camera) -> list[list[float]]:
-    """Camera to world [4, 4], x right, y up, z backward."""
+    """The pose camera to world [4, 4], with camera axes x right, y up, z backward."""
     pose = np.eye(4)
     pose[:3, :3] = camera.R.T * [1, -1, -1]
     pose[:3, 3] = camera.C
@@ -59,8 +59,8 @@ def opengl_pose(camera: Camera) -> list[list[float]]:
 
 
 def intrinsics(camera: Camera) -> Record:
-    """Of one camera; the centre of the first pixel is (0.5, 0.5)."""
-    k = half(camera)
+    """The intrinsics of a camera; the centre of the first pixel is (0.5, 0.5)."""
+    k = k_with_half_centers(camera)
     width, height = camera.size
     found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2], "w": width, "h": height}
     if camera.distortion is not None:
@@ -73,7 +73,7 @@ def intrinsics(camera: Camera) -> Record:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """One file; what all cameras share stands at the top."""
+    """Makes `transforms.json`; values that all cameras share are at the top."""
     first = plan.shots[0].camera
     shared = all(intrinsics(view.camera) == intrinsics(first) for view in plan.shots)
     head: Record = {"camera_model": MODELS[first.model]}

@@ -1,4 +1,4 @@
-"""What a data set is made of: the views of a world, one after the other, and what every format asks of them."""
+"""The plan of a data set: its views, and the functions on them that formats share."""
 
 from __future__ import annotations
 
@@ -7,75 +7,82 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..annotations.labels import Label, label
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
-from ..frame import Frame
-from ..labels import Label, label
+from ..io.temp_stream import Piece
+from ..randomize import Recipe
 from ..render import render
-from ..spool import Piece
+from ..render.frame import Frame
 from ..world import Object, World
 
-if TYPE_CHECKING:
-    from ..sample_world import Recipe
+__all__ = [
+    "NO_LENSES",
+    "Format",
+    "Made",
+    "Plan",
+    "Shot",
+    "check_poses",
+    "k_with_half_centers",
+    "matrix_text",
+    "png",
+]
 
-__all__ = ["NO_LENSES", "Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
-
-WORLDS = 2
-"""Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
+MAX_CACHED_WORLDS = 2
+"""Cached worlds of a recipe: frames in work at the same time belong to neighbouring worlds."""
 
 NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
-"""What to do where a format has no lenses."""
+"""Advice in errors of formats without lenses."""
 
 Record = dict[str, Any]
 Made = tuple[Mapping[str, bytes | Iterable[Piece]], Record]
-"""The files of a unit by name, in pieces where they are large, and what the index of the data set has to know of it:
-plain JSON."""
+"""The files of a unit by name, large ones in pieces, and the unit's record for the index files, plain JSON."""
 Index = Iterator[tuple[str, Iterable[bytes]]]
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format of data sets: a row of `raycam.dataset.FORMATS`."""
+    """A format of data sets, a row of `raycam.dataset.FORMATS`."""
 
     make: Callable[[Plan, int], Made]
-    """The files of a unit of work, a pure function of plan and number."""
+    """Makes the files of a unit of work, as a pure function of plan and number."""
     index: Callable[[Plan, Callable[[], Iterator[Record]]], Index]
-    """The files over all units, in parts; the function reads all records again each time."""
+    """Makes the files over all units, in pieces; each call of the given function iterates over all records."""
     check: Callable[[Plan], None]
-    """Raises `SettingsError` or `CameraError` for what the format does not have."""
+    """Raises `SettingsError` or `CameraError` for options and cameras that the format does not support."""
     options: Mapping[str, Any]
-    """Its options with their defaults."""
+    """The options with their defaults."""
     units: Callable[[Plan], int] = field(default=lambda plan: len(plan.shots))
-    """How many units of work there are; a view each, where nothing else is said."""
+    """The number of units of work (default: one per view)."""
     many_worlds: bool = False
-    """Whether a data set may be of the different worlds of a recipe; else each is one in a folder of its own."""
+    """True if one data set may hold all worlds of a recipe; else each world has its own data set in a folder."""
     posed: bool = False
-    """Whether it says of each picture where its camera was: one pose, and K."""
+    """True if the format stores one pose and K for each picture."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera, and the time in seconds at which it sees the world; None for the world as it stands."""
+    """A camera, and the time in seconds of the world; None for a world without time."""
 
     camera: Camera
-    """Where it is; of the world of a recipe, that of the first one, whose place others do not share."""
+    """The camera; for a named camera of a recipe, the one of the first world, because poses differ between worlds."""
     time: float | None
     world: int | None = None
-    """Which world of a recipe it sees."""
+    """The number of the recipe's world; None for a single world."""
     name: str | None = None
-    """Which camera of that world it is; None for `camera`, which is the same in all of them."""
+    """The name of the camera in the recipe's world; None if `camera` is the same for all worlds."""
     rig: tuple[int, str] | None = None
-    """Of a camera on a rig, the number of the rig's pose among all, and the camera's name on the rig."""
+    """For a camera on a rig, the index of the rig's pose, and the camera's name on the rig."""
 
 
 class Plan:
-    """The views of a data set, how they are rendered, and what is labelled in them."""
+    """The views of a data set, their rendering, and their labelled objects."""
 
     def __init__(
         self,
@@ -90,27 +97,27 @@ class Plan:
         if not shots:
             raise SettingsError("a data set of no views: give it cameras")
         self.world = world
-        """The world; of a recipe, the first one."""
+        """The world; for a recipe, the first one."""
         self.shots = list(shots)
-        """Every camera and its time."""
+        """The views."""
         self.rendering = dict(rendering)
-        """What of `raycam.render` is not left to the world's file."""
+        """The given arguments of `raycam.render`."""
         self.options = dict(options)
-        """Those of the format."""
+        """The options of the format."""
         self.threads = threads
-        """How many work on a view."""
+        """The number of threads for a view."""
         self.recipe = recipe
-        """What the worlds of the views are made of, where they are not one."""
+        """The recipe of the worlds; None for a single world."""
         self.whole = known
-        """What this is a part of, whose categories it has: the data set of all worlds of a recipe."""
+        """The plan of all worlds of a recipe, of which this plan is a part and whose categories it has."""
         self.watch: Callable[[int, int], object] | None = None
-        """Told how far a picture is, some 50 times a second; what it raises stops it."""
+        """The `progress` of `raycam.render`; an exception from it stops the picture."""
         self._worlds: OrderedDict[int, World] = OrderedDict()
         self._lock = Lock()
 
     @cached_property
     def rigs(self) -> list[list[int]]:
-        """The views of each pose of a rig, in their order; empty where the cameras are on none."""
+        """The view numbers of each pose of a rig, in their order; empty without rigs."""
         frames: dict[int, list[int]] = {}
         for number, view in enumerate(self.shots):
             if view.rig is not None:
@@ -118,31 +125,31 @@ class Plan:
         return list(frames.values())
 
     def shot(self, number: int) -> Shot:
-        """One view."""
+        """The shot of a view."""
         return Shot(self, number)
 
     def world_of(self, view: View) -> World:
-        """The world that a view sees."""
+        """The world of a view, at its time."""
         if view.world is not None and self.recipe is not None:
-            with self._lock:  # views of one world follow each other, and may be made at the same time
+            with self._lock:  # several views of one world may be made at the same time
                 world = self._worlds.get(view.world)
                 if world is None:
                     world = self._worlds[view.world] = self.recipe.world(view.world)
-                    while len(self._worlds) > WORLDS:
+                    while len(self._worlds) > MAX_CACHED_WORLDS:
                         self._worlds.popitem(last=False)
             return world
         return self.world if view.time is None else self.world.at(view.time)
 
     @cached_property
     def objects(self) -> list[Object]:
-        """All objects of the world."""
+        """The objects of the world."""
         return self.world.objects
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories by number; in a world without any, every object is of category 1, "object".
+        """The categories by id; without any, every object has category 1, "object".
 
-        Those of a recipe are all that its worlds may have.
+        For a recipe, these are all categories that its worlds may have.
         """
         return self._known or {1: "object"}
 
@@ -154,53 +161,53 @@ class Plan:
 
     @cached_property
     def category_ids(self) -> dict[str, int]:
-        """The numbers of the categories by name."""
+        """The ids of the categories by name."""
         return {name: number for number, name in self.categories.items()}
 
     @cached_property
     def labelled(self) -> list[int]:
-        """The objects that have a category; all of them where none has one."""
+        """The ids of the objects with a category; of all objects if none has one."""
         return self.labelled_of(self.objects)
 
     def labelled_of(self, objects: Sequence[Object]) -> list[int]:
-        """Those of the objects of one of its worlds."""
+        """The ids of the labelled ones among the objects of a world."""
         return [item.id for item in objects if item.category is not None or not self._known]
 
 
 class Shot:
-    """What one camera sees at one time; rendered when first asked."""
+    """One view: its world and camera, rendered on request."""
 
     def __init__(self, plan: Plan, number: int) -> None:
         self.plan = plan
-        """The data set it is of."""
+        """The plan of the data set."""
         self.number = number
-        """Its place in it."""
+        """The number of the view in the plan."""
         self.view = plan.shots[number]
-        """Its place among the views."""
+        """The view."""
         self.time = self.view.time
-        """Its time in seconds, or None."""
+        """The time in seconds, or None."""
 
     @cached_property
     def world(self) -> World:
-        """The world at this time."""
+        """The world at the view's time."""
         return self.plan.world_of(self.view)
 
     @cached_property
     def camera(self) -> Camera:
-        """The camera."""
+        """The camera of the view."""
         return self.view.camera if self.view.name is None else self.world.camera(self.view.name)
 
     @cached_property
     def objects(self) -> list[Object]:
-        """All objects of the world."""
+        """The objects of the world."""
         return self.plan.objects if self.plan.recipe is None else self.world.objects
 
     def category(self, number: int) -> int:
-        """The number of the category of a labelled object."""
+        """The category id of a labelled object."""
         return self.plan.category_ids[self.objects[number].category or "object"]
 
     def render(self, channels: Sequence[str], camera: Camera | None = None) -> Frame:
-        """The channels of a picture, as the plan wants it rendered."""
+        """Renders channels of the view with the settings of the plan."""
         rendering = {"threads": self.plan.threads, **self.plan.rendering}
         return render(
             self.world,
@@ -212,11 +219,11 @@ class Shot:
         )
 
     def channel(self, frame: Frame, name: str) -> npt.NDArray[Any]:
-        """A channel of it, with the data set's own numbers of categories."""
+        """A channel of a frame; `category` is converted to the category ids of the data set."""
         values = frame[name]
         if name != "category" or (self.plan.recipe is None and self.plan.whole is None):
             return values
-        # A world numbers the categories that it has; the data set those that any world may have.
+        # A world has ids for its own categories, the data set for those of all worlds.
         found = np.full_like(values, -1)
         for number, category in self.world.categories.items():
             found[values == number] = self.plan.category_ids[category]
@@ -234,8 +241,8 @@ class Shot:
         )
 
 
-def chosen(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """All known options, those given instead of their defaults; raises `SettingsError` for others."""
+def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
+    """The given options, completed with the defaults of `known`; raises `SettingsError` for unknown ones."""
     for name in options:
         if name not in known:
             if not known:
@@ -245,7 +252,7 @@ def chosen(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> d
 
 
 def check_poses(plan: Plan, format: str) -> None:
-    """Raises `CameraError` for cameras that are nowhere, and for those that no single pose describes."""
+    """Raises `CameraError` for cameras with parallel rays, and for cameras that move during the exposure."""
     for number, view in enumerate(plan.shots):
         if view.camera.is_parallel:
             raise CameraError(
@@ -260,24 +267,24 @@ def check_poses(plan: Plan, format: str) -> None:
 
 
 def png(pixels: npt.NDArray[Any]) -> bytes:
-    """A PNG file of uint8 or uint16 [height, width] or [height, width, channels]."""
+    """Encodes uint8 or uint16 [height, width] or [height, width, channels] as PNG."""
     return _core.encode_png(np.ascontiguousarray(pixels))
 
 
-def half(camera: Camera) -> npt.NDArray[np.float64]:
-    """K with the centre of the first pixel at (0.5, 0.5)."""
+def k_with_half_centers(camera: Camera) -> npt.NDArray[np.float64]:
+    """The intrinsics K with the centre of the first pixel at (0.5, 0.5)."""
     k = camera.K
     k[:2, 2] -= camera.corner
     return k
 
 
-def whole_centers(camera: Camera) -> npt.NDArray[np.float64]:
-    """K with the centre of the first pixel at (0, 0)."""
+def k_with_integer_centers(camera: Camera) -> npt.NDArray[np.float64]:
+    """The intrinsics K with the centre of the first pixel at (0, 0)."""
     k = camera.K
     k[:2, 2] -= 0.5 + camera.corner
     return k
 
 
 def matrix_text(matrix: npt.NDArray[Any]) -> str:
-    """All numbers of a matrix in a line, exactly."""
+    """The numbers of a matrix in one line, without rounding."""
     return " ".join(repr(float(value)) for value in matrix.ravel())

@@ -1,4 +1,4 @@
-"""RGB-D sequences as TUM's and ScanNet's.
+"""RGB-D sequences in the formats of TUM and ScanNet.
 
 Sources: "File Formats" of the TUM RGB-D benchmark; the export of ScanNet's SensReader.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Floats
 from ..errors import CameraError, SettingsError
 from .bop import depth_units
-from .plan import NO_LENSES, Format, Index, Made, Plan, Record, matrix_text, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, k_with_integer_centers, matrix_text, png
 
 __all__ = ["SCANNET", "TUM"]
 
@@ -20,7 +20,7 @@ UNITS_PER_METRE = 5000
 
 
 def check(plan: Plan) -> None:
-    """Both have one pinhole camera."""
+    """Raises an error unless all views have one pinhole camera."""
     first = plan.shots[0].camera
     for number, view in enumerate(plan.shots):
         camera = view.camera
@@ -36,7 +36,7 @@ def check(plan: Plan) -> None:
 
 
 def check_tum(plan: Plan) -> None:
-    """TUM's pictures are named by their times as well, which have six decimals there."""
+    """Raises an error if two pictures would have the same name, a time with six decimals."""
     check(plan)
     views: dict[str, int] = {}
     for number in range(len(plan.shots)):
@@ -50,13 +50,13 @@ def check_tum(plan: Plan) -> None:
 
 
 def timestamp(plan: Plan, number: int) -> str:
-    """In seconds: the view's time, or its place at so many a second."""
+    """The timestamp in seconds: the view's time, or its number divided by `fps`."""
     time = plan.shots[number].time
     return f"{number / plan.options['fps'] if time is None else time:.6f}"
 
 
 def make_tum(plan: Plan, number: int) -> Made:
-    """Colour, and depth in steps of 0.2 mm, named by their time."""
+    """Makes colour and depth in steps of 0.2 mm, named by the timestamp."""
     frame = plan.shot(number).render(["color", "depth"])
     depth, _ = depth_units(frame["depth"], 1000 / UNITS_PER_METRE)
     name = f"{timestamp(plan, number)}.png"
@@ -64,7 +64,7 @@ def make_tum(plan: Plan, number: int) -> Made:
 
 
 def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Lists of the pictures, the trajectory (camera to world), and the camera."""
+    """Makes the lists of pictures, the trajectory (camera to world), and the camera."""
     times = [timestamp(plan, number) for number in range(len(plan.shots))]
     for kind in ("rgb", "depth"):
         yield (
@@ -80,7 +80,7 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
             yield f"{time} {matrix_text(np.array([*view.camera.C, x, y, z, w]))}\n".encode()
 
     yield "groundtruth.txt", trajectory()
-    k = whole_centers(plan.shots[0].camera)
+    k = k_with_integer_centers(plan.shots[0].camera)
     yield (
         "calibration.txt",
         [
@@ -90,7 +90,7 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def make_scannet(plan: Plan, number: int) -> Made:
-    """Colour, depth in millimetres, and the pose (camera to world)."""
+    """Makes colour, depth in millimetres, and the pose (camera to world)."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "instance", "category"])
     depth, _ = depth_units(frame["depth"], 1.0)
@@ -101,7 +101,7 @@ def make_scannet(plan: Plan, number: int) -> Made:
         f"depth/{number}.png": png(depth),
         f"pose/{number}.txt": four_by_four(pose).encode(),
     }
-    # 0 is what belongs to nothing, as in ScanNet.
+    # 0 means no object, as in ScanNet.
     for kind, ids in (
         ("instance", frame["instance"] + 1),
         ("label", np.maximum(shot.channel(frame, "category"), 0)),
@@ -113,21 +113,21 @@ def make_scannet(plan: Plan, number: int) -> Made:
 
 
 def index_scannet(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """The camera, which colour and depth share."""
+    """Makes the camera files, which colour and depth share."""
     k = np.eye(4)
-    k[:3, :3] = whole_centers(plan.shots[0].camera)
+    k[:3, :3] = k_with_integer_centers(plan.shots[0].camera)
     for kind in ("color", "depth"):
         yield f"intrinsic/intrinsic_{kind}.txt", [four_by_four(k).encode()]
         yield f"intrinsic/extrinsic_{kind}.txt", [four_by_four(np.eye(4)).encode()]
 
 
 def four_by_four(matrix: Floats) -> str:
-    """A matrix in rows."""
+    """The text of a 4 x 4 matrix, one row per line."""
     return "".join(matrix_text(row) + "\n" for row in matrix)
 
 
 def quaternion(rotation: Floats) -> Floats:
-    """w, x, y, z of a rotation, w >= 0. Source: S. W. Shepperd, Quaternion from rotation matrix, 1978."""
+    """The quaternion (w, x, y, z) of a rotation, w >= 0. Source: Shepperd, Quaternion from rotation matrix, 1978."""
     r = rotation
     squares = np.array([np.trace(r), r[0, 0], r[1, 1], r[2, 2]])
     largest = int(squares.argmax())

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import SettingsError
-from ..spool import Piece
+from ..io.temp_stream import Piece
+from ..render import channel_names
 from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot
 
@@ -25,9 +26,7 @@ OPTIONS = {
 
 
 def check(plan: Plan) -> None:
-    """Whether the options can be."""
-    from ..render import channel_names
-
+    """Raises `SettingsError` for invalid options."""
     if not (isinstance(plan.options["shard_size"], int) and plan.options["shard_size"] >= 1):
         raise SettingsError(
             f"shard_size is {plan.options['shard_size']!r}, expected how many samples go into a tar file"
@@ -36,19 +35,19 @@ def check(plan: Plan) -> None:
 
 
 def units(plan: Plan) -> int:
-    """A unit of work is a shard."""
+    """The number of shards, the units of work."""
     return -(-len(plan.shots) // int(plan.options["shard_size"]))
 
 
 def make(plan: Plan, number: int) -> Made:
-    """One tar file: for each view `key.png`, `key.json` and `key.NAME.npy` for each channel."""
+    """Makes one tar file: for each view `key.png`, `key.json` and `key.NAME.npy` for each channel."""
     size = plan.options["shard_size"]
     views = range(number * size, min((number + 1) * size, len(plan.shots)))
     return {f"shard-{number:06d}.tar": tar(plan, views)}, {"samples": len(views)}
 
 
 def tar(plan: Plan, views: Iterable[int]) -> Iterator[Piece]:
-    """A tar file in pieces, a view made when it is its turn. Source: POSIX.1-1988, ustar."""
+    """A tar file in pieces; each view is rendered in its turn. Source: POSIX.1-1988, ustar."""
     size = 0
     for view in views:
         for ending, data in sample(plan.shot(view)):
@@ -103,7 +102,7 @@ def sample(shot: Shot) -> Iterator[tuple[str, Sequence[Piece]]]:
 
 
 def npy(array: npt.NDArray[np.generic]) -> Sequence[Piece]:
-    """A .npy file: what NumPy writes before the values, and they themselves where they lie."""
+    """A .npy file in pieces: NumPy's header, and the memory of the array without a copy."""
     array = np.ascontiguousarray(array)
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, np.lib.format.header_data_from_array_1_0(array))
@@ -111,7 +110,7 @@ def npy(array: npt.NDArray[np.generic]) -> Sequence[Piece]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """How many samples each shard has, as `wids` reads it."""
+    """Makes the index of `wids`: the number of samples of each shard."""
     shards = [
         {"url": f"shard-{number:06d}.tar", "nsamples": record["samples"]}
         for number, record in enumerate(records())

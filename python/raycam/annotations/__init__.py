@@ -1,0 +1,1 @@
+"""Annotations of pictures: labels, keypoints, optical flow and disparity."""

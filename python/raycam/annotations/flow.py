@@ -1,0 +1,127 @@
+"""Optical flow, scene flow and disparity: surface points of one picture, found in another one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..camera import Camera
+from ..errors import CameraError
+
+if TYPE_CHECKING:
+    from ..rig import Rig
+    from ..world import World
+
+__all__ = ["disparity", "flow"]
+
+Maps = dict[str, npt.NDArray[Any]]
+
+
+def flow(
+    world: World,
+    camera: Camera,
+    world2: World | None = None,
+    camera2: Camera | None = None,
+    *,
+    threads: int | None = None,
+) -> Maps:
+    """Optical flow and scene flow from `world` seen by `camera` to `world2` seen by `camera2`.
+
+    The second world is the first at another time (`world.at(0.5)`), or any with the same objects and triangles. A world
+    or camera that is not given is the first one. The surface point on each pixel's centre ray keeps its object, its
+    triangle and its barycentric coordinates, so rigid and deforming meshes are followed alike, in float64.
+    Returns arrays of the size of `camera`:
+
+    ========== ================= ========================================================================== ==========
+    flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
+    scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
+    depth      float32 [h, w]    z of the point along the principal axis of `camera2`, metres               NaN
+    occluded   bool [h, w]       the point is inside the second picture, but hidden there                   False
+    outside    bool [h, w]       the point is not inside the second picture                                 False
+    ========== ================= ========================================================================== ==========
+
+    The last column is the value of pixels that show the background. `flow` is also NaN where `camera2` has no image of
+    the point: behind the camera, or beyond its lens. A point is occluded if the second camera's ray to it hits a
+    surface that is nearer by more than 1e-6 of the distance. A point on the far side of its own object is occluded too.
+
+    With a rolling shutter, each line shows the world at its own time, in both pictures. In the second picture, points
+    move linearly between the times of two lines.
+
+    Raises `WorldError` where the worlds differ in objects or triangles, and where the second camera reads its lines
+    while so much moves that the worlds of all lines take more than 2 GiB: about 1 KiB an object, and 128 bytes for each
+    vertex and triangle of meshes that bend, for each line.
+    """
+    second = (world if world2 is None else world2, camera if camera2 is None else camera2)
+    return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)
+
+
+def disparity(
+    world: World,
+    left: Camera | Rig,
+    right: Camera | None = None,
+    *,
+    of: Literal["left", "right"] = "left",
+    threads: int | None = None,
+) -> Maps:
+    """The disparity of a rectified pair, x_left - x_right in pixels, in the picture of one of its cameras.
+
+    The pair is two cameras, or the first two cameras of a rig, left and right. `of` chooses the picture. Returns
+    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera,
+    as `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
+
+    Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal lengths,
+    skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of the left
+    one. `Rig.rectified` makes one of any two cameras.
+    """
+    if not isinstance(left, Camera):
+        if right is not None:
+            raise CameraError("a rig has both cameras of the pair: give the rig alone, or two cameras")
+        rig, names = left, left.pair()
+        left, right = rig[names[0]], rig[names[1]]
+    if right is None:
+        raise CameraError("the right camera of the pair is missing")
+    if of not in ("left", "right"):
+        raise CameraError(f'of is {of!r}; expected "left" or "right", the camera that sees it')
+    check_rectified(left, right)
+    first, second = (left, right) if of == "left" else (right, left)
+    found = flow(world, first, world, second, threads=threads)
+    moved = found["flow"][..., 0]
+    return {
+        "disparity": -moved if of == "left" else moved,
+        "occluded": found["occluded"],
+        "outside": found["outside"],
+    }
+
+
+def check_rectified(left: Camera, right: Camera) -> None:
+    """Raises `CameraError` where two cameras are no rectified pair."""
+    for camera in (left, right):
+        if camera.is_parallel:
+            raise CameraError(
+                "not a rectified pair, because of parallel rays; raycam.flow follows any two cameras"
+            )
+        if camera.shutter is not None:
+            raise CameraError(
+                "not a rectified pair, because of a shutter: rows of one picture are no rows of the other; "
+                "raycam.flow follows any two cameras, and camera.still() stands"
+            )
+    same = np.ones((3, 3), dtype=bool)
+    same[0, 2] = False
+    baseline = left.R @ (right.C - left.C)
+    reasons = {
+        "a lens": left.model != "pinhole" or right.model != "pinhole",
+        "different rotations": not np.allclose(left.R, right.R, rtol=0, atol=1e-9),
+        "different intrinsics": not np.allclose(left.K[same], right.K[same], rtol=1e-9, atol=1e-9),
+        "different conventions of pixel centres": left.pixel_center != right.pixel_center,
+        f"the baseline {baseline} in the left camera's axes": not (
+            baseline[0] > 0 and np.abs(baseline[1:]).max() <= 1e-9 * baseline[0]
+        ),
+    }
+    found = [reason for reason, there in reasons.items() if there]
+    if found:
+        raise CameraError(
+            f"not a rectified pair, because of {', '.join(found)}; raycam.flow follows any two cameras"
+        )

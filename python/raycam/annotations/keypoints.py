@@ -1,0 +1,76 @@
+"""Keypoints: the images of object points, and the objects that occlude them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Bools, Floats, floats, whole
+from ..camera import Camera
+from ..errors import SettingsError
+from ..world import World
+
+__all__ = ["Keypoints", "keypoints"]
+
+
+@dataclass(frozen=True)
+class Keypoints:
+    """The images of n points in one picture."""
+
+    points: Floats
+    """Positions in the world [n, 3] at the time of exposure, metres; points without an image are taken at time 0."""
+    pixels: Floats
+    """Pixel coordinates [n, 2]; NaN where the camera has no image of the point."""
+    in_picture: Bools
+    """True [n] for images inside the picture."""
+    visible: Bools
+    """True [n] for images inside the picture that nothing occludes."""
+    occluder: npt.NDArray[np.int32]
+    """The object [n] that occludes the point, possibly its own; -1 for none, and for points outside the picture."""
+    on_surface: Bools
+    """True [n] for visible points that lie on the surface that the camera sees there, not in front of it."""
+
+
+def keypoints(
+    world: World,
+    camera: Camera,
+    points: npt.ArrayLike,
+    objects: Sequence[int] | None = None,
+    *,
+    triangles: Sequence[int] | None = None,
+    tolerance: float = 1e-4,
+    threads: int | None = None,
+) -> Keypoints:
+    """The images of `points` [n, 3], and the objects that occlude them.
+
+    `points` are in the world. With `objects`, one object id for each, they are in the coordinates of the objects'
+    meshes and move with the objects. With `triangles`, one for each, they are barycentric weights of the triangles'
+    corners (as in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
+
+    A point is occluded by the first object that the camera's ray to it hits, if the hit is nearer by more than
+    `tolerance` times the distance. With a rolling shutter, each point and its occluder are taken at the middle of the
+    exposure of the line that shows the point.
+
+    Raises `SettingsError` for unknown object or triangle ids, for weights whose sum is not 1, and for points in the
+    coordinates of a skinned mesh.
+    """
+    places = floats("points", points, ("n", 3))
+    if triangles is not None and objects is None:
+        raise SettingsError(
+            "triangles need objects, one for each: a triangle has its number in its object's mesh"
+        )
+    numbers = {
+        name: None if given is None else [whole(name, number, 0, (1 << 31) - 1) for number in given]
+        for name, given in (("objects", objects), ("triangles", triangles))
+    }
+    for name, given in numbers.items():
+        if given is not None and len(given) != len(places):
+            raise SettingsError(f"{name} has {len(given)} entries for {len(places)} points")
+    found = _core.keypoints(
+        (world._core, camera._core), places, numbers["objects"], numbers["triangles"], tolerance, threads
+    )
+    return Keypoints(**found, visible=found["in_picture"] & (found["occluder"] == -1))

@@ -1,0 +1,183 @@
+"""Labels of the objects in a picture: masks, boxes and visible fractions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Bools, Floats, whole
+from ..camera import Camera
+from ..errors import SettingsError
+from ..render import render
+from ..world import World
+
+__all__ = ["Box3D", "Label", "box3d", "label"]
+
+Region = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True)
+class Box3D:
+    """The smallest box around an object whose edges run along the axes of its mesh.
+
+    The box of a sheared object is aligned with the rotation nearest to its transform.
+    """
+
+    rotation: Floats
+    """The rotation world_from_box [3, 3]; its columns are the box's axes in the world."""
+    center: Floats
+    """The centre [3] in the world, metres."""
+    size: Floats
+    """The edge lengths [3] along the axes, metres."""
+
+    @property
+    def corners(self) -> Floats:
+        """The corners [8, 3] in the world, metres: corner i is at the far end of axis k if bit k of i is set."""
+        signs = (np.arange(8)[:, None] >> np.arange(3) & 1) - 0.5
+        return self.center + signs * self.size @ self.rotation.T
+
+
+@dataclass(frozen=True)
+class Label:
+    """One object in one picture. Boxes are (x, y, width, height) in pixels from the picture's top left corner."""
+
+    object: int
+    """The object's id in the channel `instance`."""
+    name: str
+    """The object's name in the world."""
+    category: str | None
+    """The object's category in the world, None for none."""
+    category_id: int
+    """The category's id in the channel `category`, -1 for none."""
+    region: Region
+    """The rectangle (x, y, width, height) that the masks cover, in pixels; it may reach into the margin."""
+    amodal_mask: Bools
+    """True for the pixel centres of `region` [height, width] that would show the object if nothing occluded it."""
+    visible_mask: Bools
+    """True for the pixel centres of `region` [height, width] that show the object."""
+    box3d: Box3D
+    """The oriented box around the object in the world."""
+    size: tuple[int, int]
+    """The picture's (width, height) in pixels."""
+
+    @property
+    def amodal_box(self) -> Region:
+        """The bounding box of the amodal mask; it may reach beyond the picture."""
+        return self.region
+
+    @cached_property
+    def visible_box(self) -> Region | None:
+        """The bounding box of the visible mask; None for an object that is not visible."""
+        rows, columns = (np.flatnonzero(self.visible_mask.any(axis=axis)) for axis in (1, 0))
+        if not len(rows):
+            return None
+        left, top = self.region[0] + int(columns[0]), self.region[1] + int(rows[0])
+        return left, top, int(columns[-1] - columns[0]) + 1, int(rows[-1] - rows[0]) + 1
+
+    @cached_property
+    def amodal_pixels(self) -> int:
+        """The number of pixels of the amodal mask, including the margin."""
+        return int(np.count_nonzero(self.amodal_mask))
+
+    @cached_property
+    def visible_pixels(self) -> int:
+        """The number of pixels that show the object."""
+        return int(np.count_nonzero(self.visible_mask))
+
+    @property
+    def visible_fraction(self) -> float:
+        """The fraction of the amodal mask that is visible; occluders and the picture's edge both reduce it."""
+        return self.visible_pixels / self.amodal_pixels
+
+    @cached_property
+    def truncated_fraction(self) -> float:
+        """The fraction of the amodal mask that lies outside the picture, as far as the margin reaches."""
+        return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
+
+    def in_picture(self, mask: Bools) -> Bools:
+        """Returns a mask of `region` as a mask of the whole picture, [height, width]."""
+        width, height = self.size
+        whole_mask = np.zeros((height, width), dtype=bool)
+        x, y, w, h = self.region
+        left, top, right, bottom = max(x, 0), max(y, 0), min(x + w, width), min(y + h, height)
+        if left < right and top < bottom:
+            whole_mask[top:bottom, left:right] = mask[top - y : bottom - y, left - x : right - x]
+        return whole_mask
+
+
+def label(
+    world: World,
+    camera: Camera,
+    *,
+    objects: Sequence[int] | None = None,
+    instance: npt.NDArray[np.int32] | None = None,
+    margin: tuple[int, int] | None = None,
+    threads: int | None = None,
+) -> list[Label]:
+    """The labels of the `objects` (default: all) with a nonempty amodal mask.
+
+    Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
+    not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the
+    amodal masks (default: the picture's width and height on every side, as in the BOP toolkit). With a rolling shutter,
+    each line has its own time, as in the picture; `box3d` belongs to the middle of the exposure.
+
+    Raises `SettingsError` for unknown objects, and for an `instance` of another size than the picture.
+    """
+    known = world.objects
+    names = world.categories
+    ids = {name: number for number, name in names.items()}
+    wanted = (
+        list(range(len(known)))
+        if objects is None
+        else [whole("object", i, 0, len(known) - 1) for i in objects]
+    )
+    width, height = camera.size
+    if instance is None:
+        instance = render(world, camera, integrator="flat", samples=1, channels="instance", threads=threads)[
+            "instance"
+        ]
+    elif instance.shape != (height, width):
+        raise SettingsError(
+            f"instance has the shape {list(instance.shape)}, expected {[height, width]}: that of the camera's picture"
+        )
+    space = (
+        (width, height)
+        if margin is None
+        else (whole("margin", margin[0], 0, 1 << 16), whole("margin", margin[1], 0, 1 << 16))
+    )
+    found = []
+    for number, (x, y, w, h), amodal in _core.silhouettes(world._core, camera._core, wanted, space, threads):
+        visible = np.zeros_like(amodal)
+        left, top, right, bottom = max(x, 0), max(y, 0), min(x + w, width), min(y + h, height)
+        if left < right and top < bottom:
+            visible[top - y : bottom - y, left - x : right - x] = instance[top:bottom, left:right] == number
+        item = known[number]
+        category = -1 if item.category is None else ids[item.category]
+        found.append(
+            Label(
+                number,
+                item.name,
+                item.category,
+                category,
+                (x, y, w, h),
+                amodal,
+                visible,
+                box3d(world, number),
+                camera.size,
+            )
+        )
+    return found
+
+
+def box3d(world: World, number: int) -> Box3D:
+    """The oriented box around an object in the world; raises `SettingsError` for an unknown object.
+
+    Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
+    """
+    rotation, center, size = _core.oriented_box(world._core, whole("object", number, 0, 1 << 31))
+    return Box3D(np.array(rotation), np.array(center), np.array(size))

@@ -1,0 +1,120 @@
+"""Checks and conversions of the arguments of camera constructors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Floats, floats, size_of
+from ..errors import CameraError, nearest
+
+PixelCenter = Literal["integer", "half"]
+Up = Literal["z", "y"]
+Model = Literal[
+    "opencv",
+    "fisheye",
+    "thin_prism_fisheye",
+    "rad_tan_thin_prism_fisheye",
+    "fov",
+    "division",
+    "omni",
+    "eucm",
+    "ds",
+    "equirectangular",
+    "cylindrical",
+]
+Lens = tuple[Model, list[float]]
+PANORAMAS = dict(_core.lens_models())
+"""The lens models by name: True for panoramas, which have no coefficients."""
+
+Size = Sequence[int]
+
+
+def make(constructor: str, *args: Any) -> _core.Camera:
+    """Makes a core camera by the name of its constructor, "" for the class."""
+    *numbers, size, pixel_center = args
+    if pixel_center not in ("integer", "half"):
+        raise CameraError(
+            f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
+            'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
+        )
+    make: Any = getattr(_core.Camera, constructor) if constructor else _core.Camera
+    made: _core.Camera = make(*numbers, size_of(size, error=CameraError), pixel_center)
+    return made
+
+
+def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
+    """The lens of a constructor's arguments; None for a pinhole."""
+    if model not in PANORAMAS:
+        raise CameraError(nearest("lens model", model, list(PANORAMAS)))
+    if distortion is None:
+        if PANORAMAS[model]:
+            return model, []
+        if model != "opencv":
+            zeros = "; [0, 0, 0, 0] is the equidistant fisheye" if model == "fisheye" else ""
+            raise CameraError(f'model is "{model}" and distortion, its coefficients, is missing{zeros}')
+        return None
+    return model, np.ravel(
+        floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)
+    ).tolist()
+
+
+def matrix(name: str, value: npt.ArrayLike) -> Floats:
+    """Returns a checked copy of a matrix [3, 3]."""
+    return floats(name, value, (3, 3), error=CameraError).copy()
+
+
+def vector(name: str, value: npt.ArrayLike) -> list[float]:
+    """Returns a checked vector [3]."""
+    return [float(v) for v in floats(name, value, (3,), error=CameraError)]
+
+
+def number(name: str, value: float) -> float:
+    """Returns a checked number."""
+    return float(floats(name, value, (), error=CameraError))
+
+
+def checked_up(up: str) -> Up:
+    """Returns the checked name of the up axis."""
+    if up == "z":
+        return "z"
+    if up == "y":
+        return "y"
+    raise CameraError(f'up is {up!r}; expected "z" or "y"')
+
+
+def intrinsics(
+    size: Size,
+    focal: float | Sequence[float] | None,
+    fov: float | None,
+    K: npt.ArrayLike | None,
+    skew: float | None,
+    principal_point: npt.ArrayLike | None,
+    pixel_center: str,
+) -> list[list[float]]:
+    """K [3, 3] from exactly one of `focal`, `fov` and `K`."""
+    given = [name for name, value in (("focal", focal), ("fov", fov), ("K", K)) if value is not None]
+    if len(given) != 1:
+        raise CameraError(
+            f"intrinsics: exactly one of focal, fov and K is needed, {' and '.join(given) or 'none'} given"
+        )
+    pair = size_of(size, error=CameraError)
+    if K is not None:
+        if skew is not None or principal_point is not None:
+            raise CameraError("skew and principal_point are part of K: give them there")
+        return [[float(v) for v in row] for row in matrix("K", K)]
+    if fov is not None:
+        k = _core.intrinsics_from_fov(number("fov", fov), pair, pixel_center)
+    else:
+        values = floats("focal", focal if focal is not None else 0.0, (), (2,), error=CameraError)
+        k = _core.intrinsics_from_focal(float(values.flat[0]), pair, pixel_center)
+        k[1][1] = float(values.flat[-1])
+    if skew is not None:
+        k[0][1] = number("skew", skew)
+    if principal_point is not None:
+        k[0][2], k[1][2] = map(float, floats("principal_point", principal_point, (2,), error=CameraError))
+    return k

@@ -1,0 +1,141 @@
+"""Optics of a camera beside its matrix and lens: aperture, vignetting, shutter and motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import floats
+from ..errors import CameraError
+from ._arguments import number
+
+if TYPE_CHECKING:
+    from . import Camera
+
+__all__ = ["Optics"]
+
+Readout = Literal["down", "up", "right", "left"]
+
+
+class Optics:
+    """Copies of a `Camera` with other optics. Ground truth uses the middle of the aperture and of the exposure."""
+
+    __slots__ = ()
+
+    def _changed(self, **tables: Any) -> Self:
+        camera: Any = self
+        table = camera.to_dict() | tables
+        present = {name: value for name, value in table.items() if value is not None}
+        changed: Self = camera.from_dict(present, up=camera.up)
+        return changed
+
+    def _table(self, name: str) -> dict[str, Any] | None:
+        camera: Any = self
+        table: dict[str, Any] | None = camera.to_dict().get(name)
+        return table
+
+    @property
+    def aperture(self) -> dict[str, Any] | None:
+        """The aperture's `radius`, `focus`, `blades` and `rotation`; None for a pinhole."""
+        return self._table("aperture")
+
+    @property
+    def vignetting(self) -> dict[str, Any] | None:
+        """The vignetting's `cos4` and `polynomial`; None without vignetting."""
+        return self._table("vignetting")
+
+    @property
+    def shutter(self) -> dict[str, Any] | None:
+        """The shutter's `exposure`, `readout`, `direction` and `track` of poses; None without a shutter."""
+        return self._table("shutter")
+
+    def with_aperture(
+        self,
+        radius: float | None = None,
+        *,
+        focus: float,
+        f_number: float | None = None,
+        focal_length: float | None = None,
+        blades: int = 0,
+        rotation: float = 0.0,
+    ) -> Self:
+        """The same camera with depth of field: a thin lens of a `radius`, or `focal_length` / (2 `f_number`).
+
+        Lengths are in world units (50 mm is 0.05). Surfaces at the depth `focus` are sharp; with lenses other than a
+        pinhole, "opencv" and "fov", `focus` is a distance. The aperture is round, or a polygon with `blades` sides,
+        rotated by `rotation` degrees from the camera's x towards its y. Only the colour is blurred, with more than one
+        sample per pixel; all other channels belong to the ray through the middle of the aperture.
+
+        Raises `CameraError` or `WorldError` for invalid numbers, and for parallel rays.
+        """
+        given = {"radius": radius, "f_number": f_number, "focal_length": focal_length}
+        sizes = {name: number(name, value) for name, value in given.items() if value is not None}
+        rest = {"focus": number("focus", focus), "blades": blades, "rotation": number("rotation", rotation)}
+        return self._changed(aperture=sizes | rest)
+
+    def with_vignetting(self, *, cos4: bool = False, polynomial: npt.ArrayLike = ()) -> Self:
+        """The same camera with vignetting.
+
+        The colour is multiplied by 1 + a r² + b r⁴ + ... with the coefficients `polynomial`, where r is the distance
+        from the principal point in focal lengths, and by cos⁴ of the angle to the principal axis if `cos4`.
+        """
+        terms = floats("polynomial", np.asarray(polynomial, dtype=float), ("n",), error=CameraError).tolist()
+        return self._changed(vignetting={"cos4": cos4, "polynomial": terms})
+
+    def moving(
+        self,
+        to: Camera | Sequence[tuple[float, Camera]],
+        *,
+        exposure: float = 0.0,
+        readout: float = 0.0,
+        direction: Readout = "down",
+    ) -> Self:
+        """The same camera moving while its shutter is open: motion blur, and with a `readout` a rolling shutter.
+
+        Lines (rows from the top for `direction` "down", from the bottom for "up"; columns for "right" and "left")
+        open one after another within `readout` seconds, each for `exposure` seconds. A line at the fraction f of the
+        picture is open from f readout to f readout + exposure. The camera moves from its own pose, when the first line
+        opens, to the pose of the camera `to`, when the last line closes; or along a list of (seconds, camera). Centres
+        are interpolated linearly, rotations along the shortest arc.
+
+        The pose (`R`, `C`, `P`) of the result is the pose at the middle, (readout + exposure) / 2. `rays`, `project`
+        and all channels but `color` use the middle of each line's exposure.
+        """
+        shutter: dict[str, Any] = {
+            "exposure": number("exposure", exposure),
+            "readout": number("readout", readout),
+            "direction": direction,
+        }
+        if isinstance(to, Sequence):
+            shutter["track"] = [{"time": number("time", time), "pose": _pose(camera)} for time, camera in to]
+            nowhere = dict.fromkeys(("R", "C", "matrix"))
+            return self.still()._changed(**self._as_pose({}), **nowhere, shutter=shutter)
+        shutter["end"] = _pose(to)
+        return self.still()._changed(shutter=shutter)
+
+    def exposing(self, exposure: float, *, readout: float = 0.0, direction: Readout = "down") -> Self:
+        """The same camera at rest with an open shutter: moving objects are blurred, or skewed by the `readout`.
+
+        Times and lines are as in `moving`. The world moves during the exposure: the time of `World.at` is the middle,
+        (readout + exposure) / 2. `World.camera_at` adds the motion that the video gives the camera.
+        """
+        shutter = {"exposure": number("exposure", exposure), "readout": number("readout", readout)}
+        return self.still()._changed(shutter={**shutter, "direction": direction})
+
+    def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
+        """The pose with K in place of a camera matrix."""
+        camera: Any = self
+        return {"K": camera.K.tolist(), **pose}
+
+    def still(self) -> Self:
+        """The same camera at rest, at the middle of its motion."""
+        if self.shutter is None:
+            return self
+        return self._changed(shutter=None, **self._as_pose(_pose(self)))
+
+
+def _pose(camera: Any) -> dict[str, Any]:
+    return {"R": camera.R.tolist(), "C": camera.location.tolist()}

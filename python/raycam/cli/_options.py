@@ -1,0 +1,263 @@
+"""The type of commands, and options of worlds, cameras and rendering that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..errors import SettingsError
+
+if TYPE_CHECKING:
+    from ..calibration import Cameras
+    from ..camera import Camera
+    from ..world import World
+
+
+class Command(NamedTuple):
+    """One command: a row of `COMMANDS`."""
+
+    add: Callable[[argparse.ArgumentParser], None]
+    """Adds the command's options, and its function as the default of `run`."""
+    help: str
+    """One line of help."""
+    examples: Sequence[str]
+    """Example command lines, with their results."""
+
+
+def add_world(command: argparse.ArgumentParser) -> None:
+    """Adds the world, the first argument, and `--texture-memory`."""
+    command.add_argument(
+        "world", metavar="WORLD", help="a world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
+    )
+    command.add_argument(
+        "--texture-memory",
+        metavar="SIZE",
+        help="memory for textures, as 512MiB; the others wait in a temporary file (default: no limit)",
+    )
+
+
+def add_camera(command: argparse.ArgumentParser) -> None:
+    """Adds the camera and its picture size."""
+    command.add_argument(
+        "--camera",
+        metavar="NAME|FILE[:NAME]",
+        help="a camera of the world, or of a calibration file; the first one otherwise",
+    )
+    command.add_argument(
+        "--size",
+        metavar="WxH",
+        type=size_of,
+        help="the picture's size in pixels; the view stays the camera's",
+    )
+
+
+def add_known(command: argparse.ArgumentParser) -> None:
+    """Adds the values that a calibration file may lack: format, size, intrinsics."""
+    command.add_argument(
+        "--format",
+        dest="camera_format",
+        metavar="FORMAT",
+        help="of the calibration (default: found by its contents)",
+    )
+    command.add_argument(
+        "--size", metavar="WxH", type=size_of, help="the picture's size, where FILE has none"
+    )
+    command.add_argument(
+        "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"
+    )
+
+
+def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
+    """Loads the cameras of a file with the options of `add_known`, and prints the notices."""
+    from ..calibration import load_cameras
+
+    size, intrinsics = getattr(options, "size", None), None
+    if getattr(options, "intrinsics", None) is not None:
+        intrinsics = next(iter(load_cameras(options.intrinsics, size=size).values()))
+    format = getattr(options, "camera_format", None)
+    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics)
+    print_notices(cameras.notices)
+    return cameras
+
+
+def add_rendering(command: argparse.ArgumentParser) -> None:
+    """Adds the arguments of `raycam.render`."""
+    group = command.add_argument_group(
+        "rendering", "what is not given is what [render] of the world file says"
+    )
+    group.add_argument(
+        "--integrator",
+        metavar="NAME",
+        help="direct: lit, with shadows (default); path: all light; ao: open sky; flat: plain colours; reference: flat "
+        "by the lecture, slow",
+    )
+    group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
+    group.add_argument(
+        "--noise", metavar="ERROR", type=float, help="sample each pixel until its standard error is this"
+    )
+    group.add_argument("--time", metavar="SECONDS", type=seconds, help="sample for this long: 30, 30s or 5m")
+    group.add_argument(
+        "--max-depth", metavar="N", type=int, help="segments of a path at most (default: no limit)"
+    )
+    group.add_argument(
+        "--clamp", metavar="RADIANCE", type=float, help="the largest value of a sample (default: none)"
+    )
+    group.add_argument("--filter", metavar="NAME", help="box (default) or blackman-harris")
+    group.add_argument("--seed", metavar="N", type=int, help="the seed of all random numbers (default 0)")
+    group.add_argument(
+        "--threads", metavar="N", type=int, help="threads (default: all); never changes the picture"
+    )
+    group.add_argument(
+        "--ambient-occlusion",
+        metavar="METRES",
+        type=float,
+        nargs="?",
+        const=True,
+        help="darken the sky in corners: by surfaces at any distance, or up to METRES",
+    )
+    group.add_argument(
+        "--no-ambient-occlusion",
+        dest="ambient_occlusion",
+        action="store_const",
+        const=False,
+        help="an open sky, whatever the world file says",
+    )
+    group.add_argument(
+        "--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)"
+    )
+    group.add_argument(
+        "--denoise",
+        action="store_true",
+        default=None,
+        help="guess the picture without its noise; needs raycam[denoise]",
+    )
+    group.add_argument(
+        "--transparent",
+        action="store_true",
+        default=None,
+        help="leave the sky out: pictures and videos with an opacity, to be laid over others",
+    )
+    group.add_argument(
+        "--view",
+        metavar="NAME",
+        help="what is brighter than white: standard (cut off, default), agx, pbr_neutral",
+    )
+
+
+RENDERING = (
+    "integrator",
+    "samples",
+    "noise",
+    "time",
+    "max_depth",
+    "clamp",
+    "filter",
+    "seed",
+    "threads",
+    "ambient_occlusion",
+    "exposure",
+    "view",
+    "denoise",
+    "transparent",
+)
+
+
+def rendering(options: argparse.Namespace) -> dict[str, Any]:
+    """The given options of `add_rendering`, as arguments of `raycam.render`."""
+    return {name: value for name in RENDERING if (value := getattr(options, name)) is not None}
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """Parses "640x480" as (width, height)."""
+    width, _, height = text.lower().partition("x")
+    try:
+        return int(width), int(height)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 640x480") from None
+
+
+def seconds(text: str) -> float:
+    """Parses "30", "30s", "5m" or "1h" as seconds."""
+    unit = {"s": 1.0, "m": 60.0, "h": 3600.0}
+    try:
+        return float(text[:-1]) * unit[text[-1]] if text[-1:] in unit else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time, as in 30s or 5m") from None
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """Parses "0,0,320,240" as whole numbers."""
+    try:
+        return tuple(int(number) for number in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not X,Y,WIDTH,HEIGHT, as in 0,0,320,240") from None
+
+
+def named_camera(text: str, options: argparse.Namespace) -> Camera:
+    """The camera of "FILE" (its first one) or "FILE:NAME", where FILE is a calibration or a world file."""
+    from ..world.load import load
+
+    found = calibration_file(text)
+    if found is None:
+        raise FileNotFoundError(f"{text}: there is no such file; expected a calibration or a world file")
+    file, name = found
+    if os.path.isfile(file) and file.endswith((".toml", ".glb", ".gltf")):
+        world = load(file)
+        return world.camera(name) if name else world.default_camera()
+    cameras = load_calibration(file, options)
+    return cameras.find(name) if name else next(iter(cameras.values()))
+
+
+def view(world: World, options: argparse.Namespace) -> Camera:
+    """The camera of `--camera` and `--size`."""
+    if options.camera is None and not world.cameras:
+        return world.default_camera(options.size or (640, 480))
+    if options.camera is None:
+        camera = world.default_camera()
+    elif options.camera not in world.cameras and (file := calibration_file(options.camera)) is not None:
+        cameras = load_calibration(file[0], options)
+        camera = cameras.find(file[1]) if file[1] else next(iter(cameras.values()))
+    elif options.camera not in world.cameras and (
+        os.sep in options.camera or os.path.splitext(options.camera)[1]
+    ):
+        raise SettingsError(f"--camera {options.camera}: there is no such file, and no camera of this name")
+    else:
+        camera = world.camera(options.camera)
+    if options.size is None:
+        return camera
+    (width, height), (new_width, new_height) = camera.size, options.size
+    if width * new_height != 0 and abs(new_width * height / (width * new_height) - 1.0) > 0.01:
+        raise SettingsError(
+            f"--size {new_width}x{new_height} would stretch the picture of the camera, which has {width} x {height}"
+        )
+    return camera.resized(options.size)
+
+
+def calibration_file(text: str) -> tuple[str, str] | None:
+    """Splits FILE or FILE:NAME into file and name; None if there is no such file."""
+    file, _, name = text.rpartition(":")
+    pairs = [(text, ""), (file, name)]
+    return next((pair for pair in pairs if pair[0] and os.path.exists(pair[0])), None)
+
+
+def load_world(options: argparse.Namespace) -> World:
+    """Loads the world and prints its notices."""
+    from ..world.load import load
+
+    world = load(options.world, texture_memory=options.texture_memory)
+    print_notices(world.notices)
+    return world
+
+
+def print_notices(notices: Sequence[str]) -> None:
+    """Prints notices on stderr, one per line."""
+    for notice in notices:
+        print_notice(notice)
+
+
+def print_notice(notice: str) -> None:
+    """Prints a notice on stderr at once."""
+    print(f"raycam: {notice}", file=sys.stderr, flush=True)

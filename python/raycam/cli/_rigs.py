@@ -1,0 +1,95 @@
+"""Options for rigs, from a world or a calibration file."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import SettingsError, nearest
+from ._options import load_calibration
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..render.frame import Frame
+    from ..rig import Rig
+    from ..world import World
+
+WORLDS = (".toml", ".glb", ".gltf")
+"""Endings of world files that may have cameras."""
+
+
+def add_rig(command: argparse.ArgumentParser) -> None:
+    """Adds `--rig`."""
+    command.add_argument(
+        "--rig",
+        metavar="NAME|FILE",
+        help="a rig of the world, or of a calibration (kalibr, kitti, colmap, opencv stereo): all its cameras",
+    )
+
+
+def rig_of(world: World, options: argparse.Namespace) -> Rig | None:
+    """The rig of `--rig`, from the world, or else the first rig of a calibration file; None without the option."""
+    if options.rig is None:
+        return None
+    rigs = world.rigs
+    if options.rig in rigs:
+        return rigs[options.rig]
+    if not Path(options.rig).exists():
+        raise SettingsError(
+            nearest("rig", options.rig, list(rigs)) if rigs else f"the world has no rig {options.rig!r}"
+        )
+    return next(iter(rigs_in(options.rig, options).values()))
+
+
+def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
+    """The rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is also given."""
+    rig = rig_of(world, options)
+    if rig is not None and (options.camera is not None or options.size is not None):
+        raise SettingsError(
+            "--rig renders all cameras of a rig as they are: it goes without --camera and --size"
+        )
+    return rig
+
+
+def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
+    """Loads the rigs of a calibration or a world file."""
+    from ..world.load import load
+
+    rigs = load(path).rigs if path.endswith(WORLDS) else load_calibration(path, options).rigs
+    if not rigs:
+        raise SettingsError(f"{path} has no rig: expected several cameras of one body")
+    return rigs
+
+
+def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
+    """Loads the cameras of a world file or a calibration; a rig of a world stands for its cameras."""
+    from ..world.load import load
+
+    if not path.endswith(WORLDS):
+        return load_calibration(path, options)
+    world = load(path)
+    rigs = world.rigs
+    on_rigs = {f"{name}/{own}" for name, rig in rigs.items() for own in rig}
+    found: dict[str, Camera | Rig] = {
+        name: camera for name, camera in world.cameras.items() if name not in on_rigs
+    }
+    found |= rigs
+    if not found:
+        raise SettingsError(f"{path} has no cameras")
+    return found
+
+
+def per_camera_path(output: Path, name: str) -> Path:
+    """The output path of a rig's camera: room.png becomes room_left.png."""
+    return output.with_name(f"{output.stem}_{name.replace('/', '_')}{output.suffix}")
+
+
+def save_all(frames: Mapping[str, Frame], output: Path, bits: int | None, half: bool | None) -> list[Path]:
+    """Saves the frame of each camera to its `per_camera_path`; returns the paths."""
+    paths = []
+    for name, frame in frames.items():
+        paths.append(per_camera_path(output, name))
+        frame.save(paths[-1], bits=bits, half=half)
+    return paths

@@ -1,0 +1,53 @@
+"""Functions that run on Dask workers; needs Dask."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+from distributed import get_worker
+
+from ..io import atomic_files
+from ..jobs import worker
+from ..jobs.worker import FrameResult, FrameTask, PackageNotFound, WorkerUnfit
+
+__all__ = ["dask_setup", "has_package", "keep_package", "render_frame"]
+
+MAX_PACKAGES = 4  # packages on the disk of a worker, which may serve many jobs
+
+
+def dask_setup(worker: object) -> None:
+    """Preload of the workers of `local:N`: they ignore Ctrl-C, which reaches all processes of a terminal."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def render_frame(task: FrameTask) -> FrameResult:
+    """Renders a frame as `worker.render_frame` does; `WorkerUnfit.worker` gets the address of this worker."""
+    try:
+        return worker.render_frame(task)
+    except WorkerUnfit as fault:
+        fault.worker = get_worker().address
+        raise
+
+
+def has_package(task: FrameTask) -> bool:
+    """True if this worker has or finds the package of a job; raises `WorkerUnfit` for another version's package."""
+    try:
+        worker.load_package(task)
+    except PackageNotFound:
+        return False
+    return True
+
+
+def keep_package(job: str, data: bytes) -> None:
+    """Stores a package in a file that `worker.load_package` finds when the cache in memory has dropped it."""
+    folder = Path(get_worker().local_directory) / "raycam"
+    folder.mkdir(exist_ok=True)
+    atomic_files.write(folder / job, data)
+    for old in sorted(folder.iterdir(), key=os.path.getmtime)[
+        :-MAX_PACKAGES
+    ]:  # a job that still runs sends its package again
+        old.unlink()
+    if folder not in worker.PACKAGE_PATHS:
+        worker.PACKAGE_PATHS.append(folder)

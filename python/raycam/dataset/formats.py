@@ -1,0 +1,19 @@
+"""Table of the data set formats: one file and one row for each."""
+
+from __future__ import annotations
+
+from . import bop, coco, colmap, kitti, nerf, rgbd, web
+
+__all__ = ["FORMATS"]
+
+FORMATS = {
+    "coco": coco.FORMAT,
+    "bop": bop.FORMAT,
+    "kitti": kitti.FORMAT,
+    "colmap": colmap.FORMAT,
+    "nerf": nerf.FORMAT,
+    "tum": rgbd.TUM,
+    "scannet": rgbd.SCANNET,
+    "webdataset": web.FORMAT,
+}
+"""Formats by name."""

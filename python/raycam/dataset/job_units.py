@@ -1,0 +1,113 @@
+"""A data set as a job: its package, and the maker of its units."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import JobError
+from ..io.temp_stream import Piece
+from ..jobs.job_package import JobPackage
+from ..jobs.kinds import FrameMaker, Progress, register
+from ..randomize import Recipe
+from ..world import World
+from .formats import FORMATS
+from .per_world import each_make
+from .plan import Plan, View
+
+__all__ = ["job_package", "record_name", "unit_maker"]
+
+PREFIX = "view"
+
+
+def record_name(unit: int) -> str:
+    """The name of the file with a unit's record, from which the index files are made."""
+    return f".raycam-dataset/{unit:06d}.json"
+
+
+def job_package(format: str, plan: Plan) -> JobPackage:
+    """The package of a data set: world, cameras and options.
+
+    For a recipe, the package has the SHA-256 of the recipe's files, which every worker reads from their folder.
+    """
+    recipe = plan.recipe
+    settings = {
+        "format": format,
+        "options": json.loads(json.dumps(plan.options, default=_plain)),
+        "render": json.loads(json.dumps(plan.rendering, default=_plain)),
+        "times": [shot.time for shot in plan.shots],
+        "views": len(plan.shots),
+    }
+    if plan.rigs:
+        settings["rigs"] = [shot.rig for shot in plan.shots]
+    if recipe is None:
+        cameras = [shot.camera for shot in plan.shots]
+        return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
+    worlds = 1 + max(shot.world or 0 for shot in plan.shots)
+    settings |= {
+        "recipe": json.loads(json.dumps(recipe.description, default=_plain)),
+        "seed": recipe.seed,
+        "folder": str(recipe.folder),
+        "files": recipe.files,
+        "worlds": worlds,
+        "names": [shot.name for shot in plan.shots if shot.world == 0],
+    }
+    # The world of the package holds the lenses; the poses of its own cameras differ from world to world.
+    lenses = [shot.camera for shot in plan.shots if shot.world == 0]
+    return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(World(plan.world.up), lenses))
+
+
+def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
+    """The frame maker of the kind "dataset": the files of a unit, and its record."""
+    kind = FORMATS[settings["format"]]
+    plan = _plan(world, settings, threads)
+
+    def make(
+        number: int, progress: Progress | None
+    ) -> tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]:
+        plan.watch = progress
+        apart = plan.recipe is not None and not kind.many_worlds
+        parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)
+        return {**parts, record_name(number): json.dumps(known).encode()}, []
+
+    return make
+
+
+register("dataset", unit_maker)
+
+
+def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Plan:
+    cameras = [camera for name, camera in world.cameras.items() if name.startswith(f"{PREFIX}-")]
+    options, rendering = settings["options"], settings["render"]
+    if "recipe" not in settings:
+        rigs = [rig and (rig[0], rig[1]) for rig in settings.get("rigs", [None] * len(cameras))]
+        triples = zip(cameras, settings["times"], rigs, strict=True)
+        shots = [View(camera, time, rig=rig) for camera, time, rig in triples]
+        return Plan(world, shots, rendering, options, threads)
+    recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])
+    if recipe.files != settings["files"]:
+        changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)
+        raise JobError(f"{settings['folder']}: {', '.join(changed)}: not as it was when the job began")
+    pairs = list(zip(cameras, settings["names"], strict=True))
+    shots = [View(camera, None, i, name) for i in range(settings["worlds"]) for camera, name in pairs]
+    return Plan(recipe.world(0), shots, rendering, options, threads, recipe)
+
+
+def _with(world: World, cameras: list[Any]) -> World:
+    """The world with the cameras of the views, in their order and under reserved names."""
+    taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
+    if taken:
+        raise JobError(
+            f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are for the views"
+        )
+    return world.with_cameras({f"{PREFIX}-{number:06d}": camera for number, camera in enumerate(cameras)})
+
+
+def _plain(value: Any) -> Any:
+    """Converts NumPy's numbers and arrays for JSON."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{value!r} is no number, text, list or table")

@@ -1,0 +1,294 @@
+"""Explanation of one pixel of the flat picture: every step of the lecture with its numbers.
+
+The numbers come from :mod:`raycam.reference`: the functions of the reference picture, run for one ray over all
+triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import reference
+from ..errors import SettingsError
+from ..io import atomic_files
+from ..reference.units import Bools, Floats, Units
+from . import figure, text
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
+
+# The numbers of triangles with full details: the closest hits, and the nearest misses.
+HITS_SHOWN = 3
+MISSES_SHOWN = 1
+MISSES_SHOWN_WITHOUT_A_HIT = 2
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One triangle and the ray: steps 3 and 4. Points and vectors are [3], in the explanation's units."""
+
+    instance: int
+    """The id of the object."""
+    triangle: int
+    """The id of the triangle within its object."""
+    object_name: str
+    """The name of the object."""
+    color: Floats
+    """The triangle's linear RGB, [3]."""
+    a: Floats
+    b: Floats
+    c: Floats
+    n: Floats
+    """The normal of the plane, v2 x v1 = (c - a) x (b - a), not of unit length."""
+    n_dot_a_minus_C: float
+    n_dot_r: float
+    t: float
+    """The ray parameter n·(a - C) / n·r."""
+    f: Floats
+    """The intersection f(t) = C + t r of ray and plane."""
+    v1: Floats
+    """The edge b - a."""
+    v2: Floats
+    """The edge c - b."""
+    v3: Floats
+    """The edge a - c."""
+    g: Floats
+    """The point a + v3 of the plane, outside the triangle."""
+    u: Floats
+    """The segment g - f(t)."""
+    along_u: Floats
+    """The parameters s [3] of the intersections of f(t) + s u with the edges' lines; NaN for parallel lines."""
+    along_edge: Floats
+    """The parameters q [3] of the same points on the lines start + q edge; NaN for parallel lines."""
+    crossed: Bools
+    """True [3] for edges that the segment from f(t) to g crosses."""
+    on_edge: Bools
+    """True [3] for edges that f(t) lies on, up to rounding."""
+
+    @property
+    def crossings(self) -> int:
+        """The number of crossed edges."""
+        return int(self.crossed.sum())
+
+    @property
+    def inside(self) -> bool:
+        """True if f(t) is inside: an odd number of crossings, or a point on an edge."""
+        return self.crossings % 2 == 1 or bool(self.on_edge.any())
+
+    @property
+    def corners(self) -> Floats:
+        """The corners a, b, c as [3, 3]."""
+        return np.array([self.a, self.b, self.c])
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Every number by which the lecture's procedure finds the colour of one pixel.
+
+    Lengths are in world units and points relative to the world's origin, unless the world is tiny, huge, or far from
+    its origin. Then they are in the local `units`.
+    """
+
+    world: World = field(repr=False, compare=False)
+    camera: Camera = field(repr=False, compare=False)
+    pixel: tuple[int, int]
+    """The pixel as (column, row)."""
+    units: Units
+    P: Floats
+    """The camera matrix, [3, 4], in these units."""
+    x: Floats
+    """The centre of the pixel, homogeneous, [3]."""
+    M: Floats
+    """The left 3 x 3 of P."""
+    det_M: float
+    C: Floats
+    """The camera centre, [3]."""
+    X: Floats
+    """The point P⁺ x on the pixel's line, homogeneous, [4]."""
+    X_prime: Floats | None
+    """The same point, [3]; None when it lies at infinity."""
+    line: Floats
+    """The vector X' - C, [3]; the direction of the line when X' lies at infinity."""
+    forward: Floats
+    """The third row of R, [3], of unit length."""
+    forward_dot_line: float
+    """The dot product of `forward` and `line`; positive for X' in front of the camera."""
+    r: Floats
+    """The direction of the ray, [3]: `line` or its opposite."""
+    triangles: int
+    """The number of triangles in the world; the sum of the next four numbers and `inside`."""
+    without_area: int
+    parallel: int
+    behind: int
+    outside: int
+    candidates: tuple[Candidate, ...]
+    """The nearest hit triangles and the narrowest misses, by t."""
+    winner: Candidate | None
+    """The closest hit triangle; None for a miss."""
+    color: Floats
+    """Linear RGB of the pixel, [3]."""
+    depth: float
+    """The depth along the principal axis, in world units; +inf for a miss."""
+    distance: float
+    """The distance from C to f(t), in world units; +inf for a miss."""
+
+    @property
+    def inside(self) -> int:
+        """The number of triangles that the ray hits."""
+        return self.triangles - self.without_area - self.parallel - self.behind - self.outside
+
+    def __str__(self) -> str:
+        """The lecture's steps with formulas and numbers, as text."""
+        return text.text(self)
+
+    def svg(self) -> str:
+        """The figure as SVG: the picture with the marked pixel, ray and triangle in 3D, and the inside test."""
+        return figure.figure(self)
+
+    def save_figure(self, path: str | os.PathLike[str]) -> None:
+        """Writes the figure to an .svg file atomically.
+
+        Raises SettingsError for another ending, and OSError if the file cannot be written.
+        """
+        check_figure(path)
+        atomic_files.write(path, self.svg().encode())
+
+
+def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation:
+    """Explains the colour of one pixel of ``raycam.render(world, camera, integrator="flat")``.
+
+    `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's
+    centre.
+
+    Raises SettingsError for a pixel outside the picture.
+    """
+    camera._require_pinhole("explain")
+    column, row = pixel_of(camera, pixel)
+    world_corners = np.asarray(world.triangles(), dtype=np.float64)
+    units = Units.for_world(world_corners.reshape(-1, 3), reference.camera_center(camera.P))
+    corners = units.points(world_corners)
+    P = units.camera(camera.P)
+    center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])
+
+    C = reference.camera_center(P)
+    X = reference.points_on_lines(P, center)
+    forward = reference.third_row_of_r(P)
+    line = reference.lines(X, C)
+    r = reference.pointed_forward(line, forward)
+
+    n = reference.normals(corners)
+    t = reference.plane_distances(n, corners[:, 0], C, r)[0]
+    hit_t = np.full(len(t), np.inf)
+    for start in range(0, len(t), reference.PAIRS_AT_ONCE):
+        some = slice(start, start + reference.PAIRS_AT_ONCE)
+        hit_t[some] = reference.hit_distances(corners[some], n[some], C, r)[0]
+    without_area = ~n.any(axis=1)
+    inside = np.isfinite(hit_t)
+    outside = (t >= 0) & ~inside
+
+    nearest = np.argsort(hit_t, kind="stable")[: min(HITS_SHOWN, inside.sum())]
+    misses = MISSES_SHOWN if len(nearest) else MISSES_SHOWN_WITHOUT_A_HIT
+    shown = np.concatenate([nearest, narrowest_misses(corners, t, outside, C, r[0])[:misses]])
+    shown = shown[np.lexsort([shown, t[shown]])]
+    candidates = {int(i): candidate(world, int(i), corners, n, C, r[0], t) for i in shown}
+    winner = candidates[int(nearest[0])] if len(nearest) else None
+    distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
+    depth = winner.t * float(r[0] @ forward) * units.scale if winner else np.inf
+    return Explanation(
+        world=world,
+        camera=camera,
+        pixel=(column, row),
+        units=units,
+        P=P,
+        x=np.append(center[0], 1.0),
+        M=P[:, :3],
+        det_M=float(np.linalg.det(P[:, :3])),
+        C=C,
+        X=X[0],
+        X_prime=None if reference.at_infinity(X)[0] else X[0, :3] / X[0, 3],
+        line=line[0],
+        forward=forward,
+        forward_dot_line=float(forward @ line[0]),
+        r=r[0],
+        triangles=len(corners),
+        without_area=int(without_area.sum()),
+        parallel=int((np.isnan(t) & ~without_area).sum()),
+        behind=int((t < 0).sum()),
+        outside=int(outside.sum()),
+        candidates=tuple(candidates.values()),
+        winner=winner,
+        color=winner.color if winner else reference.background(world),
+        depth=depth,
+        distance=distance,
+    )
+
+
+def check_figure(path: str | os.PathLike[str]) -> None:
+    """Checks that a figure can be written to `path`; raises the errors of `save_figure`."""
+    if Path(path).suffix.lower() != ".svg":
+        raise SettingsError(f"{path}: a figure is written as .svg, which browsers show and print at any size")
+    atomic_files.check_writable(path)
+
+
+def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
+    """The pixel as two ints within the picture; raises SettingsError."""
+    try:
+        column, row = (number.__index__() for number in pixel)
+    except (AttributeError, TypeError, ValueError):
+        raise SettingsError(f"pixel must be two whole numbers, (column, row), not {pixel!r}") from None
+    width, height = camera.size
+    if not (0 <= column < width and 0 <= row < height):
+        raise SettingsError(
+            f"pixel ({column}, {row}) is not in the picture of {width} x {height}: "
+            f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}"
+        )
+    return column, row
+
+
+def narrowest_misses(
+    corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats
+) -> npt.NDArray[np.int64]:
+    """The triangles of `missed` nearest to the intersection of ray and plane, relative to their size."""
+    index = np.nonzero(missed)[0]
+    middle = corners[index].mean(axis=1)
+    f = C + t[index, None] * r
+    radius = reference.length(corners[index] - middle[:, None]).max(axis=1)
+    return index[np.argsort(reference.length(f - middle) / radius, kind="stable")]
+
+
+def candidate(world: World, i: int, corners: Floats, n: Floats, C: Floats, r: Floats, t: Floats) -> Candidate:
+    """The details of the `i`-th triangle."""
+    f = C + t[i] * r
+    found = reference.crossings(corners[i], n[i], f, reference.edge_tolerance(corners[i], n[i], C, r, f))
+    v1, v2, v3 = reference.edge_vectors(corners[i])
+    instance, triangle = (int(number) for number in world.triangle_ids()[i])
+    return Candidate(
+        instance=instance,
+        triangle=triangle,
+        object_name=world.objects[instance].name,
+        color=np.asarray(world.triangle_colors()[i], dtype=np.float64),
+        a=corners[i, 0],
+        b=corners[i, 1],
+        c=corners[i, 2],
+        n=n[i],
+        n_dot_a_minus_C=float(n[i] @ (corners[i, 0] - C)),
+        n_dot_r=float(n[i] @ r),
+        t=float(t[i]),
+        f=f,
+        v1=v1,
+        v2=v2,
+        v3=v3,
+        g=found.g,
+        u=found.u,
+        along_u=found.along_u,
+        along_edge=found.along_edge,
+        crossed=found.crossed,
+        on_edge=found.on_edge,
+    )

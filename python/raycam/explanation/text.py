@@ -1,0 +1,200 @@
+"""An explanation as text: the lecture's formulas, each followed by its numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+if TYPE_CHECKING:
+    from . import Candidate, Explanation
+
+DIGITS = 6
+EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))
+
+
+def text(explanation: Explanation) -> str:
+    """The text of all steps."""
+    return "\n".join(
+        [
+            *title(explanation),
+            *ray_section(explanation),
+            *triangles_section(explanation),
+            *color_section(explanation),
+        ]
+    )
+
+
+def title(e: Explanation) -> Iterator[str]:
+    """The title and an introduction."""
+    width, height = e.camera.size
+    yield f"Pixel ({e.pixel[0]}, {e.pixel[1]}) of a {width} x {height} picture, by the steps of the lecture"
+    yield ""
+    yield "Vectors are (x, y, z); · is the dot product, x between vectors the cross product."
+    yield f"{DIGITS} digits are printed, 16 were used: by hand, the last printed digits may differ."
+    if not e.units.are_ordinary:
+        yield ""
+        yield "P⁺ mixes lengths with the plain number 1, and would lose digits in a world this small, large"
+        yield "or far from its origin. So below, points count from"
+        yield f"{vector(e.units.origin)} of the world, in lengths of {number(e.units.scale)}."
+
+
+def ray_section(e: Explanation) -> Iterator[str]:
+    """The lines of steps 1 and 2, the ray."""
+    yield ""
+    yield "1. A LINE THROUGH THE PIXEL AND THE CAMERA CENTRE"
+    yield ""
+    yield f"   x  = (u, v, 1)                {vector(e.x)}, the centre of the pixel"
+    yield "   P, the camera matrix, x = P X"
+    yield from matrix(e.P)
+    yield f"   X' = P⁺ x = Pᵀ (P Pᵀ)⁻¹ x      {vector(e.X)}, homogeneous"
+    if e.X_prime is None:
+        yield "   The fourth coordinate is 0: X' lies at infinity. The first three are then the direction of"
+        yield "   the line itself, and take the place of X' - C."
+    else:
+        yield f"      = divided by the fourth    {vector(e.X_prime)}, some point on the line"
+    yield f"   C, where P (C, 1) = 0         {vector(e.C)}, the camera centre, another one"
+    yield f"   X' - C                        {vector(e.line)}"
+    yield ""
+    yield "   POINT THE LINE FORWARD"
+    yield ""
+    yield "   M, the left 3 x 3 of P, is K R times a scale. The third row of K is (0, 0, 1), so the third row"
+    yield "   of M, M3, is that of R times the scale, and the sign of the scale is that of det M."
+    yield f"   det M                         {number(e.det_M)}"
+    label = "v  = M3 / |M3|" if e.det_M > 0 else "v  = -M3 / |M3|"
+    yield f"   {label:<30}{vector(e.forward)}, the third row of R: forward"
+    yield f"   v·(X' - C)                    {number(e.forward_dot_line)}"
+    if e.forward_dot_line > 0:
+        yield f"   Positive, X' is in front:     r = X' - C = {vector(e.r)}"
+    else:
+        yield f"   Negative, X' is behind:       r = C - X' = {vector(e.r)}"
+    yield "   The ray is f(t) = C + t r, and t > 0 is in front of the camera."
+
+
+def triangles_section(e: Explanation) -> Iterator[str]:
+    """The lines of steps 3 and 4, the triangles."""
+    yield ""
+    yield f"2. FOR EACH TRIANGLE ({e.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE"
+    yield ""
+    for count, meaning in (
+        (e.without_area, "have no area, n = 0: never hit"),
+        (e.parallel, "are edge-on, n·r = 0: never hit"),
+        (e.behind, "are behind the camera, t < 0: discarded"),
+        (e.outside, "lie in planes that the ray meets outside of them"),
+        (e.inside, "are hit"),
+    ):
+        yield f"   {count:>9} {meaning}"
+    if not e.candidates:
+        return
+    yield ""
+    yield "   The nearest that are hit, and the most narrowly missed, worked out below:"
+    yield ""
+    names = [name(c) for c in e.candidates]
+    width = max(map(len, names))
+    yield f"   {'t':>12}  {'triangle':<{width}}  crossings"
+    for c, label in zip(e.candidates, names, strict=True):
+        yield f"   {number(c.t):>12}  {label:<{width}}  {outcome(c, e)}"
+    for c in e.candidates:
+        yield ""
+        yield from triangle_section(c)
+
+
+def triangle_section(c: Candidate) -> Iterator[str]:
+    """The lines of one triangle's details."""
+    yield f"   {name(c).upper()}"
+    yield f"   a                   {vector(c.a)}"
+    yield f"   b                   {vector(c.b)}"
+    yield f"   c                   {vector(c.c)}"
+    yield f"   n = (c-a) x (b-a)   {vector(c.n)}"
+    yield f"   n·(a - C)           {number(c.n_dot_a_minus_C)}"
+    yield f"   n·r                 {number(c.n_dot_r)}"
+    yield f"   t = n·(a-C) / n·r   {number(c.t)}"
+    yield f"   f(t) = C + t r      {vector(c.f)}"
+    yield f"   v1 = b - a          {vector(c.v1)}"
+    yield f"   v2 = c - b          {vector(c.v2)}"
+    yield f"   v3 = a - c          {vector(c.v3)}"
+    yield f"   g = a + v3          {vector(c.g)}, outside"
+    yield f"   u = g - f(t)        {vector(c.u)}"
+    yield "   f(t) + s u meets the line of each edge; crossed when 0 <= s <= 1 and 0 <= q <= 1:"
+    for (edge, start), s, q, crossed in zip(EDGES, c.along_u, c.along_edge, c.crossed, strict=True):
+        if math.isnan(s):
+            yield f"      {start} + q {edge}         parallel to u, not crossed"
+        else:
+            numbers = f"s = {number(s):<12} q = {number(q):<12}"
+            yield f"      {start} + q {edge}         {numbers} {'crossed' if crossed else '-'}"
+    parity = "odd" if c.crossings % 2 else "even"
+    count = f"   {c.crossings} {'crossing' if c.crossings == 1 else 'crossings'}, {parity}: "
+    if c.on_edge.any():
+        edges = " and ".join(edge for (edge, _), on in zip(EDGES, c.on_edge, strict=True) if on)
+        yield f"{count}but f(t) lies on {edges}, and what lies on an edge is inside."
+    else:
+        yield f"{count}f(t) is {'inside' if c.inside else 'outside'}."
+
+
+def color_section(e: Explanation) -> Iterator[str]:
+    """The lines of step 5, the colour."""
+    yield ""
+    yield "3. COLOUR THE PIXEL WITH THE COLOUR OF THE CLOSEST TRIANGLE"
+    yield ""
+    if e.winner is None:
+        if e.triangles == 0:
+            yield "   There are no triangles in this world: the pixel shows the background."
+        elif e.outside == 0:
+            yield "   No triangle's plane is met in front of the camera: the pixel shows the background."
+        else:
+            yield "   The ray meets no triangle: it meets every plane in front of the camera outside of the"
+            yield "   triangle. The pixel shows the background."
+        return
+    b, rgb = e.winner, ", ".join(map(str, srgb(e.color)))
+    yield f"   The smallest t            {number(b.t)}, {name(b)}"
+    yield f"   Its colour                {vector(e.color)}, linear RGB; as sRGB bytes {rgb}"
+    yield f"   distance = t |r|          {number(e.distance)}, from C to f(t)"
+    yield f"   depth = t (v·r)           {number(e.depth)}, along the principal axis"
+
+
+def name(c: Candidate) -> str:
+    """A triangle's name."""
+    return f'triangle {c.triangle} of object {c.instance} "{c.object_name}"'
+
+
+def outcome(c: Candidate, e: Explanation) -> str:
+    """The outcome of a candidate as text: the closest hit, a farther hit, or a miss."""
+    if c is e.winner:
+        said = "inside, and the closest: it colours the pixel"
+    elif c.inside:
+        said = "inside, but farther away"
+    else:
+        said = "outside"
+    return f"{c.crossings}: {said}"
+
+
+def number(value: float, digits: int = DIGITS) -> str:
+    """A number with `digits` significant digits, and 0 for both zeros."""
+    return f"{value + 0.0:.{digits}g}"
+
+
+def vector(values: npt.ArrayLike, digits: int = DIGITS) -> str:
+    """A vector as (x, y, z); components that are only rounding noise become 0."""
+    array = np.asarray(values, dtype=np.float64)
+    array = np.where(np.abs(array) < 1e-14 * np.abs(array).max(), 0.0, array)
+    return "(" + ", ".join(number(value, digits) for value in array) + ")"
+
+
+def srgb(linear: npt.NDArray[np.float64]) -> list[int]:
+    """Converts linear RGB to 8-bit sRGB."""
+    return [int(value) for value in _core.srgb_from_linear(linear.astype(np.float32), 1.0, 8, "standard")]
+
+
+def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:
+    """The rows of a matrix with aligned columns."""
+    cells = [[number(value) for value in row] for row in rows]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
+    for row in cells:
+        yield (
+            "      [ " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) + " ]"
+        )

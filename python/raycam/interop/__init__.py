@@ -1,0 +1,1 @@
+"""Worlds from the meshes and scenes of other Python packages."""

@@ -1,0 +1,1 @@
+"""Files: atomic writes, locks, temporary streams, GLB, and memory limits."""

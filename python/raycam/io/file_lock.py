@@ -1,0 +1,72 @@
+"""File locks: one process at a time works in a folder."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..errors import JobError
+
+__all__ = ["hold_lock", "lock_holder", "try_lock"]
+
+
+@contextlib.contextmanager
+def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
+    """Holds the lock file `path` of `folder` while the block lasts; the lock of a dead process is free.
+
+    Waits up to `patience` seconds for the lock, also because `lock_holder` takes it for an instant.
+
+    Raises `JobError` with the name of the process that holds the lock.
+    """
+    file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        end = time.monotonic() + patience
+        while not try_lock(file):
+            if time.monotonic() < end:
+                time.sleep(0.02)
+                continue
+            who = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
+            raise JobError(
+                f"{folder}: {who} is at it already; wait for it, stop it, or give each run its part: --shard I/N"
+            )
+        os.ftruncate(file, 0)
+        os.pwrite(file, f"process {os.getpid()} on {socket.gethostname()}".encode(), 0)
+        yield
+    finally:
+        os.close(file)
+
+
+def lock_holder(path: Path) -> str | None:
+    """The name of the process that holds a lock now; None if it is free."""
+    try:
+        file = os.open(path, os.O_RDWR)
+    except OSError:
+        return None
+    try:
+        return None if try_lock(file) else os.pread(file, 200, 0).decode(errors="replace").strip()
+    finally:
+        os.close(file)
+
+
+def try_lock(file: int) -> bool:
+    """Locks an open file until it is closed or the process ends; returns False if another process holds the lock."""
+    try:
+        import fcntl
+    except ImportError:  # Windows: locks a byte far beyond the text, which must stay readable
+        import msvcrt
+
+        try:
+            os.lseek(file, 1 << 20, os.SEEK_SET)
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+        except OSError:
+            return False
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

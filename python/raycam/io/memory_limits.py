@@ -1,0 +1,122 @@
+"""Memory limits of this process, from the machine and its control groups, and parsing of sizes."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import SettingsError
+
+__all__ = ["available_bytes", "parse_size", "peak_bytes"]
+
+CGROUP = Path("/sys/fs/cgroup")
+PROC = Path("/proc")
+
+
+def available_bytes(share: float = 1.0) -> int:
+    """Bytes that this process and its children may still allocate until `share` of a limit is used; may be negative.
+
+    The limits are the machine's memory and those of the process's control groups and their parents (Linux, versions 1
+    and 2, as set by containers and batch systems); the tightest limit counts. Used memory includes all processes under
+    the same limit, but not file caches, which the kernel can drop.
+    """
+    return min(int(share * limit) - used for limit, used in limits())
+
+
+def peak_bytes(pid: int) -> int:
+    """The peak resident memory of a process in bytes; 0 if unknown."""
+    return _line(PROC / str(pid) / "status", "VmHWM") * 1024
+
+
+def parse_size(name: str, size: int | str | None) -> int | None:
+    """Parses the size called `name` in bytes: a whole number, or a string such as "512 MiB", "2GB", "1.5 GiB".
+
+    K, M, G and T are powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` for an invalid size, or one
+    below a byte.
+    """
+    if size is None:
+        return None
+    if isinstance(size, str):
+        found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(?:([kmgt]?)(i?)b)?\s*", size, re.IGNORECASE)
+        step = 1024 if found and found[3] else 1000
+        exponent = " kmgt".index((found[2] or " ").lower()) if found else 0
+        count = int(float(found[1]) * step**exponent) if found else 0
+    else:
+        count = 0 if isinstance(size, bool) or size != int(size) else int(size)
+    if not 0 < count < 1 << 63:
+        raise SettingsError(f'{name} is {size!r}; expected bytes, or a size as in "512 MiB"')
+    return count
+
+
+def limits() -> list[tuple[int, int]]:
+    """Pairs (limit, used) in bytes of the machine and of every limited control group of this process."""
+    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 62
+    available = _line(PROC / "meminfo", "MemAvailable") * 1024
+    found = [(total, max(0, total - available) if available else 0)]
+    for folder, files in _groups():
+        for path in [folder, *folder.parents]:
+            statistics = path / "memory.stat"
+            own = [_number(path / name) for name in files.limits]
+            # Version 1 lists the limits of parent groups that a container does not see here.
+            own.append(_line(statistics, "hierarchical_memory_limit") or None)
+            limit = min((value for value in own if value is not None), default=total)
+            used = _number(path / files.used)
+            if limit < total and used is not None:
+                caches = sum(_line(statistics, name) for name in files.caches)
+                found.append((limit, max(0, used - caches)))
+            if path == CGROUP:
+                break
+    return found
+
+
+class _Files(NamedTuple):
+    """File names of a control group, and the lines of its statistics about file caches."""
+
+    limits: tuple[str, ...]
+    used: str
+    caches: tuple[str, ...]
+
+
+VERSION_1 = _Files(
+    ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
+)
+# Beyond "high" a group is not killed, but throttled until it hardly runs.
+VERSION_2 = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
+
+
+def _groups() -> list[tuple[Path, _Files]]:
+    """The folders of this process's control groups that limit memory, and their file names."""
+    try:
+        lines = (PROC / "self" / "cgroup").read_text().splitlines()
+    except OSError:
+        return []
+    groups = []
+    for line in lines:
+        _, _, rest = line.partition(":")
+        controllers, _, path = rest.partition(":")
+        if not controllers:
+            groups.append((CGROUP / path.lstrip("/"), VERSION_2))
+        elif "memory" in controllers.split(","):
+            groups.append((CGROUP / "memory" / path.lstrip("/"), VERSION_1))
+    return groups
+
+
+def _number(path: Path) -> int | None:
+    try:
+        return int(path.read_text())
+    except (OSError, ValueError):  # "max" means no limit
+        return None
+
+
+def _line(path: Path, key: str) -> int:
+    """The number after a key in a file of lines; 0 if the key is missing."""
+    try:
+        for line in path.read_text().splitlines():
+            words = line.replace(":", " ", 1).split()
+            if words[:1] == [key]:
+                return int(words[1])
+    except (OSError, ValueError, IndexError):
+        pass
+    return 0

@@ -1,0 +1,369 @@
+"""A job in a folder: its state, its results, and running it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import shutil
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import FormatError, JobError
+from ..io import atomic_files
+from ..io.file_lock import hold_lock, lock_holder
+from . import journal
+from .description import mismatch_message, read_description
+from .job_package import JobPackage
+from .journal import Journal, JournalEntry
+from .results import STATE, ResultStore
+from .scheduler import FailedFrame, Pool, schedule
+from .worker import FrameResult, FrameTask
+
+__all__ = ["Job", "Status"]
+
+NOT_DONE = -1
+OFFSET_BITS = 44  # bits of the offset in a journal (at most 16 TiB); the bits above are the journal's index
+OFFSET_MASK = (1 << OFFSET_BITS) - 1
+
+Progress = Callable[[int, int, int], object]
+Shard = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Status:
+    """The progress of a job."""
+
+    frames: int
+    """The number of frames."""
+    finished: int
+    """The number of finished frames."""
+    failed: Mapping[int, str]
+    """The errors of failed frames, by frame number."""
+    damaged: Sequence[str] = ()
+    """A message for each damaged line of a journal. Such lines are ignored, so the next run repeats their frames."""
+
+
+class Job:
+    """A job in a folder, new or resumed.
+
+    `package` defines the job; None opens an existing one. A missing folder is created. If the folder holds the same
+    job, finished frames are kept. With `resume=False` the job starts again, and the files of the old job are removed
+    first.
+
+    Raises `JobError` if the folder holds another job, with every difference, or no job and no package is given, and
+    `OSError` from the disk.
+    """
+
+    def __init__(
+        self, folder: str | os.PathLike[str], package: JobPackage | None = None, *, resume: bool = True
+    ) -> None:
+        self.folder = Path(folder)
+        """The folder of the results."""
+        self._state = self.folder / STATE
+        self._results = ResultStore(self.folder)
+        there = read_description(self._state / "job.json")
+        if package is None:
+            if there is None:
+                raise JobError(f"{self.folder}: no job is here (there is no {STATE}/job.json)")
+        elif there is not None and not resume:
+            Job(self.folder)._remove()
+            there = None
+        elif there is not None and there["job"] != package.id:
+            raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
+        self._package = package
+        if package is not None:
+            self._create(package)
+            there = {"job": package.id, **package.describe()}
+        assert there is not None
+        self.description: dict[str, Any] = there
+        """The contents of `job.json`: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
+        self._ledgers: list[Path] = []
+        self._offsets = array("q", [NOT_DONE]) * self.description["frames"]
+        self._failed: dict[int, str] = {}
+        self._damaged: list[tuple[Path, int]] = []
+        self._read()
+
+    # State ----------------------------------------------------------------------------------------------------
+
+    @property
+    def package(self) -> JobPackage:
+        """The complete package; raises `FormatError` if its file is damaged."""
+        if self._package is None:
+            path = self._state / "package"
+            self._package = JobPackage.from_bytes(path.read_bytes(), str(path), self.description["job"])
+        return self._package
+
+    def status(self) -> Status:
+        """The progress as far as this object knows; other processes may have finished more."""
+        done = sum(place != NOT_DONE for place in self._offsets)
+        damaged = tuple(
+            f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
+            for path, place in self._damaged
+        )
+        return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
+
+    def running_processes(self) -> list[str]:
+        """The processes that run the job now, as far as this machine knows; empty if none does."""
+        who = (lock_holder(path) for path in sorted(self._state.glob("lock*")))
+        return [one for one in who if one is not None]
+
+    def has(self, frame: int) -> bool:
+        """True if a frame is finished."""
+        return bool(self._offsets[frame] != NOT_DONE)
+
+    def read(self, frame: int) -> dict[str, bytes]:
+        """The files of a finished frame, by name.
+
+        Raises `JobError` if a file differs from its journal entry, and `KeyError` if the frame is not finished.
+        """
+        return {name: self._results.read(name, stamp) for name, stamp in self._entry(frame).files.items()}
+
+    def finished(self) -> Iterator[tuple[int, dict[str, bytes]]]:
+        """Iterates over the finished frames in order, each with its files as in `read`."""
+        for frame in range(len(self._offsets)):
+            if self.has(frame):
+                yield frame, self.read(frame)
+
+    def verify(self) -> dict[str, str]:
+        """Reads every result and compares its hash; returns the damaged files with a message each.
+
+        A damaged file gets the ending `.damaged`, if possible. The next run repeats its frame. The package of the job
+        is checked and restored in the same way, and damaged lines of journals are listed too.
+        """
+        self._read()
+        told = zip(self._damaged, self.status().damaged, strict=True)
+        wrong = {f"{STATE}/{path.name} at {place}": text for (path, place), text in told}
+        package = self._state / "package"
+        try:
+            JobPackage.check(package.read_bytes(), str(package), self.description["job"])
+        except FileNotFoundError:
+            wrong[f"{STATE}/package"] = f"{package}: it was made, and is not there any more"
+        except FormatError as fault:
+            wrong[f"{STATE}/package"] = str(fault)
+            with contextlib.suppress(OSError):
+                package.replace(f"{package}.damaged")
+        made = {entry.frame: place for place, entry in self._entries() if entry and entry.error is None}
+        for frame, place in sorted(made.items()):
+            for name, stamp in self._entry_at(place).files.items():
+                try:
+                    self._results.check(name, stamp)
+                except JobError as fault:
+                    wrong[name] = str(fault)
+                    self._results.quarantine(name)
+                    self._offsets[frame] = NOT_DONE
+        return wrong | self._results.check_assembled()
+
+    def mark_assembled(self, names: Iterable[str]) -> None:
+        """Records files that were assembled from all frames, by their names relative to the folder, for `verify`."""
+        with self._scratch("-join") as scratch:
+            self._results.mark_assembled(names, scratch)
+
+    # Running --------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        pool: Pool,
+        *,
+        frames: Iterable[int] | None = None,
+        shard: Shard | None = None,
+        retry_failed: bool = False,
+        progress: Progress | None = None,
+        finished: Callable[[FrameResult], object] | None = None,
+    ) -> None:
+        """Renders the unfinished frames of `frames` (default: all), in any order.
+
+        `shard` (i, n) renders only every n-th frame, from the i-th (counted from 1): n such runs, on any machines that
+        see the folder, render all frames. Frames that failed before are skipped, unless `retry_failed`.
+        `progress(done, total, failed)` counts the selected frames; `finished(result)` is called for each new frame.
+
+        Raises `JobError` if another process runs the same frames, if the workers are lost, and at the end if any
+        selected frame failed; `OSError` from the disk. Finished frames are kept after any error, and if the process is
+        killed.
+        """
+        tell = progress or (lambda *_: None)
+        asked = _selected_frames(frames, shard, len(self._offsets))
+        name = "" if shard is None else f"-{shard[0]}-of-{shard[1]}"
+        with hold_lock(self._state / f"lock{name}", self.folder), self._scratch(name) as scratch:
+            self._read()
+            if retry_failed:
+                self._failed.clear()
+            todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
+            failed = sum(frame in self._failed for frame in asked)
+            done = len(asked) - len(todo) - failed
+            path = self._state / f"ledger{name}.jsonl"
+            package = str((self._state / "package").resolve())
+            if todo:
+                pool.open(self.package, package)
+            job, count = self.description["job"], len(todo)
+            tasks = (FrameTask(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
+            self._erase_damaged(path)
+            with Journal(path) as book, contextlib.closing(schedule(pool, tasks)) as outcomes:
+                if path not in self._ledgers:
+                    self._ledgers.append(path)
+                tell(done, len(asked), failed)
+                for outcome in outcomes:
+                    if isinstance(outcome, FailedFrame):
+                        self._mark_failed(outcome, book, scratch)
+                        failed += 1
+                    else:
+                        stamps = self._results.store(outcome.files, scratch)
+                        place = book.add(JournalEntry(outcome.frame, stamps, seconds=outcome.seconds))
+                        self._offsets[outcome.frame] = self._ledgers.index(path) << OFFSET_BITS | place
+                        done += 1
+                        if finished is not None:
+                            finished(outcome)
+                    tell(done, len(asked), failed)
+                    del outcome  # frees the files while the next frame is rendered
+        self._check(asked)
+
+    @contextlib.contextmanager
+    def assembling(self) -> Iterator[bool]:
+        """Context for assembling a file from all frames; on entry, the job reads the progress of all shards.
+
+        If several shards end at the same time, one enters and the others wait. Yields False if another shard has
+        assembled the file and removed the job.
+        """
+        with contextlib.ExitStack() as held:
+            with contextlib.suppress(FileNotFoundError):
+                held.enter_context(hold_lock(self._state / "lock-join", self.folder, patience=math.inf))
+            there = (self._state / "job.json").exists()
+            if there:
+                self._read()
+            yield there
+
+    def remove(self) -> None:
+        """Removes all files of the job, and the folder if nothing else is in it."""
+        with hold_lock(self._state / "lock", self.folder):
+            self._remove()
+        with contextlib.suppress(OSError):
+            self.folder.rmdir()
+
+    # Internals ------------------------------------------------------------------------------------------------
+
+    def _create(self, package: JobPackage) -> None:
+        """Writes the missing files of the job; `job.json` comes last, so it only exists beside a complete package."""
+        path, description = self._state / "package", self._state / "job.json"
+        begun = (
+            self._state / "scratch-begin"
+        )  # exists while a process creates the job, or after it was killed
+        if description.exists() and package.exists_in(path) and not begun.exists():
+            return
+        self._state.mkdir(parents=True, exist_ok=True)
+        # Many shards may start at the same time: one writes, the others wait.
+        with (
+            hold_lock(self._state / "lock-begin", self.folder, patience=60),
+            self._scratch("-begin") as scratch,
+        ):
+            there = read_description(description)
+            if there is not None and there["job"] != package.id:
+                raise JobError(mismatch_message(self.folder, there, self._state / "package", package))
+            if not package.exists_in(path):
+                if there is None:  # journals of an earlier job in this folder do not belong to this one
+                    for book in self._state.glob("ledger*.jsonl"):
+                        book.unlink()
+                atomic_files.write(path, package.to_bytes(), scratch)
+            if there is None:
+                text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
+                atomic_files.write(description, text.encode(), scratch)
+                atomic_files.sync(self.folder)
+
+    def _read(self) -> None:
+        """Reads the journals; an entry counts only if its files exist."""
+        self._ledgers = sorted(self._state.glob("ledger*.jsonl"))
+        for index in range(len(self._offsets)):
+            self._offsets[index] = NOT_DONE
+        self._failed.clear()
+        self._damaged.clear()
+        for place, entry in self._entries():
+            if entry is None:
+                self._damaged.append((self._ledgers[place >> OFFSET_BITS], place & OFFSET_MASK))
+            elif entry.error is not None:
+                self._failed[entry.frame] = entry.error
+            elif all(self._results.has(name, size) for name, (size, _) in entry.files.items()):
+                self._offsets[entry.frame] = place
+        self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
+
+    def _erase_damaged(self, own: Path) -> None:
+        """Erases the damaged lines of `own`, and of the journals that no other process writes."""
+        for path, place in self._damaged:
+            with contextlib.ExitStack() as held, contextlib.suppress(JobError):
+                if path != own:
+                    lock = path.with_name(path.stem.replace("ledger", "lock"))
+                    held.enter_context(hold_lock(lock, self.folder, patience=0.0))
+                journal.erase_line(path, place)
+
+    def _entries(self) -> Iterator[tuple[int, JournalEntry | None]]:
+        """Iterates over the entries of the journals with their positions, oldest first; None for a damaged line."""
+        for number, path in enumerate(self._ledgers):
+            for place, entry in journal.read(path):
+                if entry is not None and not 0 <= entry.frame < len(self._offsets):
+                    raise JobError(f"{path}: frame {entry.frame} of {len(self._offsets)} at byte {place}")
+                yield number << OFFSET_BITS | place, entry
+
+    def _entry(self, frame: int) -> JournalEntry:
+        place = self._offsets[frame]
+        if place == NOT_DONE:
+            raise KeyError(frame)
+        return self._entry_at(place)
+
+    def _entry_at(self, place: int) -> JournalEntry:
+        return journal.read_entry(self._ledgers[place >> OFFSET_BITS], place & OFFSET_MASK)
+
+    def _mark_failed(self, failed: FailedFrame, book: Journal, scratch: Path) -> None:
+        path = self.log(failed.frame)
+        if not path.parent.is_dir():
+            atomic_files.make_folder(path.parent)
+        atomic_files.write(path, f"frame {failed.frame}: {failed.error}\n\n{failed.log}".encode(), scratch)
+        book.add(JournalEntry(failed.frame, error=failed.error))
+        self._failed[failed.frame] = failed.error
+
+    def log(self, frame: int) -> Path:
+        """The path of the log of a failed frame."""
+        return self._state / "failed" / f"frame_{frame:04}.log"
+
+    def _check(self, asked: Iterable[int]) -> None:
+        wanted = set(asked)
+        failed = [frame for frame in sorted(self._failed) if frame in wanted]
+        if failed:
+            first = failed[0]
+            many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
+            raise JobError(
+                f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
+                f"{self.log(first)}; --retry-failed tries again"
+            )
+
+    @contextlib.contextmanager
+    def _scratch(self, name: str) -> Iterator[Path]:
+        """Context with an empty folder for temporary files; leftovers of a killed run are removed."""
+        path = self._state / f"scratch{name}"
+        shutil.rmtree(path, ignore_errors=True)
+        path.mkdir(exist_ok=True)
+        yield path
+        shutil.rmtree(path, ignore_errors=True)
+
+    def _remove(self) -> None:
+        """Removes the results, then the state. If killed in between, a job with fewer finished frames remains."""
+        done = (frame for frame in range(len(self._offsets)) if self.has(frame))
+        self._results.remove(name for frame in done for name in self._entry(frame).files)
+        with contextlib.suppress(JobError):
+            self._results.remove(name for name in self._results.assembled() if not name.startswith(".."))
+        (self._state / "job.json").unlink(missing_ok=True)
+        shutil.rmtree(self._state)
+
+
+def _selected_frames(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
+    """The frame numbers of a run."""
+    asked = sorted(set(range(count) if frames is None else frames))
+    if asked and not (asked[0] >= 0 and asked[-1] < count):
+        raise JobError(f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0")
+    if shard is not None:
+        i, n = shard
+        if not 1 <= i <= n:
+            raise JobError(f"shard {i}/{n}: expected I/N with I from 1 to N")
+        asked = [frame for frame in asked if frame % n == i - 1]
+    return asked

@@ -1,0 +1,121 @@
+"""The package of a job: the complete input of its frames, as bytes identified by their hash.
+
+The bytes are a line of JSON, followed by the world from `World.to_bytes`:
+
+    {"raycam": "0.1.0", "kind": "video", "frames": 96, "settings": {...}}
+
+Frame n of a job is a pure function of (package, n): the same bytes give the same files on any machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .._core import __version__
+from ..errors import FormatError, JobError
+from ..world import World
+
+__all__ = ["JobPackage"]
+
+
+class JobPackage:
+    """The input of a worker for the frames of a job.
+
+    `kind` is a kind of `jobs.kinds`, `frames` the number of frames, `settings` plain JSON that the kind interprets.
+    `world` is a world or its bytes; `World.with_cameras` adds cameras to it.
+
+    Raises `JobError` if `settings` are not JSON or `frames` is less than 1.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        frames: int,
+        settings: Mapping[str, Any],
+        world: World | bytes,
+    ) -> None:
+        if frames < 1:
+            raise JobError(f"a job of {frames} frames: there must be at least one")
+        try:
+            # The settings as they will be read: tuples become lists, keys become strings.
+            plain = json.loads(json.dumps(settings, allow_nan=False, sort_keys=True))
+        except (TypeError, ValueError) as fault:
+            raise JobError(f"the settings of a job must be plain JSON: {fault}") from None
+        self.kind = kind
+        """The kind of the job, a key of `jobs.kinds.KINDS`."""
+        self.frames = frames
+        """The number of frames, which count from 0."""
+        self.settings: dict[str, Any] = plain
+        """The settings that the kind interprets."""
+        self._world: World | None = None if isinstance(world, bytes) else world
+        self.world_bytes = world if isinstance(world, bytes) else world.to_bytes()
+        """The world from `World.to_bytes`."""
+        header = {"raycam": __version__, "kind": kind, "frames": frames, "settings": plain}
+        self._header = json.dumps(header, sort_keys=True, separators=(",", ":")).encode() + b"\n"
+        hasher = hashlib.sha256(self._header)
+        hasher.update(self.world_bytes)
+        self.id = hasher.hexdigest()
+        """SHA-256 of the package in hexadecimal, equal for equal frames."""
+
+    @property
+    def world(self) -> World:
+        """The world, read on first use; raises `FormatError` if its bytes are invalid."""
+        if self._world is None:
+            self._world = World.from_bytes(self.world_bytes)
+        return self._world
+
+    def describe(self) -> dict[str, Any]:
+        """The contents of `job.json`: the readable part of the package, with the hash of the world."""
+        return {
+            "raycam": __version__,
+            "kind": self.kind,
+            "frames": self.frames,
+            "world": hashlib.sha256(self.world_bytes).hexdigest(),
+            "settings": self.settings,
+        }
+
+    def to_bytes(self) -> bytes:
+        """The package as bytes, whose SHA-256 is `id`."""
+        return self._header + self.world_bytes
+
+    def exists_in(self, path: Path) -> bool:
+        """True if a file holds exactly this package."""
+        try:
+            return hashlib.sha256(path.read_bytes()).hexdigest() == self.id
+        except FileNotFoundError:
+            return False
+
+    @staticmethod
+    def check(data: bytes, name: str, id: str) -> None:
+        """Raises `FormatError` if the bytes of the file `name` are not the package with this `id`."""
+        found = hashlib.sha256(data).hexdigest()
+        if found != id:
+            raise FormatError(f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}")
+
+    @classmethod
+    def from_bytes(cls, data: bytes, name: str, id: str) -> JobPackage:
+        """Reads the package from the bytes of the file `name`, which must have this `id`.
+
+        Raises `FormatError` for another or an invalid package, and `JobError` for one of another version of raycam.
+        """
+        cls.check(data, name, id)
+        header, newline, world = data.partition(b"\n")
+        try:
+            if not newline:
+                raise ValueError
+            fields = json.loads(header)
+            version, kind, frames, settings = (
+                fields[key] for key in ("raycam", "kind", "frames", "settings")
+            )
+        except (ValueError, KeyError, TypeError):
+            raise FormatError(f"{name}: this is no package of a job") from None
+        if version != __version__:
+            raise JobError(
+                f"{name}: made by raycam {version}, this is {__version__}; the same on all machines is needed, or the "
+                "frames would not go together"
+            )
+        return cls(kind, frames, settings, world)

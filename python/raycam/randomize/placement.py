@@ -1,0 +1,270 @@
+"""Random placement of objects at rest on surfaces, without collisions.
+
+The bound of an object is a vertical prism over the convex hull of its footprint, from its lowest to its highest point.
+Objects whose prisms do not intersect do not collide; no object is placed inside another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats
+from ..errors import WorldError, nearest
+from ..world import World
+from .draws import RandomStream, RejectedSample, rounded
+
+__all__ = ["ConvexPrism", "PlacementSampler", "outline"]
+
+AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
+"""Order of the axes that puts the up axis last."""
+LEVEL = 0.999
+"""Cosine of the steepest slope that objects may stand on: 2.6 degrees."""
+MAX_TRIES = 2000
+TRIES_PER_BATCH = 8
+
+
+@dataclass(frozen=True)
+class ConvexPrism:
+    """A vertical convex prism, in axes with the up axis last."""
+
+    outline: Floats
+    """The corners [n, 2] of the base, counter-clockwise, seen from above."""
+    low: float
+    """The height of the base."""
+    high: float
+    """The height of the top."""
+
+    @classmethod
+    def around(cls, corners: Floats, up: str) -> ConvexPrism:
+        """The smallest prism around triangles [n, 3, 3] of a world with the axis `up`."""
+        points = corners.reshape(-1, 3)[:, AXES[up]]
+        return cls(outline(points[:, :2]), float(points[:, 2].min()), float(points[:, 2].max()))
+
+    def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> ConvexPrism:
+        """The prism rotated about the up axis, then shifted by `shift` [3]."""
+        x, y, z = np.asarray(shift, float)
+        turn = np.array([[cos, sin], [-sin, cos]])
+        return ConvexPrism(self.outline @ turn + [x, y], self.low + z, self.high + z)
+
+    def intersects(self, other: ConvexPrism, gap: float) -> bool:
+        """True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
+        if self.low >= other.high + gap or other.low >= self.high + gap:
+            return False
+        axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
+        a, b = axes @ self.outline.T, axes @ other.outline.T
+        apart = np.maximum(b.min(axis=1) - a.max(axis=1), a.min(axis=1) - b.max(axis=1))
+        return bool(apart.max() < max(gap, 1e-12))
+
+    def intersects_triangles(self, corners: Floats) -> bool:
+        """True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
+        box_low = np.append(self.outline.min(axis=0), self.low)
+        box_high = np.append(self.outline.max(axis=0), self.high)
+        near = ((corners.min(axis=1) < box_high) & (corners.max(axis=1) > box_low)).all(axis=1)
+        corners = corners[near]
+        if not len(corners):
+            return False
+        own = np.concatenate(
+            [np.column_stack([self.outline, np.full(len(self.outline), z)]) for z in (self.low, self.high)]
+        )
+        side = np.column_stack([_normals(self.outline), np.zeros(len(self.outline))])
+        along = np.column_stack([-side[:, 1], side[:, 0], side[:, 2]])
+        edges = np.roll(corners, -1, axis=1) - corners
+        axes = [np.broadcast_to(axis, (len(corners), 3)) for axis in [*side, np.array([0.0, 0.0, 1.0])]]
+        axes.append(np.cross(edges[:, 0], edges[:, 1]))
+        axes += [
+            np.cross(edges[:, i], axis) for i in range(3) for axis in [*along, np.array([0.0, 0.0, 1.0])]
+        ]
+        together = np.ones(len(corners), dtype=bool)
+        for axis in axes:
+            ours = axis @ own.T
+            theirs = np.einsum("nij,nj->ni", corners, axis)
+            together &= (ours.min(axis=1) < theirs.max(axis=1)) & (theirs.min(axis=1) < ours.max(axis=1)) | (
+                (axis**2).sum(axis=1) < 1e-30
+            )
+        return bool(together.any())
+
+
+def outline(points: Floats) -> Floats:
+    """The convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
+    ordered = np.unique(points, axis=0)
+    if len(ordered) < 3:
+        return ordered
+    if (
+        len(ordered) > 512
+    ):  # points inside the polygon of the extremes along 16 directions are not on the hull
+        ordered = _outer(ordered)
+
+    def chain(row: list[list[float]]) -> list[list[float]]:
+        found: list[list[float]] = []
+        for x, y in row:
+            while len(found) > 1:
+                (ax, ay), (bx, by) = found[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                found.pop()
+            found.append([x, y])
+        return found[:-1]
+
+    row = ordered.tolist()
+    hull: Floats = np.array(chain(row) + chain(row[::-1]))
+    return hull
+
+
+def _outer(points: Floats) -> Floats:
+    # Integer directions give the same hull on every machine.
+    ways = np.array(
+        [[x, y] for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2) if max(abs(x), abs(y)) == 2], float
+    )
+    extremes = outline(points[np.unique((points @ ways.T).argmax(axis=0))])
+    sides, start = _normals(extremes), (_normals(extremes) * extremes).sum(axis=1)
+    outside = (points @ sides.T >= start - 1e-12 * np.abs(points).max()).any(axis=1)
+    found: Floats = points[outside]
+    return found
+
+
+def _normals(corners: Floats) -> Floats:
+    """The outward unit normals [n, 2] of the edges of a convex outline."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.sqrt((edges**2).sum(axis=1, keepdims=True))
+    return np.column_stack([edges[:, 1], -edges[:, 0]]) / np.where(lengths > 0.0, lengths, 1.0)
+
+
+class PlacementSampler:
+    """Samples poses for one object after the other on the surfaces of a world, by rejection."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world = world.at(0.0)  # a copy: objects added later are known by their prisms
+        self._axes = AXES[world.up]
+        self._names = [item.name for item in world.objects]
+        self._ids = world.triangle_ids()[:, 0] if self._names else np.empty(0, np.int32)
+        self._corners = world.triangles()[..., self._axes] if self._names else np.empty((0, 3, 3))
+        self._taken: list[ConvexPrism] = []
+
+    def sample_pose(
+        self, shape: ConvexPrism, surface: str | None, draw: RandomStream, gap: float, what: str
+    ) -> Floats:
+        """Samples the pose [4, 4] of an object with the bound `shape`, and reserves its space.
+
+        The pose rotates the object about the up axis and puts its lowest point on the object `surface` (default: any),
+        at least `gap` metres from everything else. Raises `WorldError` if there is no room.
+        """
+        ground, areas, owners = self._ground(surface)
+        if not len(ground):
+            raise WorldError(
+                f"{what}: nothing of {surface or 'the world'} is level and faces up, to stand on"
+            )
+        for first in range(0, MAX_TRIES, TRIES_PER_BATCH):
+            tries = [
+                self._try(shape, ground, areas, draw.substream(number))
+                for number in range(first, first + TRIES_PER_BATCH)
+            ]
+            supported = self._supported([prism for prism, _ in tries], owners)
+            for (prism, pose), stands in zip(tries, supported, strict=True):
+                if stands and self._free(prism, gap):
+                    self._taken.append(prism)
+                    return self._world_axes(pose)
+        raise RejectedSample(
+            f"{what}: there is no room on {surface or 'the world'} after {MAX_TRIES} tries; fewer things, smaller "
+            "ones, a larger surface or a smaller gap would make room"
+        )
+
+    def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
+        """The level triangles [n, 3, 3], the cumulative sums of their areas, and the ids of their objects."""
+        if surface is not None and surface not in self._names:
+            raise WorldError(nearest("object to stand on", surface, self._names))
+        normals = np.cross(
+            self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]
+        )
+        level = normals[:, 2] > LEVEL * np.sqrt((normals**2).sum(axis=1))
+        if surface is not None:
+            level &= self._ids == self._names.index(surface)
+        return self._corners[level], np.cumsum(normals[level, 2]), np.unique(self._ids[level])
+
+    def _try(
+        self, shape: ConvexPrism, ground: Floats, areas: Floats, draw: RandomStream
+    ) -> tuple[ConvexPrism, Floats]:
+        """A random position, uniform over the ground, and a random rotation about the up axis."""
+        triangle = ground[min(int(np.searchsorted(areas, draw.uniform01(0) * areas[-1])), len(ground) - 1)]
+        u, v = draw.uniform01(1), draw.uniform01(2)
+        u, v = (u, v) if u + v <= 1.0 else (1.0 - u, 1.0 - v)
+        point = triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0])
+        # A random direction without trigonometry: a point of the unit disk, normalised.
+        for number in range(3, 200, 2):
+            x, y = draw.uniform(-1, 1, number), draw.uniform(-1, 1, number + 1)
+            length = np.sqrt(x * x + y * y)
+            if 0.1 < length <= 1.0:
+                break
+        cos, sin = float(x / length), float(y / length)
+        middle = (shape.outline.min(axis=0) + shape.outline.max(axis=0)) / 2
+        turned = np.array([cos * middle[0] - sin * middle[1], sin * middle[0] + cos * middle[1]])
+        shift = [rounded(float(value)) for value in (*(point[:2] - turned), point[2] - shape.low)]
+        pose = np.eye(4)
+        pose[:2, :2], pose[:3, 3] = [[cos, -sin], [sin, cos]], shift
+        return shape.turned(cos, sin, shift), pose
+
+    def _supported(self, prisms: list[ConvexPrism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
+        """True for prisms with ground directly below the centre and all corners of the base, and nothing in between."""
+        counts = [len(prism.outline) + 1 for prism in prisms]
+        starts = np.concatenate(
+            [
+                np.column_stack(
+                    [np.vstack([prism.outline, prism.outline.mean(axis=0)]), np.full(count, prism.high)]
+                )
+                for prism, count in zip(prisms, counts, strict=True)
+            ]
+        )
+        low = np.repeat([prism.low for prism in prisms], counts)
+        size = np.repeat([prism.high - prism.low for prism in prisms], counts)
+        origins = np.empty_like(starts)
+        origins[:, self._axes] = starts + np.column_stack([np.zeros((len(starts), 2)), size * 1e-3 + 1e-9])
+        down = np.zeros(3)
+        down[self._axes[2]] = -1.0
+        hits = self._world.cast_rays(origins, down)
+        height = hits["position"][:, self._axes[2]]
+        with np.errstate(invalid="ignore"):
+            good = np.isin(hits["instance"], owners) & (np.abs(height - low) <= 1e-3 * size + 1e-9)
+        outside = self._outside(origins)
+        ends = np.cumsum(counts)[:-1]
+        return np.array([part.all() for part in np.split(good & outside, ends)])
+
+    def _outside(self, origins: Floats) -> npt.NDArray[np.bool_]:
+        """True for points that are not inside an object: the first surface above faces down, or there is none."""
+        up = np.zeros(3)
+        up[self._axes[2]] = 1.0
+        hits = self._world.cast_rays(origins, up)
+        there = hits["instance"] >= 0
+        first = np.searchsorted(self._ids, np.arange(len(self._names)))
+        corners = self._corners[first[hits["instance"][there]] + hits["triangle"][there]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        found = np.ones(len(origins), dtype=bool)
+        found[there] = normal[:, 2] <= 0.0
+        return found
+
+    def _free(self, prism: ConvexPrism, gap: float) -> bool:
+        """True if no object, present before or placed, comes nearer than `gap`."""
+        if any(prism.intersects(other, gap) for other in self._taken):
+            return False
+        # The base is excluded: it touches the ground, and may sink in a little where the ground is not quite level.
+        wide = ConvexPrism(
+            _inflate(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
+        )
+        return not wide.intersects_triangles(self._corners)
+
+    def _world_axes(self, pose: Floats) -> Floats:
+        """Converts a transform from axes with up last to the world's axes."""
+        order = np.eye(4)
+        order[:3, :3] = np.eye(3)[self._axes]  # up-last from world
+        found: Any = order.T @ pose @ order
+        return np.asarray(found)
+
+
+def _inflate(corners: Floats, gap: float) -> Floats:
+    """A convex outline with each edge moved outwards by `gap`, and bevelled corners."""
+    normals = _normals(corners)
+    return outline(
+        np.concatenate([corners + normals * gap, np.roll(corners, -1, axis=0) + normals * gap, corners])
+    )

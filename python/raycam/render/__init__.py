@@ -1,0 +1,276 @@
+"""Rendering of a world, seen by a camera, into a frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from ..arrays import whole
+from ..camera import Camera
+from ..errors import SettingsError, nearest
+from .frame import CHANNELS, VIEWS, Frame
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
+
+INTEGRATORS = ["flat", "direct", "path", "ao", "reference"]
+SURFACES = ["first", "solid"]
+FILTERS = ["box", "blackman-harris"]
+DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
+DEFAULT_SAMPLES = 16
+MAX_SAMPLES = 1 << 14
+"""Default limit of samples per pixel with `noise` or `time`."""
+
+Integrator = Literal["flat", "direct", "path", "ao", "reference"]
+Filter = Literal["box", "blackman-harris"]
+Surface = Literal["first", "solid"]
+View = Literal["standard", "agx", "pbr_neutral"]
+Region = Sequence[int]
+Progress = Callable[[int, int], object]
+
+
+def render(
+    world: World,
+    camera: Camera | None = None,
+    *,
+    integrator: Integrator | None = None,
+    samples: int | None = None,
+    noise: float | None = None,
+    time: float | None = None,
+    max_depth: int | None = None,
+    clamp: float | None = None,
+    filter: Filter | None = None,
+    channels: Sequence[str] | str = DEFAULT_CHANNELS,
+    surface: Surface = "first",
+    seed: int | None = None,
+    frame: int = 0,
+    ambient_occlusion: bool | float | None = None,
+    region: Region | None = None,
+    exposure: float | None = None,
+    view: View | None = None,
+    denoise: bool = False,
+    transparent: bool = False,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Frame:
+    """Renders `world`, seen by `camera` (default: the world's first camera, or one that frames the whole world).
+
+    Arguments that are not given have the values of `[render]` of the world file, or else the defaults:
+
+    * `integrator` ("direct"): "flat" is the colour of the closest triangle, unlit; "direct" adds lights, shadows
+      and reflectances (a world without lights gets a sky, with a notice in the frame); "path" is unbiased path tracing
+      with any number of bounces; "ao" is ambient occlusion, the visible fraction of the sky; "reference" is "flat" by
+      the lecture's procedure in NumPy, brute force and slow.
+    * `noise` stops each pixel when the estimated standard error of its luminance is at most this value; the channel
+      `error` has the estimate. `time` stops the picture after this many seconds; a notice tells the number of samples
+      that reproduces the picture. With either, `samples` is the maximum per pixel (default 16384).
+    * `max_depth` (no limit): the maximum number of path segments. 1 shows emitters only, 2 adds direct light, and so
+      on.
+    * `clamp` (off): the maximum radiance of a sample. It removes fireflies and darkens the picture; a notice counts the
+      clamped samples.
+    * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box" or "blackman-harris")
+      is the reconstruction filter. `channels` names the channels of the frame, "all" for all of them.
+    * `surface` ("first"): ground truth describes the first triangle on the pixel's centre ray, of any material. With
+      "solid", it describes the first opaque one: the straight ray passes surfaces with an opacity below one half, the
+      backs of one-sided surfaces, and refractive ones (glass, transmission of one half or more).
+    * `seed` (0) and `frame` (0) choose the random numbers. The same call gives the same bytes on any number of
+      `threads` (default: all that the process may use).
+    * `ambient_occlusion` (off): True, or the maximum distance in metres at which surfaces occlude the sky.
+    * `region` (x, y, width, height) renders a part; `Frame.merge` joins parts. `exposure` (0) in stops and
+      `view` ("standard", "agx" or "pbr_neutral") are for pictures in sRGB: see `Frame.to_srgb8`.
+    * `denoise` (off) applies Open Image Denoise: `pip install raycam[denoise]`. The picture is then biased, and its
+      bytes may differ between machines.
+    * `transparent` (off) makes the background transparent, for compositing: the colour is premultiplied by the channel
+      `alpha`, which is added, and PNG, EXR and videos have an opacity. Surfaces with an opacity below 1 are partly
+      transparent; mirrors and glass show the sky and are opaque.
+    * `progress(done, total)` is called about 50 times per second; an exception that it raises stops the rendering, as
+      Ctrl-C does.
+
+    Raises `SettingsError` for invalid arguments, with the nearest valid name, `WorldError`, and `CameraError` if the
+    world has no camera and nothing to frame.
+    """
+    given = {
+        "integrator": integrator,
+        "samples": samples,
+        "noise": noise,
+        "time": time,
+        "max_depth": max_depth,
+        "clamp": clamp,
+        "filter": filter,
+        "seed": seed,
+        "threads": threads,
+        "ambient_occlusion": ambient_occlusion,
+        "exposure": exposure,
+        "view": view,
+    }
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if camera is None:
+        camera = world.default_camera()
+    names = channel_names(channels)
+    if transparent and "color" in names and "alpha" not in names:
+        names.append("alpha")
+    if denoise:
+        every: dict[str, Any] = {**chosen, "frame": frame, "region": region, "surface": surface}
+        every["transparent"] = transparent
+        return _denoised(world, camera, names, every, progress)
+    if chosen.get("integrator") == "reference":
+        shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
+        shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
+        unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
+        unused |= {"surface"} if surface != "first" else set()
+        unused |= {"transparent"} if transparent else set()
+        return _reference(world, camera, names, sorted(unused), shown)
+
+    settings: dict[str, Any] = {
+        "integrator": "direct",
+        "samples": DEFAULT_SAMPLES,
+        "filter": "box",
+        "seed": 0,
+    }
+    settings |= {
+        "noise": None,
+        "time": None,
+        "max_depth": None,
+        "clamp": None,
+        "threads": None,
+        "ambient_occlusion": False,
+        "exposure": 0.0,
+        "view": "standard",
+    }
+    asked = world.render_settings | chosen
+    if ("noise" in asked or "time" in asked) and "samples" not in asked:
+        asked["samples"] = MAX_SAMPLES
+    settings |= asked
+    stops = _stops(settings.pop("exposure"))
+    display = _name("view", settings.pop("view"), VIEWS)
+    request = {
+        "integrator": _name("integrator", settings["integrator"], INTEGRATORS),
+        "samples": whole("samples", settings["samples"], 1, (1 << 32) - 1),
+        "filter": _name("filter", settings["filter"], FILTERS),
+        "seed": whole("seed", settings["seed"], 0, (1 << 64) - 1),
+        "frame": whole("frame", frame, 0, (1 << 32) - 1),
+        "channels": names,
+        "surface": _name("surface", surface, SURFACES),
+        "transparent": bool(transparent),
+        "max_depth": _optional("max_depth", settings["max_depth"]),
+        "noise": _positive("noise", settings["noise"], "a radiance"),
+        "time": _positive("time", settings["time"], "seconds"),
+        "clamp": _positive("clamp", settings["clamp"], "a radiance"),
+        "ambient_occlusion": _occlusion(settings["ambient_occlusion"]),
+        "region": None if region is None else _region(region),
+        "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
+    }
+    planes, area, notices = world._core.render(camera._core, request, progress)
+    return Frame(
+        planes,
+        camera=camera,
+        size=camera.size,
+        region=area,
+        exposure=stops,
+        view=display,
+        transparent=transparent,
+        notices=notices,
+    )
+
+
+def channel_names(channels: Sequence[str] | str) -> list[str]:
+    """Returns the names of channels without duplicates; "all" means every channel. Raises `SettingsError`."""
+    if isinstance(channels, str):
+        channels = list(CHANNELS) if channels == "all" else [channels]
+    names = [_name("channel", name, list(CHANNELS)) for name in channels]
+    if not names:
+        raise SettingsError(f"channels is empty; there are {', '.join(CHANNELS)}")
+    return list(dict.fromkeys(names))
+
+
+def _denoised(
+    world: World, camera: Camera, names: list[str], settings: dict[str, Any], progress: Progress | None
+) -> Frame:
+    """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
+    from . import denoise
+
+    denoise.load()
+    if "color" not in names:
+        raise SettingsError(f"denoise is for the channel color, this has {', '.join(names)}")
+    wanted = list(dict.fromkeys([*names, *denoise.GUIDES]))
+    seen = render(world, camera, channels=wanted, progress=progress, **settings)
+    color = denoise.denoise(seen["color"], *(seen[name] for name in denoise.GUIDES))
+    planes = {name: color if name == "color" else seen[name] for name in names}
+    return Frame(
+        planes,
+        camera=camera,
+        size=seen.size,
+        region=seen.region,
+        exposure=seen.exposure,
+        view=seen.view,
+        transparent=seen.transparent,
+        notices=[*seen.notices, "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"],
+    )
+
+
+def _reference(
+    world: World, camera: Camera, names: list[str], unused: list[str], shown: dict[str, Any]
+) -> Frame:
+    """Renders with the NumPy reference."""
+    from .. import reference
+
+    if unused:
+        raise SettingsError(
+            f"{', '.join(unused)}: the reference traces one ray through each pixel's centre, plainly"
+        )
+    seen = reference.render(world, camera)
+    missing = [name for name in names if name not in seen]
+    if missing:
+        known = ", ".join(name for name in CHANNELS if name in seen)
+        raise SettingsError(f"the reference has no channel {', '.join(missing)}, only {known}")
+    planes = {name: seen[name].astype(CHANNELS[name][0]) for name in names}
+    return Frame(planes, camera=camera, size=camera.size, **shown)
+
+
+def _name(what: str, given: object, valid: list[str]) -> str:
+    if not isinstance(given, str):
+        raise SettingsError(f"{what} must be one of {', '.join(valid)}, not {given!r}")
+    if given not in valid:
+        raise SettingsError(nearest(what, given, valid))
+    return given
+
+
+def _occlusion(value: object) -> float | None:
+    """The maximum distance of ambient occlusion: None for off, infinite for True."""
+    if isinstance(value, bool):
+        return math.inf if value else None
+    if isinstance(value, int | float) and value > 0:
+        return float(value)
+    raise SettingsError(f"ambient_occlusion must be True, False or a distance > 0, not {value!r}")
+
+
+def _optional(name: str, value: object) -> int | None:
+    return None if value is None else whole(name, value, 1, (1 << 32) - 1)
+
+
+def _positive(name: str, value: object, what: str) -> float | None:
+    """Returns a finite number above 0, or None."""
+    if value is None:
+        return None
+    if not isinstance(value, bool) and isinstance(value, int | float) and 0 < value < math.inf:
+        return float(value)
+    raise SettingsError(f"{name} must be {what} > 0, not {value!r}")
+
+
+def _stops(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 100:
+        raise SettingsError(f"exposure must be a number of stops from -100 to 100, not {value!r}")
+    return float(value)
+
+
+def _region(value: Region) -> list[int]:
+    try:
+        sides = [whole("region", side, 0, (1 << 32) - 1) for side in value]
+    except TypeError:
+        sides = []
+    if len(sides) != 4:
+        raise SettingsError(f"region must be (x, y, width, height) in pixels, not {value!r}")
+    return sides

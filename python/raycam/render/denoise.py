@@ -1,0 +1,61 @@
+"""Denoising with Open Image Denoise: the `raycam[denoise]` extra.
+
+A neural network estimates the picture: smooth, but biased. Its guides, base colour and normal of the pixel-centre ray,
+have no noise. They are still filtered first, because their edges are not anti-aliased.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import SettingsError
+
+__all__ = ["GUIDES", "denoise"]
+
+GUIDES = ("albedo", "shading_normal")
+"""The channels that guide the network."""
+
+Image = npt.NDArray[np.float32]
+
+
+def load() -> Any:
+    """Imports the library; raises `SettingsError` if it is not installed."""
+    try:
+        import pyoidn
+    except ImportError as error:
+        raise SettingsError(
+            f"denoising needs Open Image Denoise ({error}): pip install 'raycam[denoise]', or leave denoise out"
+        ) from None
+    return pyoidn
+
+
+def denoise(color: Image, albedo: Image, normal: Image) -> Image:
+    """Denoised linear radiance, float32 [h, w, 3] like all arguments.
+
+    `albedo` is the base colour; `normal` has unit length or is 0. Raises `SettingsError` if the library is missing or
+    fails.
+    """
+    oidn = load()
+    device = oidn.Device()
+    device.commit()
+
+    def run(hdr: bool, **images: Image) -> Image:
+        output = np.zeros_like(color)
+        with oidn.Filter(device, "RT") as run_filter:
+            for name, image in images.items():
+                run_filter.set_image(name, np.ascontiguousarray(image, np.float32), oidn.OIDN_FORMAT_FLOAT3)
+            run_filter.set_image("output", output, oidn.OIDN_FORMAT_FLOAT3)
+            run_filter.set_bool("hdr", hdr)
+            run_filter.set_bool("cleanAux", len(images) > 1)
+            run_filter.commit()
+            run_filter.execute()
+        if message := device.get_error():
+            raise SettingsError(f"Open Image Denoise: {message}")
+        return output
+
+    with device:
+        guides = {"albedo": run(False, albedo=albedo), "normal": run(False, normal=normal)}
+        return run(True, color=color, **guides)

@@ -1,0 +1,333 @@
+"""Frames: rendered channels, and the files that they are saved to."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..camera import Camera
+from ..errors import FormatError, SettingsError, nearest
+from ..io import atomic_files
+
+__all__ = ["CHANNELS", "VIEWS", "Frame", "check_save"]
+
+VIEWS = ["standard", "agx", "pbr_neutral"]
+
+CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _core.channels()}
+"""The dtype and the number of components of every channel."""
+
+Channels = dict[str, npt.NDArray[Any]]
+
+
+class Frame(Mapping[str, npt.NDArray[Any]]):
+    """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
+
+    ===================== ======= ========= =========================================================== ==========
+    channel               dtype   shape                                                                 background
+    ===================== ======= ========= =========================================================== ==========
+    color                 float32 [h, w, 3] linear Rec. 709 radiance, filtered over the pixel           sky, or 0
+    albedo                float32 [h, w, 3] linear base colour of the surface, unlit                    0
+    depth                 float32 [h, w]    z along the principal axis, metres                          +inf
+    distance              float32 [h, w]    length of the ray, metres                                   +inf
+    position              float64 [h, w, 3] the surface point in the world, metres                      NaN
+    normal                float32 [h, w, 3] the triangle's unit normal in the world, facing the camera  0
+    normal_camera         float32 [h, w, 3] the same in camera axes: x right, y down, z forward         0
+    shading_normal        float32 [h, w, 3] from the corners' normals, in the world, facing the camera  0
+    shading_normal_camera float32 [h, w, 3] the same in camera axes                                     0
+    instance              int32   [h, w]    id of the object                                            -1
+    category              int32   [h, w]    id of the category in `World.categories`; -1 for none       -1
+    triangle              int32   [h, w]    index of the triangle in its mesh                           -1
+    barycentric           float32 [h, w, 3] weights of the triangle's corners                           0
+    uv                    float32 [h, w, 2] texture coordinates, v down; NaN where the mesh has none    NaN
+    material              int32   [h, w]    index of the material in the world                          -1
+    coverage              float32 [h, w]    fraction of samples on the same object as the centre ray
+    alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
+    error                 float32 [h, w]    estimated standard error of the colour's luminance
+    ===================== ======= ========= =========================================================== ==========
+
+    All channels but `color`, `coverage`, `alpha` and `error` describe the exact ray through the pixel's centre and are
+    never filtered.
+    """
+
+    def __init__(
+        self,
+        channels: Channels,
+        *,
+        camera: Camera | None,
+        size: tuple[int, int],
+        region: tuple[int, int, int, int] | None = None,
+        exposure: float = 0.0,
+        view: str = "standard",
+        transparent: bool = False,
+        notices: Iterable[str] = (),
+    ) -> None:
+        self._channels = channels
+        self.camera = camera
+        """The camera; None for a frame merged from several cameras."""
+        self.size = size
+        """(width, height) of the whole picture."""
+        self.region = region or (0, 0, *size)
+        """(x, y, width, height) of the part that the arrays hold."""
+        self.exposure = exposure
+        """The exposure of sRGB pictures in stops, each of which doubles the brightness; the arrays do not change."""
+        self.view = view
+        """The view transform of sRGB pictures for values above 1: one of `VIEWS`."""
+        self.transparent = transparent
+        """True for a transparent background: the colour is premultiplied by `alpha`, and pictures have an opacity."""
+        self.notices = list(notices)
+        """Notices about the rendering for the user."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of the frame's channels."""
+        return tuple(self._channels)
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """The array of a channel; raises `KeyError`."""
+        try:
+            return self._channels[name]
+        except KeyError:
+            if name in CHANNELS:
+                have = ", ".join(self._channels)
+                raise KeyError(
+                    f"{name}: this frame has {have}; render it with channels=[..., {name!r}]"
+                ) from None
+            raise KeyError(nearest("channel", name, list(CHANNELS))) from None
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterates over the names of the channels."""
+        return iter(self._channels)
+
+    def __len__(self) -> int:
+        """The number of channels."""
+        return len(self._channels)
+
+    def to_srgb8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
+        """The colour as 8-bit sRGB [h, w, 3], as in PNG and video, clamped to 0..255.
+
+        `exposure` in stops and `view` replace the frame's own. "standard" shows radiance unchanged, with 1 as white
+        (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress brighter values.
+        """
+        return self._srgb(8, exposure, view)
+
+    def to_srgba8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
+        """Colour and opacity as 8-bit sRGB [h, w, 4], for compositing; the colour is not premultiplied.
+
+        Raises `SettingsError` for a frame that is not `transparent`.
+        """
+        return self._srgba(8, exposure, view)
+
+    def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
+        if not (self.transparent and "alpha" in self._channels):
+            raise SettingsError(
+                "no opacity: render it with transparent=True and the channels color and alpha"
+            )
+        alpha = self._channels["alpha"][..., np.newaxis]
+        color = self._channels["color"] / np.where(alpha > 0, alpha, 1)
+        top = (1 << bits) - 1
+        srgb = Frame(
+            {"color": color}, camera=None, size=self.size, exposure=self.exposure, view=self.view
+        )._srgb(bits, exposure, view)
+        return np.concatenate([srgb, np.round(alpha * top).astype(srgb.dtype)], axis=2)
+
+    def _srgb(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
+        if "color" not in self._channels:
+            raise SettingsError(
+                f"no picture without the channel color; this frame has {', '.join(self._channels)}"
+            )
+        stops = self.exposure if exposure is None else exposure
+        linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
+        chosen = self.view if view is None else view
+        if chosen not in VIEWS:
+            raise SettingsError(nearest("view", chosen, VIEWS))
+        return _core.srgb_from_linear(linear, 2.0**stops, bits, chosen)
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        bits: int | None = None,
+        half: bool | None = None,
+        exposure: float | None = None,
+        view: str | None = None,
+    ) -> None:
+        """Writes the frame to a .png, .exr, .hdr or .npz file atomically.
+
+        PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
+        "pbr_neutral", see `to_srgb8`). HDR: the colour in linear light, four bytes a pixel. EXR: all channels as named
+        layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
+        `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
+
+        Raises `FormatError` for other endings, `SettingsError` for options that the format does not have and for a PNG
+        without colour, and `OSError` if the file cannot be written.
+        """
+        target = Path(path)
+        options = _options(bits=bits, half=half, exposure=exposure, view=view)
+        _check(target, self._channels, options)
+        atomic_files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
+
+    def to_png(self, bits: int = 8, exposure: float | None = None, view: str | None = None) -> bytes:
+        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`."""
+        if bits not in (8, 16):
+            raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
+        pixels = self._srgba if self.transparent else self._srgb
+        return _core.encode_png(pixels(bits, exposure, view))
+
+    def _hdr(self) -> bytes:
+        return _core.encode_hdr(np.ascontiguousarray(self._channels["color"], dtype=np.float32))
+
+    def _exr(self, half: bool = False) -> bytes:
+        planes = dict(self._channels)
+        if (
+            self.transparent and "color" in planes and "alpha" in planes
+        ):  # R, G, B, A, premultiplied as EXR has it
+            planes["color"] = np.concatenate([planes["color"], planes.pop("alpha")[..., np.newaxis]], axis=2)
+        layers = [(name, np.ascontiguousarray(array)) for name, array in planes.items()]
+        notes = [
+            ("raycam.region", " ".join(map(str, self.region))),
+            ("raycam.size", "{} {}".format(*self.size)),
+        ]
+        if self.camera is not None:
+            notes.append(("raycam.camera", json.dumps(self.camera.to_dict())))
+        return _core.encode_exr(layers, half, self.camera._core if self.camera else None, notes)
+
+    def _npz(self) -> bytes:
+        arrays: dict[str, Any] = dict(self._channels)
+        if self.camera is not None:
+            camera = self.camera
+            arrays |= {"K": camera.K, "R": camera.R, "C": camera.location, "P": camera.P}
+            arrays["camera"] = np.array(json.dumps(camera.to_dict()))
+            arrays["pixel_center"] = np.array(camera.pixel_center)
+            if camera.distortion is not None:
+                arrays |= {"distortion": camera.distortion, "lens": np.array(camera.model)}
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, size=np.array(self.size), region=np.array(self.region), **arrays)
+        return buffer.getvalue()
+
+    def _repr_png_(self) -> bytes | None:
+        """The PNG that a notebook shows; None without the channel `color`."""
+        return self.to_png() if "color" in self._channels else None
+
+    def reprojection_error(self) -> float:
+        """The largest distance in pixels between a pixel's centre and the image of the surface point in that pixel.
+
+        The point is the channel `position`, or else the point at `distance` along the pixel's ray, in float32. Returns
+        0 for an empty picture, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
+        may show a point twice; the first image counts.
+
+        Raises `SettingsError` without these channels or a camera.
+        """
+        if self.camera is None:
+            raise SettingsError("this frame has no camera: it was merged from those of several")
+        x, y, width, height = self.region
+        centers = self.camera._centers()[y : y + height, x : x + width]
+        if "position" in self._channels:
+            points = self._channels["position"]
+        elif "distance" in self._channels:
+            origins, directions = self.camera.rays(centers.reshape(-1, 2))
+            distance = self._channels["distance"].astype(np.float64).reshape(-1, 1)
+            points = np.where(np.isfinite(distance), origins + distance * directions, np.nan)
+            points = points.reshape(height, width, 3)
+        else:
+            have = ", ".join(self._channels)
+            raise SettingsError(
+                f"this frame has {have}; render it with channels=[..., 'position'] to project the points again"
+            )
+        seen = np.isfinite(points).all(axis=-1)
+        if not seen.any():
+            return 0.0
+        pixels, visible = self.camera.project(points[seen])
+        off = np.linalg.norm(pixels - centers[seen], axis=-1)
+        return float(np.where(visible & np.isfinite(off), off, np.inf).max())
+
+    @staticmethod
+    def merge(frames: Iterable[Frame]) -> Frame:
+        """Merges disjoint parts of one picture that fill a rectangle; equals rendering them at once, bit for bit.
+
+        Raises `SettingsError` if parts overlap, leave a gap, or differ in size or channels.
+        """
+        parts = list(frames)
+        taken = [
+            (part.size, part.region, {name: np.ascontiguousarray(array) for name, array in part.items()})
+            for part in parts
+        ]
+        channels, region, _ = _core.merge(taken)
+        first = parts[0]
+        same = all(part.camera == first.camera for part in parts)
+        notices = dict.fromkeys(notice for part in parts for notice in part.notices)
+        return Frame(
+            channels,
+            camera=first.camera if same else None,
+            size=first.size,
+            region=region,
+            exposure=first.exposure,
+            view=first.view,
+            transparent=first.transparent,
+            notices=notices,
+        )
+
+    def __repr__(self) -> str:
+        """Size and channels as text."""
+        _, _, width, height = self.region
+        part = "" if (width, height) == self.size else " of {} x {}".format(*self.size)
+        return f"Frame {width} x {height}{part}: {', '.join(self._channels)}"
+
+
+# File formats by ending: the encoder and its options.
+SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
+    ".png": (Frame.to_png, {"bits", "exposure", "view"}),
+    ".hdr": (Frame._hdr, set()),
+    ".exr": (Frame._exr, {"half"}),
+    ".npz": (Frame._npz, set()),
+}
+
+
+def check_save(
+    path: str | os.PathLike[str],
+    channels: Iterable[str],
+    size: tuple[int, int],
+    *,
+    bits: int | None = None,
+    half: bool | None = None,
+) -> None:
+    """Checks, before rendering, that a frame of `size` with `channels` can be saved to `path`.
+
+    Raises the errors of `Frame.save`.
+    """
+    target = Path(path)
+    names = list(channels)
+    _check(target, names, _options(bits=bits, half=half))
+    if target.suffix.lower() in (".png", ".hdr"):
+        names = ["color"]
+    each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
+    atomic_files.check_writable(target, each * size[0] * size[1])
+
+
+def _options(**options: Any) -> dict[str, Any]:
+    """The options that are not None."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) -> None:
+    """Raises an error if the format of `target`'s ending does not have these channels and options."""
+    ending = target.suffix.lower()
+    if ending not in SAVERS:
+        guess = f"an ending {target.suffix!r}" if ending else "no ending"
+        raise FormatError(f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}")
+    if ending in (".png", ".hdr") and "color" not in channels:
+        raise SettingsError(
+            f"{target}: {ending} files show the channel color, this has {', '.join(channels)}; save it as .exr or .npz"
+        )
+    for name in options:
+        if name not in SAVERS[ending][1]:
+            raise SettingsError(f"{name} is not an option of {ending} files")
+    if options.get("bits", 8) not in (8, 16):
+        raise SettingsError(f"bits is {options['bits']}, a PNG has 8 or 16")

@@ -1,0 +1,73 @@
+"""The rectified pair of two cameras (Bouguet's algorithm, as in OpenCV's `stereoRectify`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats, size_of
+from ..camera import Camera
+from ..camera._arguments import matrix
+from ..errors import CameraError
+
+__all__ = ["rectified"]
+
+
+def rectified(
+    left: Camera, right: Camera, K: npt.ArrayLike | None, size: Sequence[int] | None
+) -> dict[str, Camera]:
+    """Two pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
+    for name, camera in (("left", left), ("right", right)):
+        if camera.is_parallel:
+            raise CameraError(
+                f"the {name} camera has parallel rays: it has no centre to see disparities from"
+            )
+    left, right = left.still(), right.still()
+    R = rotation(left, right)
+    shape = left.size if size is None else size_of(size, error=CameraError)
+    k = intrinsics(left, right, R, shape) if K is None else matrix("K", K)
+    made = {}
+    for name, camera in (("left", left), ("right", right)):
+        made[name] = Camera(k, R, camera.C, shape, pixel_center=left.pixel_center, up=left.up)
+    return made
+
+
+def rotation(left: Camera, right: Camera) -> Floats:
+    """The rotation camera_from_world halfway between both, turned by the smallest angle that puts x on the baseline."""
+    looking = [camera.at_pose(camera.R, np.zeros(3)) for camera in (left, right)]
+    halfway = looking[0].moving(looking[1], exposure=1.0).R
+    baseline = halfway @ (right.C - left.C)
+    length = float(np.linalg.norm(baseline))
+    nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # rounding error of the baseline
+    if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
+        raise CameraError(
+            f"the second camera is at {baseline} of the first, in axes halfway between theirs (x right, y down, z "
+            "forward): expected it to the right"
+        )
+    x, y, z = baseline / length
+    # The rotation of b = (x, y, z) to (1, 0, 0) about b x (1, 0, 0): I + [v] + [v]^2 / (1 + cos).
+    cross = np.array([[0.0, y, z], [-y, 0.0, 0.0], [-z, 0.0, 0.0]])
+    turn = np.eye(3) + cross + cross @ cross / (1.0 + x)
+    made: Floats = turn @ halfway
+    return made
+
+
+def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) -> Floats:
+    """A K for both cameras: the middles of the old pictures lie, on average, in the middle of the new ones."""
+    focal = (left.K[1, 1] + right.K[1, 1]) / 2.0
+    seen = []
+    for camera in (left, right):
+        _, direction = camera.rays(_middle(camera.size, camera))
+        x, y, z = R @ direction
+        if not z > 0.0:
+            raise CameraError("the two cameras look in directions that no rectified pair sees: give K")
+        seen.append([focal * x / z, focal * y / z])
+    center = _middle(size, left) - np.mean(seen, axis=0)
+    return np.array([[focal, 0.0, center[0]], [0.0, focal, center[1]], [0.0, 0.0, 1.0]])
+
+
+def _middle(size: tuple[int, int], camera: Camera) -> Floats:
+    """The pixel coordinates of the middle of a picture."""
+    return np.array(size) / 2.0 + camera.corner

@@ -1,0 +1,44 @@
+"""Cameras of USD as descriptions of a world file. Source: the schema `UsdGeomCamera`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom
+
+__all__ = ["camera_spec"]
+
+COLUMNS = 960
+"""The picture width in pixels; a USD camera has no pixels. The height follows from the aperture."""
+
+
+def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[str, Any]:
+    """A camera description whose picture is the film; the film size is the extent of an orthographic camera."""
+    time = Usd.TimeCode.EarliestTime()
+
+    def value(attribute: Usd.Attribute) -> Any:
+        return attribute.Get(time)
+
+    film = np.array(
+        [value(source.GetHorizontalApertureAttr()), value(source.GetVerticalApertureAttr())], float
+    )
+    offset = np.array(
+        [value(source.GetHorizontalApertureOffsetAttr()), value(source.GetVerticalApertureOffsetAttr())],
+        float,
+    )
+    size = [COLUMNS, max(1, round(COLUMNS * film[1] / film[0]))]
+    per_film = np.array(size) / film
+    center = np.array(size) / 2 + offset * per_film * [-1, 1]
+    pose = world_from_local.RemoveScaleShear()
+    world_from_camera = np.array(pose).T[:3, :3] @ np.diag([1.0, -1.0, -1.0])
+    rotation = world_from_camera.T
+    location = np.array(pose).T[:3, 3]
+    spec: dict[str, Any] = {"name": source.GetPrim().GetName(), "size": size, "pixel_center": "half"}
+    if value(source.GetProjectionAttr()) == UsdGeom.Tokens.orthographic:
+        spec["projection"] = "orthographic"
+        focal = per_film / Gf.Camera.APERTURE_UNIT
+    else:
+        focal = value(source.GetFocalLengthAttr()) * per_film
+    intrinsics = [[focal[0], 0.0, center[0]], [0.0, focal[1], center[1]], [0.0, 0.0, 1.0]]
+    return spec | {"K": intrinsics, "R": rotation.tolist(), "C": location.tolist()}

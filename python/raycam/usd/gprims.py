@@ -1,0 +1,156 @@
+"""Geometric primitives ("gprims") of USD as faces.
+
+Sources: the schemas `UsdGeomCube`, `UsdGeomSphere`, `UsdGeomCylinder`, `UsdGeomCylinder_1`, `UsdGeomCone`,
+`UsdGeomCapsule` and `UsdGeomPlane`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+__all__ = ["GPRIMS", "Faces", "gprim_faces"]
+
+SEGMENTS = 64
+"""Sides of a circle's polygon, which stays outside 0.9988 of the radius."""
+
+
+class Faces(NamedTuple):
+    """The arrays of a polygon mesh."""
+
+    points: Any
+    """Points [n, 3]."""
+    counts: Any
+    """The number of corners of each face."""
+    indices: Any
+    """The point of each corner, counterclockwise from outside."""
+    normals: Any = None
+    """Unit normals [corners, 3] of a curved surface; None for flat faces."""
+
+
+def gprim_faces(prim: Usd.Prim) -> Faces:
+    """The faces of a prim of a type in `GPRIMS`, in local coordinates."""
+    found = GPRIMS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(Usd.TimeCode.EarliestTime()))
+    axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else UsdGeom.Tokens.z
+    return _align_axis(found, axis, turned=prim.GetTypeName() != "Plane")
+
+
+Value = Callable[[str], Any]
+
+
+def _cube(value: Value) -> Faces:
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return Faces(corners * value("size") / 2, np.full(6, 4), np.array(sides).ravel())
+
+
+def _plane(value: Value) -> Faces:
+    half = np.array([value("width"), value("length"), 0.0]) / 2
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    return Faces(square * half, np.array([4]), np.arange(4))
+
+
+def _sphere(value: Value) -> Faces:
+    return _surface_of_revolution(_arc(-90, 90, value("radius"), 0.0))
+
+
+def _capsule(value: Value) -> Faces:
+    radius, half = value("radius"), value("height") / 2
+    side = [((radius, -half, 1, 0), (radius, half, 1, 0))]
+    return _surface_of_revolution([*_arc(-90, 0, radius, -half), *side, *_arc(0, 90, radius, half)])
+
+
+def _cylinder(value: Value) -> Faces:
+    return _frustum(value("radius"), value("radius"), value("height"))
+
+
+def _cylinder_1(value: Value) -> Faces:
+    return _frustum(value("radiusBottom"), value("radiusTop"), value("height"))
+
+
+def _cone(value: Value) -> Faces:
+    return _frustum(value("radius"), 0.0, value("height"))
+
+
+def _frustum(bottom: float, top: float, height: float) -> Faces:
+    half, slope = height / 2, np.array([height, bottom - top])
+    out, up = slope / max(np.hypot(*slope), np.finfo(float).tiny)
+    return _surface_of_revolution(
+        [
+            ((0.0, -half, 0, -1), (bottom, -half, 0, -1)),
+            ((bottom, -half, out, up), (top, half, out, up)),
+            ((top, half, 0, 1), (0.0, half, 0, 1)),
+        ]
+    )
+
+
+Point = tuple[float, float, float, float]
+"""A point of a profile: distance from the axis, height, and the normal's components along both."""
+
+
+def _arc(first: float, last: float, radius: float, height: float) -> list[tuple[Point, Point]]:
+    """The segments of an arc between two angles in degrees, from the bottom up."""
+    count = round(SEGMENTS * (last - first) / 360)
+    angles = np.radians(np.linspace(first, last, count + 1))
+    # Poles lie exactly on the axis.
+    cosines, sines = np.where(np.isclose(np.abs(angles), np.pi / 2), 0.0, np.cos(angles)), np.sin(angles)
+    points = [(radius * c, radius * s + height, c, s) for c, s in zip(cosines, sines, strict=True)]
+    return list(pairwise(points))
+
+
+def _surface_of_revolution(profile: list[tuple[Point, Point]]) -> Faces:
+    """A surface of revolution about z; the profile's segments run upwards along its outside."""
+    turns = np.arange(SEGMENTS) * 2 * np.pi / SEGMENTS
+    x, y = np.cos(turns), np.sin(turns)
+    corners: list[Any] = []
+    normals: list[Any] = []
+    counts: list[Any] = []
+    for low, high in profile:
+        rings: list[Any] = []
+        sides: list[Any] = []
+        for radius, height, out, up in (low, high):
+            rings.append(np.column_stack([radius * x, radius * y, np.full(SEGMENTS, height)]))
+            sides.append(np.column_stack([out * x, out * y, np.full(SEGMENTS, up)]))
+        around = [(0, 0), (0, -1), (1, -1), (1, 0)]
+        if low[0] == 0:
+            around.remove((0, -1))
+        if high[0] == 0:
+            around.remove((1, -1))
+        if len(around) < 3:
+            continue
+        for row, table in ((rings, corners), (sides, normals)):
+            table.append(np.stack([np.roll(row[end], turn, axis=0) for end, turn in around], axis=1))
+        counts.append(np.full(SEGMENTS, len(around)))
+    all_corners, all_normals = (
+        np.concatenate([piece.reshape(-1, 3) for piece in table]) for table in (corners, normals)
+    )
+    points, indices = np.unique(all_corners, axis=0, return_inverse=True)
+    return Faces(points, np.concatenate(counts), indices.reshape(-1), all_normals)
+
+
+def _align_axis(found: Faces, axis: str, turned: bool) -> Faces:
+    """Rotates z to another axis; a plane keeps its width horizontal, as its schema defines."""
+    order, signs = {
+        ("X", True): ([2, 0, 1], [1, 1, 1]),
+        ("Y", True): ([1, 2, 0], [1, 1, 1]),
+        ("X", False): ([2, 1, 0], [1, 1, -1]),
+        ("Y", False): ([0, 2, 1], [1, 1, -1]),
+    }.get((axis, turned), ([0, 1, 2], [1, 1, 1]))
+    moved = [None if table is None else table[:, order] * signs for table in (found.points, found.normals)]
+    return found._replace(points=moved[0], normals=moved[1])
+
+
+GPRIMS: dict[str, Callable[[Value], Faces]] = {
+    "Cube": _cube,
+    "Sphere": _sphere,
+    "Cylinder": _cylinder,
+    "Cylinder_1": _cylinder_1,
+    "Cone": _cone,
+    "Capsule": _capsule,
+    "Plane": _plane,
+}
+"""Functions that make the faces of each prim type from the values of its attributes."""

@@ -1,0 +1,100 @@
+"""Lights of USD as descriptions of a world file. Source: the schemas of `UsdLux`, "Quantities and Units"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdLux
+
+from .meshes import rows
+
+__all__ = ["light_spec"]
+
+Found = tuple[dict[str, Any] | None, str | None]
+
+
+def light_spec(
+    prim: Usd.Prim, world_from_local: Gf.Matrix4d, image: Callable[[Sdf.AssetPath], str | None], up: str
+) -> Found:
+    """The description of a light and a notice, or None for either; `image` returns the file of an asset."""
+    time = Usd.TimeCode.EarliestTime()
+    name, kind = prim.GetPath().pathString, prim.GetTypeName()
+
+    def value(key: str, default: Any) -> Any:
+        attribute = prim.GetAttribute(f"inputs:{key}")
+        found = attribute.Get(time) if attribute else None
+        return default if found is None else found
+
+    color = np.array(value("color", Gf.Vec3f(1)), float)
+    if value("enableColorTemperature", False):
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(value("colorTemperature", 6500.0)))
+    fallback = 50000.0 if kind == "DistantLight" else 1.0
+    color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
+    if not (color > 0).any():
+        return None, f"light {name} is left out: it gives no light"
+    matrix = np.array(rows(world_from_local))
+    place, axes = matrix[:3, 3], matrix[:3, :3]
+    scale = np.linalg.norm(axes, axis=0)
+    forward = (-axes[:, 2]).tolist()
+    normalized = value("normalize", False)
+
+    def radiance(area: float) -> list[float]:
+        return [float(value) for value in color / (area if normalized else 1.0)]
+
+    if kind == "DistantLight":
+        angle = np.radians(value("angle", 0.53))
+        solid = np.pi * np.sin(angle / 2) ** 2
+        irradiance = color if normalized or solid == 0 else color * solid
+        sun = {"type": "sun", "direction": forward, "irradiance": irradiance.tolist()}
+        return sun | {"angular_diameter": float(np.degrees(angle))}, None
+    if kind == "SphereLight":
+        point = value("treatAsPoint", False)
+        radius = float(value("radius", 0.5) * scale.mean())
+        area = 4 * np.pi * radius**2
+        power = np.array(radiance(area)) * np.pi * area
+        bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
+        cone = value("shaping:cone:angle", 180.0)
+        if cone <= 90:
+            # Intensity on the axis: radiance times the area of the visible disk.
+            intensity = (power / (4 * np.pi)).tolist()
+            soft = float(np.clip(value("shaping:cone:softness", 0.0), 0, 1))
+            spot = {"type": "spot", "position": place.tolist(), "direction": forward, "intensity": intensity}
+            return spot | {"inner": cone * (1 - soft), "outer": float(cone)}, None
+        return {"type": "bulb", **bulb, "radius": 0.0 if point else radius}, None
+    if kind == "RectLight":
+        u = axes[:, 0] * value("width", 1.0)
+        v = -axes[:, 1] * value("height", 1.0)
+        area = float(np.linalg.norm(np.cross(u, v)))
+        panel = {"type": "area", "position": place.tolist(), "u": u.tolist(), "v": v.tolist()}
+        said = f"light {name}: its texture is left out" if _file(prim) else None
+        return panel | {"radiance": radiance(area)}, said
+    if kind == "DiskLight":
+        radius = float(value("radius", 0.5) * scale[:2].mean())
+        disk = {"type": "disk", "position": place.tolist(), "direction": forward, "radius": radius}
+        return disk | {"radiance": radiance(np.pi * radius**2)}, None
+    if kind in ("DomeLight", "DomeLight_1"):
+        asset = _file(prim)
+        if not asset:
+            return {"type": "sky", "radiance": color.tolist()}, None
+        file = image(asset)
+        if file is None:
+            return None, f"light {name} is left out without its image"
+        # The middle of a latlong image is at the light's +z, its top at +y.
+        middle, pole = axes[:, 2], axes[:, 1]
+        yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
+        said = None
+        if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
+            said = f"light {name}: its pole is not up; its image is shown upright"
+        elif np.ptp(color) > 1e-6 * color.max():
+            said = f"light {name}: the mean of its colour multiplies its image"
+        sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
+        return sky | {"scale": float(color.mean())}, said
+    return None, f"light {name} is left out: {kind} is not known"
+
+
+def _file(prim: Usd.Prim) -> Sdf.AssetPath | None:
+    attribute = prim.GetAttribute("inputs:texture:file")
+    asset = attribute.Get(Usd.TimeCode.EarliestTime()) if attribute else None
+    return asset if asset and asset.path else None

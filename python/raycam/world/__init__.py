@@ -1,0 +1,394 @@
+"""Worlds: loaded from a file, or built by hand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Bools, Floats, floats, ray_pairs, size_of, whole
+from ..camera import Camera
+from ..errors import SettingsError, WorldError
+from ..io import memory_limits
+from ..io.atomic_files import write
+from ..rig import Rig
+from .description import corner_values, indices, plain
+from .parts import Animation, Object, Video
+
+__all__ = ["Animation", "Object", "Video", "World"]
+
+
+class World:
+    """Objects (placed meshes), lights and cameras.
+
+    `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
+
+    `add_object`, `add_mesh` and `add_light` open the given files (meshes, textures, skies, IES profiles) in any folder.
+    Relative names start from `folder` (default: the current folder). Files named in such a file are read only from the
+    folder of that file, as in `load`.
+
+    A world is prepared for tracing on first use, and again after changes; unchanged parts are not rebuilt. Several
+    threads may use a world at the same time.
+
+    `texture_memory` bounds the memory of images, in bytes or as "512 MiB". If the images with their mip maps exceed it,
+    all of them are kept in a temporary file (in `TMPDIR`, else `/var/tmp`) and read tile by tile; pictures stay the
+    same.
+    """
+
+    __slots__ = ("_core",)
+
+    def __init__(
+        self,
+        up: Literal["z", "y"] = "z",
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        texture_memory: int | str | None = None,
+    ) -> None:
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
+        self._core = _core.World(up, "" if folder is None else os.fspath(Path(folder).absolute()), limit)
+
+    @classmethod
+    def _of(cls, core: _core.World) -> World:
+        world = cls.__new__(cls)
+        world._core = core
+        return world
+
+    @classmethod
+    def from_dict(
+        cls,
+        description: Mapping[str, Any],
+        *,
+        folder: str | os.PathLike[str] = ".",
+        texture_memory: int | str | None = None,
+    ) -> World:
+        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
+
+        Lists of numbers may be NumPy arrays. Named files must be in `folder`, as for a world file, so that an untrusted
+        description can read nothing else. Raises the errors of `load`, without file and line.
+        """
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
+        return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+
+    def to_bytes(self) -> bytes:
+        """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
+
+        Equal worlds give equal bytes, whatever folder their files are in. Raises `WorldError` if the textures, which
+        the bytes include, exceed `texture_memory`.
+        """
+        return _core.world_to_bytes(self._core)
+
+    @classmethod
+    def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
+        """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
+        return cls._of(
+            _core.world_from_bytes(data, memory_limits.parse_size("texture_memory", texture_memory))
+        )
+
+    def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes a GLB file (glTF 2.0); returns notices about properties that glTF cannot represent.
+
+        Written are meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras, suns,
+        bulbs, spots, the node tree and its animations. Positions become float32. A z-up world is put below a node that
+        rotates it to glTF's y-up axes. Raises `FormatError` if the file would exceed 4 GiB, and `OSError`.
+        """
+        data, notices = _core.world_to_gltf(self._core)
+        write(path, data)
+        return notices
+
+    def with_cameras(self, cameras: Mapping[str, Camera]) -> World:
+        """A copy with more cameras, which shares the acceleration structures. Names that are taken get a number."""
+        more = [(name, camera._core) for name, camera in cameras.items()]
+        return World._of(_core.world_with_cameras(self._core, more))
+
+    # Building ---------------------------------------------------------------------------------------------
+
+    def add_mesh(
+        self,
+        vertices: npt.ArrayLike,
+        faces: npt.ArrayLike,
+        *,
+        name: str | None = None,
+        face_colors: npt.ArrayLike | None = None,
+        vertex_colors: npt.ArrayLike | None = None,
+        uvs: npt.ArrayLike | None = None,
+        normals: npt.ArrayLike | None = None,
+        material: Mapping[str, Any] | None = None,
+        **placement: Any,
+    ) -> int:
+        """Adds a mesh as an object; returns the object's id, its value in the channel `instance`.
+
+        `vertices` [n, 3] are float64 in metres, `faces` [m, 3] indices from 0, counter-clockwise seen from outside.
+        `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear in 0..1 as floats, sRGB as uint8.
+        `uvs` [n, 2] have v = 0 at the top row of the texture. `normals` [n, 3] are used for shading. `material` has the
+        keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `textures`, `type`, ... of the schema, `placement`
+        the keys `location`, `roll`, `pitch`, `yaw`, `scale` or `matrix`, `category` and `refine`.
+
+        Raises `WorldError` for an empty mesh, numbers that are not finite, indices out of range, arrays of the wrong
+        shape, colours outside 0..1 and unknown keys.
+        """
+        corners = floats("vertices", vertices, ("n", 3), error=WorldError)
+        optional = {
+            "face_colors": corner_values("face_colors", face_colors, 3),
+            "vertex_colors": corner_values("vertex_colors", vertex_colors, 3),
+            "uvs": corner_values("uvs", uvs, 2),
+            "normals": corner_values("normals", normals, 3),
+        }
+        description: dict[str, Any] = {"vertices": corners, "triangles": indices("faces", faces)}
+        description |= {key: value for key, value in optional.items() if value is not None}
+        for part in ({"name": name} if name is not None else {}, material or {}, placement):
+            twice = description.keys() & part.keys()
+            if twice:
+                raise WorldError(f"{', '.join(sorted(twice))}: given twice")
+            description |= part
+        return _core.world_add_object(self._core, plain(description), None)
+
+    def add_object(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+        """Adds an object, described as in `[[object]]` of a world file; returns its id.
+
+        Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
+        `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        Raises `WorldError` with the key and the nearest valid name, and the errors of `load` for files.
+        """
+        return _core.world_add_object(self._core, plain({**(description or {}), **keys}), None)
+
+    def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+        """Adds a light, described as in `[[light]]` of a world file; returns its index.
+
+        Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
+        `{"type": "bulb", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
+        `{"type": "environment", "image": "/data/noon.hdr"}`, `{"type": "sky", "radiance": [1, 1, 1]}`.
+        Raises `WorldError`, and `FormatError` and `OSError` for files.
+        """
+        return _core.world_add_light(self._core, plain({**(description or {}), **keys}), None)
+
+    def add_camera(self, camera: Camera, name: str = "camera") -> None:
+        """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
+        self._core.add_camera(name, camera._core)
+
+    def add_rig(self, rig: Rig) -> None:
+        """Adds a rig under its name; its cameras are appended under the names rig/camera."""
+        _core.world_add_rig(self._core, rig._core)
+
+    def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
+        """Replaces the world's video, described as in `[video]` of a world file.
+
+        Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
+        `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. Raises `WorldError`.
+        """
+        _core.world_set_video(self._core, plain({**(description or {}), **keys}))
+
+    # Contents ---------------------------------------------------------------------------------------------
+
+    @property
+    def up(self) -> Literal["z", "y"]:
+        """The up axis."""
+        return self._core.up
+
+    @property
+    def objects(self) -> list[Object]:
+        """The objects in the order of their ids."""
+        return [
+            Object(number, name, category, mesh, triangles, np.array(matrix))
+            for number, (name, category, mesh, triangles, matrix) in enumerate(self._core.objects)
+        ]
+
+    @property
+    def categories(self) -> dict[int, str]:
+        """The names of the objects' categories by id, the value in the channel `category`.
+
+        A category that is a whole number is its own id. Other names get the free ids from 1, in the order of the
+        objects.
+        """
+        return self._core.categories
+
+    @property
+    def lights(self) -> list[dict[str, Any]]:
+        """The lights as dicts that `add_light` takes."""
+        return self._core.lights
+
+    @property
+    def cameras(self) -> dict[str, Camera]:
+        """The cameras by name, the default camera first."""
+        return {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
+
+    @property
+    def rigs(self) -> dict[str, Rig]:
+        """The rigs by name; their cameras are among `cameras`, as rig/camera."""
+        return {rig.name: Rig._of(rig, self.up) for rig in _core.world_rigs(self._core)}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The numbers of objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ...
+
+        `triangles` count once for each object that shows them. Triangles of zero area are kept and never hit.
+        """
+        return self._core.counts
+
+    @property
+    def textures(self) -> list[str]:
+        """The names of the image files."""
+        return self._core.textures
+
+    @property
+    def bounds(self) -> Floats | None:
+        """The lower and upper corner [2, 3] of the world's bounding box, metres; None for an empty world."""
+        bounds = self._core.bounds
+        return None if bounds is None else np.array(bounds)
+
+    @property
+    def texture_memory(self) -> int | None:
+        """The bound on the memory of images in bytes; None for no bound."""
+        return self._core.texture_memory
+
+    @property
+    def notices(self) -> list[str]:
+        """Notices from reading and building: parts that were skipped, repaired or assumed."""
+        return self._core.notices
+
+    @property
+    def render_settings(self) -> dict[str, Any]:
+        """The settings of `[render]` of the world file: defaults of the arguments of `raycam.render`."""
+        return self._core.render_settings
+
+    def camera(self, name: str) -> Camera:
+        """The camera of this name; raises `WorldError` with the nearest known name."""
+        return Camera._of(self._core.camera(name), self.up)
+
+    def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
+        """The first camera, or one that frames the whole world in a picture of `size` (width, height)."""
+        return Camera._of(self._core.default_camera(size_of(tuple(size))), self.up)
+
+    # Time -------------------------------------------------------------------------------------------------
+
+    @property
+    def video(self) -> Video | None:
+        """The world's video, or None."""
+        video = self._core.video
+        return None if video is None else Video(*video)
+
+    @property
+    def animations(self) -> list[Animation]:
+        """The animations of the world's glTF file."""
+        return [Animation(*animation) for animation in self._core.animations]
+
+    def at(self, time: float, animation: str | int | None = None) -> World:
+        """The world at a time in seconds of its video and of an animation, by name or number (default: the first).
+
+        Parts that do not move are shared with this world; meshes that deform keep their triangles. For a camera with a
+        shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation.
+        """
+        if isinstance(animation, str):
+            animation = self._core.find_animation(animation)
+        return World._of(self._core.at(float(time), animation))
+
+    @property
+    def variants(self) -> list[str]:
+        """The names of the material variants."""
+        return self._core.variants
+
+    def with_variant(self, name: str) -> World:
+        """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
+        return World._of(self._core.with_variant(name))
+
+    def camera_at(self, camera: Camera, time: float) -> Camera:
+        """`camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
+
+        For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
+        linear steps.
+        """
+        return Camera._of(self._core.video_camera(camera._core, float(time)), self.up)
+
+    def rig_at(self, rig: Rig, time: float) -> Rig:
+        """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
+        return Rig._of(_core.world_rig_at(self._core, rig._core, float(time)), self.up)
+
+    # Rays -------------------------------------------------------------------------------------------------
+
+    def cast_rays(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        coherent: bool | None = None,
+        threads: int | None = None,
+    ) -> dict[str, npt.NDArray[Any]]:
+        """The closest hit of each ray `origin + t * direction`, t >= 0.
+
+        `origins` and `directions` are [..., 3] in the world; one of them may be a single [3]. Directions need not be
+        normalised. `coherent` tells whether neighbouring rays are similar (None: detected). It affects the speed only.
+        Returns arrays of the shape of the rays:
+
+        =========== ================ =====================================================================  =====
+        t           float64 [...]    ray parameter, in lengths of the direction                             +inf
+        instance    int32 [...]      id of the object                                                       -1
+        triangle    int32 [...]      index of the triangle in its mesh                                      -1
+        barycentric float32 [..., 3] weights of the triangle's corners                                      0
+        normal      float32 [..., 3] the triangle's unit normal, on the side that the ray comes from        0
+        position    float64 [..., 3] the hit point in the world                                             NaN
+        =========== ================ =====================================================================  =====
+
+        The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
+        """
+        starts, ways, shape = ray_pairs(origins, directions)
+        hits = self._core.cast_rays(starts, ways, coherent, threads)
+        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
+
+    def occluded(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        t_max: npt.ArrayLike = np.inf,
+        *,
+        coherent: bool | None = None,
+        threads: int | None = None,
+    ) -> Bools:
+        """True [...] for rays that hit anything at 0 <= t <= `t_max` (one number, or [...] one for each ray)."""
+        starts, ways, shape = ray_pairs(origins, directions)
+        limit = np.asarray(t_max)
+        if limit.dtype.kind not in "fiu" or limit.shape not in ((), shape):
+            raise SettingsError(
+                f"t_max must be a number or have the shape of the rays {list(shape)}, not {list(limit.shape)}"
+            )
+        limits = np.ascontiguousarray(limit, dtype=np.float64).reshape(-1, 1)
+        return self._core.occluded(starts, ways, limits, coherent, threads).reshape(shape)
+
+    # Plain triangles --------------------------------------------------------------------------------------
+
+    def triangles(self, object: int | None = None) -> Floats:
+        """The corners of all triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
+
+        With `object`, the triangles of the object with this id; raises `SettingsError` for an unknown id.
+        """
+        if object is not None:
+            object = whole("object", object, 0, len(self.objects) - 1)
+        return self._core.triangles(object)
+
+    def triangle_ids(self) -> npt.NDArray[np.int32]:
+        """The ids (instance, triangle) of `triangles`, int32 [n, 2]."""
+        return self._core.triangle_ids()
+
+    def triangle_colors(self) -> npt.NDArray[np.float32]:
+        """One linear base colour for each of `triangles`, float32 [n, 3].
+
+        The product of the material's colour, the face's colour, the mean of the vertex colours, and the texture at the
+        triangle's centre.
+        """
+        return self._core.triangle_colors()
+
+    def prepare(self, *, threads: int | None = None) -> World:
+        """Builds the acceleration structures now instead of at the first picture; returns the world."""
+        self._core.prepare(threads)
+        return self
+
+    def __repr__(self) -> str:
+        """The counts as text."""
+        counts = self.counts
+        return (
+            f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
+            f"{counts['lights']} lights, {counts['cameras']} cameras"
+        )

@@ -1,0 +1,56 @@
+"""Descriptions of parts of a world in the form that the core takes: dicts, lists, arrays and strings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import floats
+from ..errors import WorldError
+from .texture import Texture
+
+__all__ = ["corner_values", "indices", "plain"]
+
+
+def plain(value: Any) -> Any:
+    """Converts mappings to dicts, textures to their tables and paths to strings, recursively."""
+    if isinstance(value, Texture):
+        return value.description()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple) and any(isinstance(item, Mapping | Texture) for item in value):
+        return [plain(item) for item in value]
+    return value
+
+
+def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
+    """Checks values of corners or faces [n, columns]: uint8 colours (sRGB) stay, everything else becomes float64."""
+    if value is None:
+        return None
+    if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):
+        if value.ndim != 2 or value.shape[1] != columns:
+            raise WorldError(f"{name} must have the shape [n, {columns}], not {list(value.shape)}")
+        return value
+    return floats(name, value, ("n", columns), error=WorldError)
+
+
+def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """Checks vertex indices of triangles [m, 3], m >= 1; raises `WorldError`."""
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError) as fault:
+        raise WorldError(f"{name} must be whole numbers [m, 3]: {fault}") from None
+    if array.size and array.dtype.kind not in "iu":
+        raise WorldError(f"{name} must be whole numbers [m, 3], not of dtype {array.dtype}")
+    if array.size == 0:
+        raise WorldError(f"{name} is empty: a mesh needs at least one triangle")
+    if array.ndim != 2 or array.shape[1] != 3:
+        hint = "; cut polygons into triangles first" if array.ndim == 2 else ""
+        raise WorldError(f"{name} must have the shape [m, 3], not {list(array.shape)}{hint}")
+    return np.asarray(array, dtype=np.int64)

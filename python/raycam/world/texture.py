@@ -1,0 +1,60 @@
+"""Images as textures of a material."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import WorldError
+
+Wrap = Literal["repeat", "clamp", "mirror"]
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An image with its lookup parameters: a value of `texture` and `textures` of an object.
+
+    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4] with its first row at v = 0: uint8 (sRGB in
+    colours, linear elsewhere), or linear floats. `wrap` is the addressing mode outside 0..1 (one for both axes or one
+    each), `filter` the interpolation between texels. Texture coordinates (u, v) are multiplied by `repeat`, rotated by
+    `rotation` degrees and shifted by `offset`, as in `KHR_texture_transform` of glTF. `uv_set` chooses one of the
+    mesh's sets of coordinates. `channel` uses one channel of the image for all. `strength` scales normal and occlusion
+    textures.
+
+        box = world.add_object(box={}, type="principled", textures={"roughness": raycam.Texture(array, repeat=4)})
+
+    Raises `WorldError` for an array of another shape or type.
+    """
+
+    image: str | os.PathLike[str] | npt.NDArray[Any]
+    wrap: Wrap | tuple[Wrap, Wrap] = "repeat"
+    filter: Literal["linear", "nearest"] = "linear"
+    repeat: float | Sequence[float] = 1.0
+    rotation: float = 0.0
+    offset: Sequence[float] = (0.0, 0.0)
+    uv_set: int = 0
+    channel: Literal["red", "green", "blue", "alpha"] | None = None
+    strength: float | None = None
+
+    def description(self) -> dict[str, Any]:
+        """The texture as a table of a world file."""
+        table = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "image"}
+        return {"image": _image(self.image)} | {
+            name: value for name, value in table.items() if value is not None
+        }
+
+
+def _image(image: object) -> object:
+    if isinstance(image, str | os.PathLike):
+        return os.fspath(image)
+    array = np.asarray(image)
+    if array.ndim not in (2, 3) or array.size == 0 or (array.ndim == 3 and not 1 <= array.shape[2] <= 4):
+        raise WorldError(f"texture of shape {list(array.shape)}: expected [h, w] or [h, w, 1..4]")
+    if array.dtype != np.uint8 and array.dtype.kind != "f":
+        raise WorldError(f"texture of dtype {array.dtype}: expected uint8 or floats")
+    return array

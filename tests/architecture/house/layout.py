@@ -1,0 +1,41 @@
+"""The order of folders in each crate and in the package: a place may import from those before it.
+
+A place is a folder, or a file without its ending. A file belongs to the longest place that holds it, so `scene/query`
+stands above `traverse`, and all else of `scene` below.
+"""
+
+ORDER = {
+    "bvh": """
+        error simd platform aabb ray node options
+        build blas scene
+        traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
+        traverse/stream traverse/exact traverse/closest traverse/occluded traverse/mod
+        scene/query lib
+    """,
+    "scene": """
+        error up math color pose mesh texture material light camera animation render_options video model world schema
+        lib
+    """,
+    "formats": """
+        error budget io encode geometry image codec obj ply stl off ies gltf calibration world_file bundle registry
+        asset_loader lib
+    """,
+    "render": """
+        error control thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light prepare/world
+        motion ground_truth integrator tile_renderer annotations render lib
+    """,
+    "bindings": """
+        error interruptible arrays py_value buffer_pool camera world render lib
+    """,
+    "python": """
+        errors arrays _serialization io camera reference render annotations/flow rig world annotations calibration
+        interop usd world/load randomize jobs cluster video dataset calibration_check explanation info doctor progress
+        bench demo cli
+        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
+    """,
+}
+
+
+def order_of(house: str) -> list[str]:
+    """Places of a crate, or of the Python package, from the bottom up."""
+    return ORDER[house].split()

@@ -1,0 +1,118 @@
+"""Walls between crates, between languages, and around the package: who may use whom."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+from .python_imports import imported_packages
+from .source import CRATES, code_of, python_files, rust_files, text_of
+
+# A crate may use the crates listed; a sixth crate needs an argument in the design notes.
+MAY_USE: dict[str, set[str]] = {
+    "bvh": set(),
+    "scene": set(),
+    "formats": {"scene"},
+    "render": {"scene", "bvh"},
+    "bindings": {"formats", "render", "scene"},
+}
+THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pxr", "pyoidn", "cv2", "embreex"}
+# Imported late as a whole, so that they may import at the top what is slow to import.
+IMPORTED_LATE = ("usd/", "cluster/dask_worker.py")
+
+
+def manifest(root: Path, crate: str) -> dict[str, object]:
+    return tomllib.loads(text_of(root / "crates" / crate / "Cargo.toml"))
+
+
+def dependencies(table: dict[str, object]) -> set[str]:
+    """Names in every dependency table of a manifest: normal, for tests, for builds, per target."""
+    found = set()
+    for key, value in table.items():
+        if isinstance(value, dict):
+            found |= set(value) if key.endswith("dependencies") else dependencies(value)
+    return found
+
+
+def strange_crates(root: Path) -> list[str]:
+    """Crates that the table does not know, or that are missing."""
+    there = {path.parent.name for path in (root / "crates").glob("*/Cargo.toml")}
+    return sorted(f"crates/{name} is not a crate of this house" for name in there ^ set(CRATES))
+
+
+def manifests_that_reach(root: Path) -> list[str]:
+    """Manifests that name a crate which theirs may not use, for tests too."""
+    return [
+        f"crates/{crate}/Cargo.toml depends on {name}"
+        for crate, allowed in MAY_USE.items()
+        for name in sorted(dependencies(manifest(root, crate)))
+        if name.startswith("raycam") and name.removeprefix("raycam-") not in allowed
+    ]
+
+
+def sources_that_reach(root: Path) -> list[str]:
+    """Rust files that name a crate which theirs may not use, or include a file from outside their crate."""
+    offences = []
+    for crate, allowed in MAY_USE.items():
+        for path in rust_files(root, crate):
+            for name in sorted(set(re.findall(rf"\braycam_({'|'.join(CRATES)})\b", code_of(path)))):
+                if name not in allowed | {crate}:
+                    offences.append(f"{path.relative_to(root)} uses raycam_{name}")
+            text = text_of(path)
+            for quoted in re.findall(r'(?:#\[path\s*=\s*|include(?:_str|_bytes)?!\(\s*)"([^"]+)"', text):
+                if not (path.parent / quoted).resolve().is_relative_to(root.resolve() / "crates" / crate):
+                    offences.append(f"{path.relative_to(root)} includes {quoted}")
+    return offences
+
+
+def unsafe_outside_bvh(root: Path) -> list[str]:
+    """Uses of `unsafe` outside bvh, and crates that do not forbid it to themselves."""
+    offences = []
+    for crate in sorted(set(CRATES) - {"bvh"}):
+        if "#![forbid(unsafe_code)]" not in text_of(root / "crates" / crate / "src" / "lib.rs"):
+            offences.append(f"crates/{crate}/src/lib.rs does not forbid unsafe_code")
+        for path in rust_files(root, crate):
+            if re.search(r"\bunsafe\b", code_of(path)):
+                offences.append(f"{path.relative_to(root)} says unsafe")
+    return offences
+
+
+def python_outside_bindings(root: Path) -> list[str]:
+    """Uses of Python outside bindings."""
+    offences = []
+    for crate in sorted(set(CRATES) - {"bindings"}):
+        for name in sorted(dependencies(manifest(root, crate)) & {"pyo3", "numpy"}):
+            offences.append(f"crates/{crate}/Cargo.toml depends on {name}")
+        for path in rust_files(root, crate):
+            if re.search(r"\b(pyo3|numpy)::", code_of(path)):
+                offences.append(f"{path.relative_to(root)} uses Python")
+    return offences
+
+
+def oracle_that_shares(root: Path) -> list[str]:
+    """Imports of the oracle: an independent witness uses NumPy, the standard library, and nothing else of ours."""
+    allowed = {"numpy", ".units"} | set(sys.stdlib_module_names)
+    return [
+        f"{path.relative_to(root)} imports {found}"
+        for path in sorted((root / "python" / "raycam" / "reference").glob("*.py"))
+        for found in sorted(imported_packages(path) - allowed)
+    ]
+
+
+def unknown_python_packages(root: Path) -> list[str]:
+    """Imports of what pyproject.toml does not install, and early imports of what is slow to import."""
+    offences = []
+    for path in python_files(root):
+        own = {name for name in imported_packages(path) if name.startswith(".") or name == "raycam"}
+        known = own | set(sys.stdlib_module_names) | THIRD_PARTY_PYTHON
+        for name in sorted(imported_packages(path) - known):
+            offences.append(f"{path.relative_to(root)} imports {name}")
+        if not path.relative_to(root / "python" / "raycam").as_posix().startswith(IMPORTED_LATE):
+            early = imported_packages(path, top_level_only=True)
+            for name in sorted(early & (THIRD_PARTY_PYTHON - {"numpy"})):
+                offences.append(
+                    f"{path.relative_to(root)} imports {name} at the top, which delays every start"
+                )
+    return offences

@@ -1,0 +1,113 @@
+"""Circles of files: none; and the reading of imports that finds them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from house import graph, limits, python_imports, rust_imports
+from house.source import CRATES
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("crate", CRATES)
+def test_no_new_circles_of_rust_files(crate: str) -> None:
+    circles = graph.circles(rust_imports.arrows(ROOT / "crates" / crate / "src"))
+    assert len(circles) <= limits.CIRCLES[crate], circles
+
+
+def test_no_new_circles_of_python_files() -> None:
+    circles = graph.circles(python_imports.arrows(ROOT / "python" / "raycam"))
+    assert len(circles) <= limits.CIRCLES["python"], circles
+
+
+def write(folder: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return folder
+
+
+RUST_ARROWS = {
+    "use of a type": ("use crate::b::B;", {"b/mod.rs"}),
+    "grouped use": ("use crate::b::{self, c::{C, D}};", {"b/c.rs"}),
+    "use by another name": ("use crate::b::c::C as Other;", {"b/c.rs"}),
+    "path in the code": ("fn f() { crate::b::c::make(1) }", {"b/c.rs"}),
+    "path through an imported module": ("use crate::b::c; fn f() { c::make(1) }", {"b/c.rs"}),
+    "super": ("use super::b::B;", {"b/mod.rs"}),
+    "re-export": ("use crate::b::Shown;", {"b/c.rs"}),
+    "re-export by a glob": ("use crate::b::Starred;", {"b/d.rs"}),
+    "glob": ("use crate::b::c::*; fn f() -> C { make(1) }", {"b/c.rs"}),
+    "made by a macro": ("use crate::b::kernel;", {"b/mod.rs"}),
+    "associated item": ("fn f() { crate::b::B::new() }", {"b/mod.rs"}),
+    "module alone": ("use crate::b;", set()),
+    "own re-export": ("pub use crate::b::B;", set()),
+    "own re-export that is used": ("pub use crate::b::B; fn f(b: B) {}", {"b/mod.rs"}),
+    "other crate": ("use glam::Vec3; use std::mem;", set()),
+    "visibility": ("pub(in crate::b) fn f() {}", set()),
+    "only for tests": ("#[cfg(test)]\nmod tests { use crate::b::B; }", set()),
+    "comment": ("// use crate::b::B;\n", set()),
+}
+
+
+@pytest.mark.parametrize("kind", RUST_ARROWS)
+def test_arrows_of_rust(kind: str, tmp_path: Path) -> None:
+    text, expected = RUST_ARROWS[kind]
+    source = write(
+        tmp_path,
+        {
+            "lib.rs": "mod a;\nmod b;\n",
+            "a.rs": text,
+            "b/mod.rs": "mod c;\nmod d;\npub use c::Shown;\npub use d::*;\npub struct B;\nmake_kernel!(kernel);\n",
+            "b/c.rs": "pub struct C; pub struct D; pub struct Shown; pub fn make(i: u8) -> C { C }\n",
+            "b/d.rs": "pub enum Starred { A }\n",
+        },
+    )
+    assert rust_imports.arrows(source)["a.rs"] == expected
+
+
+PYTHON_ARROWS = {
+    "class of a package": ("from .b import B", {"b/__init__.py"}),
+    "handed on by a package": ("from .b import Shown", {"b/c.py"}),
+    "module of a package": ("from .b import c", {"b/c.py"}),
+    "module": ("from . import d", {"d.py"}),
+    "absolute": ("from raycam.b.c import C", {"b/c.py"}),
+    "inside a function": ("def f():\n    from .d import g\n", {"d.py"}),
+    "only for types": ("if TYPE_CHECKING:\n    from .d import g\n", set()),
+    "the core": ("from . import _core", set()),
+    "other package": ("import numpy as np", set()),
+}
+
+
+@pytest.mark.parametrize("kind", PYTHON_ARROWS)
+def test_arrows_of_python(kind: str, tmp_path: Path) -> None:
+    text, expected = PYTHON_ARROWS[kind]
+    package = write(
+        tmp_path / "raycam",
+        {
+            "__init__.py": "from .b import B\n",
+            "_core.pyi": "",
+            "a.py": text,
+            "b/__init__.py": "from .c import Shown\nclass B: ...\n",
+            "b/c.py": "class C: ...\nclass Shown: ...\n",
+            "d.py": "def g(): ...\n",
+        },
+    )
+    assert python_imports.arrows(package)["a.py"] == expected
+
+
+def test_a_package_that_only_hands_on_is_in_no_circle(tmp_path: Path) -> None:
+    files = {
+        "__init__.py": "",
+        "b/__init__.py": "from .c import C\n",
+        "b/c.py": "from . import d\n",
+        "b/d.py": "",
+    }
+    assert graph.circles(python_imports.arrows(write(tmp_path / "raycam", files))) == []
+
+
+def test_circles_are_found() -> None:
+    arrows = {"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a", "e"}, "e": {"d"}, "f": {"a"}, "g": set()}
+    assert graph.circles(arrows) == [["a", "b", "c"], ["d", "e"]]

@@ -1,0 +1,113 @@
+"""Where frames are made: the same bytes everywhere."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+from raycam.cluster import InProcessPool, make_pool
+from raycam.errors import JobError, SettingsError
+from raycam.jobs import Job, worker
+from support.job_frames import Pool, blind, film, package, results
+
+
+def make(folder: Path, where: object) -> dict[str, bytes]:
+    job = Job(folder, package())
+    with make_pool(where) as pool:  # type: ignore[arg-type]
+        job.run(pool)
+    return results(folder)
+
+
+def test_everywhere_the_same(tmp_path: Path) -> None:
+    Job(tmp_path / "0", package()).run(Pool())
+    whole = results(tmp_path / "0")
+    assert make(tmp_path / "here", None) == whole
+    assert make(tmp_path / "two", 2) == whole
+    with ThreadPoolExecutor(3) as executor:
+        assert make(tmp_path / "threads", executor) == whole
+        assert executor.submit(int).result() == 0  # it stays open
+    spawned = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
+    assert make(tmp_path / "spawned", spawned) == whole
+
+
+def test_an_executor_that_breaks_is_made_anew(tmp_path: Path) -> None:
+    executors: list[ProcessPoolExecutor] = []
+
+    def spawn() -> ProcessPoolExecutor:
+        executors.append(ProcessPoolExecutor(2, mp_context=get_context("spawn")))
+        return executors[-1]
+
+    one = film(seconds=2.0, samples=256).package()
+    Job(tmp_path / "one", one).run(Pool())
+    job = Job(tmp_path / "two", one)
+
+    def kill() -> None:
+        while job.status().finished < 3:
+            time.sleep(0.01)
+        os.kill(next(iter(executors[0]._processes)), signal.SIGKILL)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    with make_pool(spawn) as pool:
+        job.run(pool)
+    thread.join()
+    assert len(executors) == 2
+    assert results(tmp_path / "two") == results(tmp_path / "one")
+
+
+def test_a_given_executor_that_breaks_ends_the_run_and_loses_nothing(tmp_path: Path) -> None:
+    job = Job(tmp_path, package())
+    with ThreadPoolExecutor(1) as executor:
+        executor.shutdown()
+        with make_pool(executor) as pool, pytest.raises(JobError, match="the workers are gone"):
+            job.run(pool)
+
+
+def test_workers_that_do_not_see_the_folder_get_the_package(tmp_path: Path) -> None:
+    job = Job(tmp_path / "a", package())
+    spawned = partial(
+        ProcessPoolExecutor,
+        2,
+        mp_context=get_context("spawn"),
+        initializer=blind,
+        initargs=(job.folder.resolve(),),
+    )
+    with make_pool(spawned) as pool:
+        job.run(pool)
+    Job(tmp_path / "one", package()).run(Pool())
+    assert results(job.folder) == results(tmp_path / "one")
+
+
+def test_workers_of_another_version_end_the_run_and_no_frame_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = Job(tmp_path, package())
+    worker.clear_cache()
+    monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
+    error = pytest.raises(JobError, match=r"the workers are gone .*made by raycam [\d.]+, this is 99\.0")
+    with ThreadPoolExecutor(2) as executor, make_pool(executor) as pool, error:
+        job.run(pool)
+    assert Job(tmp_path).status().failed == {}
+
+
+def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
+    job = Job(tmp_path, film(samples=1_000_000).package())
+    pool = InProcessPool()
+    threading.Timer(0.5, pool.close).start()
+    start = time.monotonic()
+    with pytest.raises(JobError, match="the workers are gone"):
+        job.run(pool)
+    assert time.monotonic() - start < 10
+
+
+@pytest.mark.parametrize("where", [0, -1, True, "local:", "local:0", "udp://a:1", "tcp://a", "nonsense"])
+def test_strange_places_are_named(where: object) -> None:
+    with pytest.raises(SettingsError, match=r"whole number >= 1|expected (local:N|tcp://HOST)"):
+        make_pool(where)  # type: ignore[arg-type]

@@ -1,0 +1,68 @@
+"""Frames made by Dask: workers killed and stopped, answers that come twice."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import pytest
+from raycam.cluster import dask_pool as module
+from raycam.jobs import scheduler
+from support.cluster_faults import poison, scheduler_lost, storm
+
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+
+@pytest.fixture(scope="module")
+def dask_pool() -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        pool = module.connect("local:3")
+        yield pool
+        pool.close()
+
+
+def test_it_listens_to_this_machine_alone(dask_pool: module.DaskPool) -> None:
+    addresses = [dask_pool._client.scheduler.address, *dask_pool._client.run(os.getpid)]
+    assert all(address.startswith("tcp://127.0.0.1:") for address in addresses)
+    assert dask_pool.notices == []
+    assert not module._is_private("tcp://10.0.0.8:8786")
+    assert module._is_private("tls://10.0.0.8:8786")
+    assert module._is_private("tcp://localhost:8786")
+
+
+def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text("from raycam.cluster import make_pool\nwith make_pool('local:1'):\n    pass\n")
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 1
+    last = ended.stderr.splitlines()[-1]
+    assert last.startswith("raycam.errors.SettingsError: local:1: its processes do not start")
+    assert "if __name__ == '__main__':" in last
+    assert "bootstrapping phase" not in ended.stderr
+
+
+def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
+    tmp_path: Path, dask_pool: module.DaskPool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)
+    seen = storm(tmp_path, dask_pool, frames=40, each=0.1, pause=3.0)
+    assert seen.killed >= 1
+
+
+def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: module.DaskPool) -> None:
+    poison(tmp_path, dask_pool, frames=8, number=3)
+
+
+def test_losing_the_scheduler_loses_no_finished_frame(tmp_path: Path) -> None:
+    scheduler_lost(tmp_path, frames=16, after=2, count=1)
+
+
+def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "CONNECT_TIMEOUT", 0.5)
+    with pytest.raises(OSError, match=r"no Dask scheduler answers at tcp://127"):
+        module.connect("tcp://127.0.0.1:1")

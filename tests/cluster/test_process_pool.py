@@ -1,0 +1,199 @@
+"""Worker processes on this machine: killed, stopped and out of memory."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from raycam.cluster import process_pool
+from raycam.cluster.process_pool import ProcessPool
+from raycam.errors import JobError
+from raycam.io import memory_limits
+from raycam.jobs import Job, scheduler
+from raycam.jobs.scheduler import PoolLost, WorkerDied
+from raycam.jobs.worker import FrameTask
+from support.job_frames import Pool, film, package, results
+
+# Workers are other processes: what they do differently is said in a file that Python runs when it starts.
+POISON = """
+import os, sys
+if "raycam.cluster.process_worker" in sys.orig_argv:
+    from raycam import video
+    real = video.VideoPlan.frame
+    def frame(self, number, progress=None):
+        if number == 3:
+            {deed}
+        return real(self, number, progress)
+    video.VideoPlan.frame = frame
+"""
+
+
+@pytest.fixture
+def poison(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    folder = tmp_path / "site"
+    folder.mkdir()
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
+    return folder / "sitecustomize.py"
+
+
+def expected(tmp_path: Path) -> dict[str, bytes]:
+    Job(tmp_path / "expected", package()).run(Pool())
+    return results(tmp_path / "expected")
+
+
+def test_many_make_the_bytes_of_one_while_they_are_killed_and_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scheduler, "STRAGGLER_TIMEOUT", 1.0)
+    one = film(seconds=4.0, samples=64).package()
+    Job(tmp_path / "one", one).run(Pool())
+    pool = ProcessPool(3)
+    over = threading.Event()
+
+    def disturb() -> None:
+        while len(pool.pids()) < 3:
+            time.sleep(0.01)
+        os.kill(pool.pids()[2], signal.SIGSTOP)  # for ever: it holds the frame it is in
+        for victim in (0, 1):
+            if not over.wait(0.2):
+                os.kill(pool.pids()[victim], signal.SIGKILL)
+
+    thread = threading.Thread(target=disturb)
+    thread.start()
+    try:
+        Job(tmp_path / "many", one).run(pool)
+    finally:
+        over.set()
+        thread.join()
+        pids = pool.pids()
+        pool.close()
+    assert results(tmp_path / "many") == results(tmp_path / "one")
+    assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+@pytest.mark.parametrize(
+    ("deed", "error"),
+    [
+        ("os.kill(os.getpid(), 11)", r"3 workers died of it, the last: WorkerDied: a worker ended with signal SIGSEGV"),
+        ("print('last words', file=sys.stderr); os._exit(7)", r"a worker ended with exit status 7"),
+        ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
+    ],
+)  # fmt: skip
+def test_a_poison_frame_is_given_up_and_the_others_are_finished(
+    tmp_path: Path, poison: Path, deed: str, error: str
+) -> None:
+    poison.write_text(POISON.format(deed=deed))
+    pool = ProcessPool(2)
+    job = Job(tmp_path / "a", package())
+    try:
+        with pytest.raises(JobError, match=f"failed: frame 3: .*{error}"):
+            job.run(pool)
+    finally:
+        pool.close()
+    assert job.status().finished == 7
+    log = (tmp_path / "a/.raycam/failed/frame_0003.log").read_text()
+    assert log.count("attempt ") == 3
+    if "last words" in deed:
+        assert log.count("last words") == 3
+    if "odd" in deed:
+        assert "sitecustomize.py" in log  # the worker's traceback
+    poison.write_text("")
+    pool = ProcessPool(1)
+    job.run(pool, retry_failed=True)
+    pool.close()
+    assert results(tmp_path / "a") == expected(tmp_path)
+
+
+def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: Path) -> None:
+    job = Job(tmp_path, package())
+    pool = ProcessPool(1)
+    pool.open(job.package, "")
+    futures = [pool.submit(FrameTask(job.package.id, str(tmp_path / "gone"), frame)) for frame in range(2)]
+    pool.slots()
+    assert isinstance(futures[0].exception(60), PoolLost)
+    pool.close()
+
+
+def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> None:
+    poison.write_text(POISON.format(deed="print('hello')"))
+    pool = ProcessPool(1)
+    Job(tmp_path / "a", package()).run(pool)
+    pool.close()
+    assert results(tmp_path / "a") == expected(tmp_path)
+
+
+def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory_limits, "available_bytes", lambda share: int(share * (1 << 30)) - (500 << 20))
+    pool = ProcessPool(8)
+    pool.open(package(), "")
+    assert pool.slots() == 2 * 2  # 150 MiB each within 90 %
+    pool.close()
+    pool = ProcessPool(8)
+    monkeypatch.setattr(memory_limits, "available_bytes", lambda share: -1)
+    assert pool.slots() == 2  # one always
+    pool.close()
+    assert pool.notices == ["1 of 8 workers were started: the memory that is left would not hold more"]
+
+
+def test_closing_ends_everything_at_once(tmp_path: Path) -> None:
+    one = film(samples=1_000_000).package()
+    job = Job(tmp_path, one)
+    pool = ProcessPool(2)
+    pool.open(one, "")
+    pool.slots()
+    futures = [
+        pool.submit(FrameTask(one.id, str(job.folder / ".raycam/package"), frame, 1)) for frame in range(2)
+    ]
+    while len(pool.pids()) < 2:
+        time.sleep(0.01)
+    time.sleep(0.5)
+    pids = pool.pids()
+    start = time.monotonic()
+    pool.close()
+    assert time.monotonic() - start < 5
+    for future in futures:
+        assert isinstance(future.exception(1), PoolLost)
+    assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
+    one = film(samples=1_000_000).package()
+    job = Job(tmp_path, one)
+    program = f"""
+from raycam.cluster.process_pool import ProcessPool
+from raycam.jobs.worker import FrameTask
+pool = ProcessPool(2)
+pool.slots()
+for frame in range(2):
+    pool.submit(FrameTask({one.id!r}, {str(job.folder / ".raycam/package")!r}, frame, 1))
+while len(pool.pids()) < 2:
+    pass
+print(*pool.pids(), flush=True)
+input()
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as parent:
+        assert parent.stdout is not None
+        pids = [int(pid) for pid in parent.stdout.readline().split()]
+        time.sleep(1.0)  # they are at their frames
+        parent.kill()
+    end = time.monotonic() + 10
+    while alive := [pid for pid in pids if Path(f"/proc/{pid}/cmdline").exists()]:
+        assert time.monotonic() < end, alive
+        time.sleep(0.05)
+
+
+def test_how_a_worker_ended_is_known() -> None:
+    worker = process_pool._Worker()
+    os.kill(worker.process.pid, signal.SIGKILL)
+    with pytest.raises(WorkerDied, match=r"signal SIGKILL .perhaps for want of memory"):
+        worker.make(FrameTask("0", "", 0))
+    assert process_pool._Worker().end() == "a worker ended with exit status 0"

@@ -1,0 +1,148 @@
+"""Workers of a Dask cluster that cannot make frames, or only with a package that is brought to them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from raycam.cluster import dask_pool, dask_worker
+from raycam.cluster.dask_pool import DaskPool
+from raycam.errors import JobError
+from raycam.jobs import Job, worker
+from support.cluster_faults import Engine, connected
+from support.job_frames import BLIND, Pool, package, results
+
+NO_RAYCAM = """
+import sys
+class Hidden:
+    def find_spec(self, name, *_):
+        if name.partition(".")[0] == "raycam":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Hidden())
+"""
+OTHER_VERSION = """
+import raycam.jobs.job_package
+raycam.jobs.job_package.__version__ = "99.0"
+"""
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
+    engine = Engine(tmp_path_factory.mktemp("engine"), 0)
+    yield engine
+    engine.close()
+
+
+@pytest.fixture(scope="module")
+def pool(engine: Engine) -> Iterator[DaskPool]:
+    pool = connected(engine.address)
+    yield pool
+    pool.close()
+
+
+def wait_for(pool: DaskPool, count: int) -> None:
+    while len(pool._client.scheduler_info(n_workers=-1)["workers"]) < count:
+        time.sleep(0.05)
+
+
+def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
+    tmp_path: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Job(tmp_path / "one", package()).run(Pool())
+    monkeypatch.setattr(dask_pool, "SILENCE_TIMEOUT", 0.3)
+    monkeypatch.setattr(dask_pool, "REFRESH_INTERVAL", 0.1)
+    told: list[str] = []
+
+    def tell(notice: str) -> None:
+        told.append(notice)
+        if notice.startswith("no worker") and all(worker.poll() is not None for worker in engine.workers):
+            engine.workers.append(engine.join())
+
+    job = Job(tmp_path / "many", package())
+    pool = connected(engine.address, tell)
+
+    def leave(done: int, total: int, failed: int) -> None:
+        if done == 2 and len(engine.workers) == 1:  # and in the middle of it
+            engine.workers[0].kill()
+
+    job.run(pool, progress=leave)
+    again = "there is a worker now: it goes on"
+    assert told.count(again) == 2
+    waiting = [notice for notice in told if notice != again]
+    assert all(
+        notice.startswith(f"no worker is at the Dask scheduler {engine.address}, for ") for notice in waiting
+    )
+    assert 2 <= len(waiting) < 14  # seldom: each time after twice as long
+    assert results(job.folder) == results(tmp_path / "one")
+    for process in engine.workers:
+        process.kill()
+        process.wait()
+    engine.workers.clear()
+    while pool._client.scheduler_info(n_workers=-1)["workers"]:
+        time.sleep(0.05)
+    pool.close()
+
+
+def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = Engine(tmp_path, 0)
+    pool = connected(engine.address, lambda _: engine.close())
+    pool._client._timeout = 1.0  # for which it tries to come back
+    monkeypatch.setattr(dask_pool, "SILENCE_TIMEOUT", 0.1)
+    try:
+        with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
+            Job(tmp_path / "a", package()).run(pool)
+    finally:
+        pool.close()
+        engine.close()
+
+
+def test_those_that_cannot_make_frames_get_none_and_are_told_of(
+    tmp_path: Path, engine: Engine, pool: DaskPool
+) -> None:
+    engine.workers += [engine.join(NO_RAYCAM), engine.join(OTHER_VERSION)]
+    wait_for(pool, 2)
+    job = Job(tmp_path, package())
+    with pytest.raises(JobError, match="the workers are gone") as fault:
+        job.run(pool)
+    for text in ("No module named 'raycam'", "made by raycam 0.1.0, this is 99.0"):
+        assert text in str(fault.value)
+        assert [notice for notice in pool.notices if text in notice]
+    assert (job.status().finished, job.status().failed) == (0, {})
+    assert [worker.poll() for worker in engine.workers] == [None, None]  # the cluster is not only ours
+
+
+def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
+    tmp_path: Path, engine: Engine, pool: DaskPool
+) -> None:
+    Job(tmp_path / "one", package()).run(Pool())
+    others = len(engine.workers)
+    engine.workers.append(engine.join())
+    wait_for(pool, others + 1)
+    job = Job(tmp_path / "many", package())
+
+    def replace(done: int, total: int, failed: int) -> None:
+        if done == 2 and len(engine.workers) == others + 1:
+            engine.workers.append(engine.join(BLIND.format(folder=str(job.folder.resolve()))))
+            wait_for(pool, others + 2)
+            engine.workers[others].kill()  # all that is left is made by the one that sees nothing
+
+    job.run(pool, progress=replace)
+    assert results(job.folder) == results(tmp_path / "one")
+
+    # Its disk holds the packages of the last jobs only: one that has gone amid the frames is brought again.
+    def evict(done: int, total: int, failed: int) -> None:
+        if done == 2:
+            for number in range(dask_worker.MAX_PACKAGES):
+                pool._client.submit(dask_worker.keep_package, f"other{number}", b"").result()
+            pool._client.submit(worker.clear_cache).result()
+
+    engine.workers[others].wait()
+    for other in engine.workers[:others]:
+        other.kill()
+    job.remove()
+    Job(job.folder, package()).run(pool, progress=evict)
+    assert results(job.folder) == results(tmp_path / "one")

@@ -1,0 +1,54 @@
+"""TUM and ScanNet read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.dataset import views, write
+from support.box_table import picture, ring, table, truth
+
+
+def test_tum(tmp_path: Path) -> None:
+    from scipy.spatial.transform import Rotation
+
+    world = table()
+    world.add_camera(ring(1)[0])
+    write(world, tmp_path, "tum")  # every frame of its video
+    seen = views(world)
+    lines = (tmp_path / "groundtruth.txt").read_text().splitlines()[1:]
+    assert len(lines) == len(seen) == 4
+    pairs = [line.split() for line in (tmp_path / "associations.txt").read_text().splitlines()]
+    for line, pair, view in zip(lines, pairs, seen, strict=True):
+        time, *numbers = map(float, line.split())
+        assert time == float(pair[0]) == view.time
+        np.testing.assert_allclose(numbers[:3], view.camera.C)
+        np.testing.assert_allclose(Rotation.from_quat(numbers[3:]).as_matrix(), view.camera.R.T, atol=1e-12)
+        depth = picture(tmp_path / pair[3])
+        expected = truth(view.camera, "depth", table().at(view.time))
+        inside = expected < 13  # what 16 bits reach
+        assert inside.any()
+        assert np.abs(depth[inside] / 5000 - expected[inside]).max() < 1.01e-4
+        assert picture(tmp_path / pair[1]).shape == (*depth.shape, 3)
+
+
+def test_tum_has_one_picture_at_a_time(tmp_path: Path) -> None:
+    cameras = ring(3)
+    with pytest.raises(raycam.SettingsError, match=r"views 0 and 2 are both of the time 0\.500000"):
+        write(table(), tmp_path / "tum", "tum", cameras=cameras, times=[0.5, 0.6, 0.5000001])
+    assert not (tmp_path / "tum").exists()
+
+
+def test_scannet(tmp_path: Path) -> None:
+    cameras = ring(2)
+    write(table(), tmp_path, "scannet", cameras=cameras)
+    for number, camera in enumerate(cameras):
+        pose = np.loadtxt(tmp_path / "pose" / f"{number}.txt")
+        np.testing.assert_allclose(pose[:3, :3], camera.R.T)
+        np.testing.assert_array_equal(picture(tmp_path / "instance" / f"{number}.png"), truth(camera) + 1)
+        category = picture(tmp_path / "label" / f"{number}.png")
+        assert set(np.unique(category)) <= {0, 1, 2, 9}
+    K = np.loadtxt(tmp_path / "intrinsic" / "intrinsic_depth.txt")
+    np.testing.assert_allclose(K[:3, :3], cameras[0].K)

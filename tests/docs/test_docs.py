@@ -1,0 +1,98 @@
+"""The documentation does what it says: every block of code on every page runs, in order, in its own folder.
+
+`pycon` blocks are compared with their printed answers, `python` blocks run, `toml` blocks whose first line
+names a file are written to it and loaded, and `raycam` lines of `sh` blocks are typed. What says nothing of
+samples gets one per pixel here, and the demo's video a few frames: it is the words that are tested.
+"""
+
+from __future__ import annotations
+
+import doctest
+import re
+import shlex
+import shutil
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import raycam
+from raycam import cli
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = ["README.md", *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
+# Makes every one of its own pictures; tested as a command, at its own size, in test_demo.py.
+SLOW = ("raycam demo",)
+
+
+def blocks(page: str) -> Iterator[tuple[str, str, int]]:
+    """Language, text and line of each fenced block of a page."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for match in BLOCK.finditer(text):
+        yield match[1], match[2], text.count("\n", 0, match.start()) + 1
+
+
+def run_python(code: str, page: str, line: int, names: dict[str, object]) -> None:
+    exec(compile("\n" * line + code, page, "exec"), names)
+
+
+def run_doctest(code: str, page: str, line: int, names: dict[str, object]) -> None:
+    test = doctest.DocTestParser().get_doctest(code, names, page, page, line)
+    said: list[str] = []
+    doctest.DocTestRunner(verbose=False).run(test, out=said.append, clear_globs=False)
+    assert not said, "".join(said)
+    names |= test.globs
+
+
+def write_world(text: str, page: str) -> None:
+    named = re.match(r"# (\S+\.toml)\n", text)
+    if named:
+        Path(named[1]).write_text(text, encoding="utf-8")
+        raycam.load(named[1])
+    else:
+        assert tomllib.loads(text), page
+
+
+def type_commands(text: str, page: str) -> None:
+    for line in text.replace("\\\n", " ").splitlines():
+        words = shlex.split(line, comments=True)
+        if words[:1] == ["raycam"] and not line.startswith(SLOW):
+            assert cli.main(words[1:]) == 0, f"{page}: {line}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_of_the_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys.modules["raycam.render"], "DEFAULT_SAMPLES", 1)
+    world = Path("spot.toml").read_text(encoding="utf-8")
+    world = re.sub(
+        r"^samples = .*", "samples = 1", world.replace("occlusion = true", "occlusion = false"), flags=re.M
+    )
+    world = re.sub(r"^seconds = .*", "seconds = 0.1", world, flags=re.M)
+    Path("spot.toml").write_text(world, encoding="utf-8")
+    names: dict[str, object] = {}
+    for language, text, line in blocks(page):
+        if language == "python":
+            run_python(text, page, line, names)
+        elif language == "pycon":
+            run_doctest(text, page, line, names)
+        elif language == "toml":
+            write_world(text, page)
+        elif language == "sh":
+            type_commands(text, page)
+
+
+def test_a_wrong_answer_is_noticed() -> None:
+    with pytest.raises(AssertionError, match="Expected"):
+        run_doctest(">>> 1 + 1\n3\n", "page", 1, {})
+
+
+def test_every_local_link_leads_somewhere() -> None:
+    for page in [*PAGES, "CONTRIBUTING.md"]:
+        text = (ROOT / page).read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
+            if "://" not in target:
+                assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"

@@ -1,0 +1,204 @@
+"""Materials and textures of glTF files, as the picture shows them."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from support.gltf_document import (
+    ARROWS,
+    SQUARE,
+    SQUARE_CORNERS,
+    SQUARE_UVS,
+    TRIANGLE,
+    Document,
+    load,
+    png,
+    seen,
+)
+
+
+def textured(document: Document, pixels: Any, info: dict[str, Any] | None = None, **keys: Any) -> None:
+    """A square in nearest texels of this picture."""
+    image = document.add("images", bufferView=document.view(png(pixels)), mimeType="image/png")
+    sampler = {"magFilter": 9728, "minFilter": 9728, **keys.pop("sampler", {})}
+    texture = document.add("textures", source=image, sampler=document.add("samplers", **sampler))
+    color = {"baseColorTexture": {"index": texture, **(info or {})}}
+    document.node(mesh=document.square(pbrMetallicRoughness=color, **keys))
+
+
+def test_textures_are_srgb_and_upright(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (8, 8, 3), np.uint8)
+    document = Document()
+    textured(document, pixels)
+    np.testing.assert_array_equal(seen(load(document, tmp_path)), pixels)
+
+
+@pytest.mark.parametrize(
+    ("info", "matrix"),
+    [
+        ({"offset": [0.25, -0.125]}, [[1, 0, 0.25], [0, 1, -0.125]]),
+        ({"scale": [2, -1]}, [[2, 0, 0], [0, -1, 0]]),
+        ({"rotation": np.pi / 2}, [[0, 1, 0], [-1, 0, 0]]),
+        ({"offset": [0.5, 0], "rotation": np.pi / 2, "scale": [2, 0.5]}, [[0, 0.5, 0.5], [-2, 0, 0]]),
+    ],
+)
+def test_texture_transforms(tmp_path: Path, info: dict[str, Any], matrix: list[list[float]]) -> None:
+    """Translation * rotation * scale of (u, v), as the extension writes it, and repeated."""
+    pixels = np.random.default_rng(2).integers(0, 256, (8, 8, 3), np.uint8)
+    document = Document()
+    document.use("KHR_texture_transform")
+    textured(document, pixels, {"extensions": {"KHR_texture_transform": info}})
+    v, u = (np.mgrid[:16, :16] + 0.5) / 16
+    u, v = np.moveaxis(np.stack([u, v, np.ones_like(u)], -1) @ np.transpose(matrix), -1, 0)
+    column, row = (np.floor(8 * np.stack([u, v]) + 1e-6) % 8).astype(int)
+    np.testing.assert_array_equal(seen(load(document, tmp_path), size=16), pixels[row, column])
+
+
+@pytest.mark.parametrize(
+    ("code", "columns"),
+    [(10497, [0, 1, 0, 1, 0, 1]), (33071, [0, 0, 0, 1, 1, 1]), (33648, [1, 0, 0, 1, 1, 0])],
+)
+def test_wrap_modes(tmp_path: Path, code: int, columns: list[int]) -> None:
+    pixels = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
+    document = Document()
+    document.use("KHR_texture_transform")
+    info = {"extensions": {"KHR_texture_transform": {"scale": [3, 1], "offset": [-1, 0]}}}
+    textured(document, pixels, info, sampler={"wrapS": code})
+    np.testing.assert_array_equal(seen(load(document, tmp_path), size=6)[0], pixels[0, columns])
+
+
+def test_the_transform_may_choose_other_coordinates(tmp_path: Path) -> None:
+    document = Document()
+    document.use("KHR_texture_transform")
+    image = document.add("images", bufferView=document.view(png(ARROWS)), mimeType="image/png")
+    texture = document.add("textures", source=image, sampler=document.add("samplers", magFilter=9728))
+    info = {"index": texture, "texCoord": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1}}}
+    material = document.add("materials", pbrMetallicRoughness={"baseColorTexture": info})
+    attributes = {"POSITION": SQUARE, "TEXCOORD_0": SQUARE_UVS, "TEXCOORD_1": SQUARE_UVS[:, ::-1].copy()}
+    document.node(mesh=document.mesh(attributes, SQUARE_CORNERS, material=material))
+    turned = np.swapaxes(np.array(ARROWS), 0, 1)
+    np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), turned)
+
+
+def test_images_beside_the_file_and_inside_the_text(tmp_path: Path) -> None:
+    picture = png(ARROWS)
+    (tmp_path / "a b.png").write_bytes(picture)
+    inside = "data:image/png;base64," + base64.b64encode(picture).decode()
+    for uri in ("a%20b.png", inside):
+        document = Document()
+        image = document.add("images", uri=uri)
+        texture = document.add("textures", source=image, sampler=document.add("samplers", magFilter=9728))
+        document.node(mesh=document.square(pbrMetallicRoughness={"baseColorTexture": {"index": texture}}))
+        np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), ARROWS)
+
+
+def test_webp_goes_before_the_image_for_others(tmp_path: Path) -> None:
+    file = io.BytesIO()
+    Image.fromarray(np.array(ARROWS, np.uint8)).save(file, "WEBP", lossless=True)
+    document = Document()
+    document.use("EXT_texture_webp")
+    other = document.add("images", bufferView=document.view(png(np.zeros((2, 2, 3)))), mimeType="image/png")
+    image = document.add("images", bufferView=document.view(file.getvalue()), mimeType="image/webp")
+    sampler = document.add("samplers", magFilter=9728)
+    extensions = {"EXT_texture_webp": {"source": image}}
+    texture = document.add("textures", source=other, sampler=sampler, extensions=extensions)
+    document.node(mesh=document.square(pbrMetallicRoughness={"baseColorTexture": {"index": texture}}))
+    np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), ARROWS)
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
+@pytest.mark.parametrize("count", [3, 4])
+def test_vertex_colors_are_linear(tmp_path: Path, kind: str, count: int) -> None:
+    colors = np.array([[0, 0.5, 1], [1, 0.25, 0], [0.5, 0.5, 0.5]])
+    colors = np.hstack([colors, [[0.25], [1], [0.5]]])[:, :count]
+    high = 1 if kind == "float32" else np.iinfo(kind).max
+    stored = np.round(colors * high, 0 if high > 1 else 9).astype(kind)
+    document = Document()
+    stride = {("uint8", 3): 4, ("uint16", 3): 8}.get((kind, count), 0)
+    accessor = document.accessor(stored, stride=stride, **({"normalized": True} if high > 1 else {}))
+    factor = {"baseColorFactor": [0.5, 1, 1, 1]}
+    material = document.add("materials", pbrMetallicRoughness=factor)
+    document.node(mesh=document.mesh({"POSITION": TRIANGLE, "COLOR_0": accessor}, material=material))
+    world = load(document, tmp_path)
+    expected = (stored[:, :3] / high).mean(0) * [0.5, 1, 1]
+    np.testing.assert_allclose(world.triangle_colors()[0], expected, rtol=1e-6)
+
+
+def test_alpha(tmp_path: Path) -> None:
+    """A cut-out shows what is behind it, a blend mixes, opaque ignores alpha; the ground truth agrees."""
+    pixels = np.zeros((2, 2, 4), np.uint8)
+    pixels[..., 0], pixels[..., 3] = 255, [[0, 255], [100, 200]]
+    shares = {"OPAQUE": [[1, 1], [1, 1]], "MASK": [[0, 1], [0, 1]], "BLEND": pixels[..., 3] / 255}
+    for mode, share in shares.items():
+        document = Document()
+        document.use("KHR_materials_unlit")
+        unlit = {"KHR_materials_unlit": {}}
+        textured(document, pixels, alphaMode=mode, extensions=unlit)
+        behind = {"baseColorFactor": [0, 0, 1, 1]}
+        back = document.square(pbrMetallicRoughness=behind, extensions=unlit)
+        document.node(mesh=back, translation=[0, 0, -0.5], scale=[2, 2, 1])
+        world = load(document, tmp_path)
+        camera = raycam.Camera.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0], size=(2, 2), fov=2 * 14.0362435)
+        color = raycam.render(world, camera, samples=2048, integrator="path")["color"]
+        np.testing.assert_allclose(color[..., 0], share, atol=0.05)
+        np.testing.assert_allclose(color[..., 2], 1 - np.array(share), atol=0.05)
+
+
+def test_single_and_double_sided(tmp_path: Path) -> None:
+    for double in (False, True):
+        document = Document()
+        document.use("KHR_materials_unlit")
+        mesh = document.square(doubleSided=double, extensions={"KHR_materials_unlit": {}})
+        document.node(mesh=mesh, rotation=[0, 1, 0, 0])
+        world = load(document, tmp_path)
+        camera = raycam.Camera.look_at([0, 0, 2], [0, 0, 0], [0, 1, 0], size=(2, 2), fov=40)
+        world.add_light(type="sky", radiance=[0.25, 0.5, 0])
+        color = raycam.render(world, camera, samples=4)["color"]
+        np.testing.assert_allclose(color, [[[1, 1, 1] if double else [0.25, 0.5, 0]] * 2] * 2, atol=1e-6)
+
+
+def test_variants(tmp_path: Path) -> None:
+    document = Document()
+    document.use("KHR_materials_variants")
+    names = {"red": [1, 0, 0, 1], "blue": [0, 0, 1, 1]}
+    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": name} for name in names]}}
+    colors = [document.add("materials", pbrMetallicRoughness={"baseColorFactor": c}) for c in names.values()]
+    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
+    mappings = [{"material": material, "variants": [i]} for i, material in enumerate(colors)]
+    extension = {"KHR_materials_variants": {"mappings": mappings}}
+    document.json["meshes"][mesh]["primitives"][0]["extensions"] = extension
+    document.node(mesh=mesh)
+    world = load(document, tmp_path)
+    assert world.variants == ["red", "blue"]
+    np.testing.assert_allclose(world.triangle_colors()[0], [0, 1, 0])
+    np.testing.assert_allclose(world.with_variant("blue").triangle_colors()[0], [0, 0, 1])
+    np.testing.assert_allclose(load(document, tmp_path, variant="red").triangle_colors()[0], [1, 0, 0])
+    with pytest.raises(raycam.WorldError, match=r"did you mean.*blue"):
+        world.with_variant("bleu")
+
+
+def test_emission_does_not_take_the_place_of_light(tmp_path: Path) -> None:
+    """glTF's viewers light what has no lights; a lamp's screen in a file must not leave all else in the dark."""
+    document = Document()
+    document.use("KHR_materials_emissive_strength")
+    glow = {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}
+    document.node(mesh=document.square(emissiveFactor=[1, 0.5, 0], extensions=glow), translation=[-1, 0, 0])
+    document.node(mesh=document.square(pbrMetallicRoughness={"metallicFactor": 0}), translation=[1, 0, 0])
+    world = load(document, tmp_path)
+    camera = raycam.Camera.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0], size=(4, 2), fov=30)
+    for integrator in ("direct", "path"):
+        frame = raycam.render(world, camera, integrator=integrator, samples=16)
+        assert (frame["color"][:, 3] > 0.3).all(), "lit by what a world without lights gets"
+        assert (frame["color"][:, 0] >= [3.9, 2, 0.1]).all(), "and shining by itself"
+        assert any("no lights" in notice for notice in frame.notices)
+    world.add_light(type="sky", radiance=[0, 0, 0])
+    dark = raycam.render(world, camera, samples=16)["color"]
+    assert (dark[:, 3] < 1e-3).all(), "unless it is given light, be it none"
+    assert (dark[:, 0] > [3, 1.5, -1]).all()

@@ -1,0 +1,104 @@
+"""What glTF-Validator calls an error, and what comes of it here: the table in `docs/gltf.md`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from support.gltf_document import SQUARE, Document, animated, load
+
+
+def _float(d: Document) -> None:
+    bad = SQUARE.copy()
+    bad[1, 1] = np.nan
+    start = d.json["bufferViews"][0]["byteOffset"]
+    d.binary[start : start + bad.nbytes] = bad.tobytes()
+
+
+REFUSED: dict[str, Any] = {
+    "ACCESSOR_INVALID_FLOAT": _float,
+    "ACCESSOR_TOO_LONG": lambda d: d.json["accessors"][0].update(count=5000),
+    "ACCESSOR_INDEX_OOB": lambda d: d.binary.__setitem__(
+        slice(d.json["bufferViews"][2]["byteOffset"], None), b"\x09\0" * 6
+    ),
+    "ACCESSOR_INDEX_PRIMITIVE_RESTART": lambda d: d.binary.__setitem__(
+        slice(d.json["bufferViews"][2]["byteOffset"], None), b"\xff\xff" * 6
+    ),
+    "UNRESOLVED_REFERENCE": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].update(POSITION=77),
+    "BUFFER_VIEW_TOO_LONG": lambda d: d.json["bufferViews"][0].update(byteLength=1 << 20),
+    "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT": lambda d: d.json["accessors"][1].update(count=3),
+    "NODE_LOOP": lambda d: d.json["nodes"][0].update(children=[0]),
+    "ROTATION_NON_UNIT": lambda d: d.json["nodes"][0].update(rotation=[0, 0, 0, 0]),
+    "NODE_MATRIX_NON_TRS": lambda d: d.json["nodes"][0].update(
+        matrix=[1.0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+    ),
+    "UNKNOWN_ASSET_MAJOR_VERSION": lambda d: d.json["asset"].update(version="1.0"),
+    "VALUE_NOT_IN_RANGE": lambda d: d.json["meshes"][0]["primitives"][0].update(mode=9),
+    "VALUE_NOT_IN_LIST": lambda d: (
+        d.json.setdefault("materials", []).append({"alphaMode": "GLASS"})
+        or d.json["meshes"][0]["primitives"][0].update(material=0)
+    ),
+    "ARRAY_LENGTH_NOT_IN_LIST": lambda d: d.json["nodes"][0].update(scale=[1, 1]),
+    "ASSET_MIN_VERSION_GREATER_THAN_VERSION": lambda d: d.json["asset"].update(minVersion="2.1"),
+    "ACCESSOR_ANIMATION_INPUT_NON_INCREASING": lambda d: animated(
+        d, "translation", [1, 0], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "ACCESSOR_ANIMATION_INPUT_NEGATIVE": lambda d: animated(
+        d, "translation", [-1, 0], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT": lambda d: animated(
+        d, "translation", [0, 1], [[0, 0, 0]], node=0
+    ),
+    "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
+    "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][2].update(
+        normalized=True
+    ),
+    "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT": lambda d: animated(
+        d, "translation", [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "SKIN_IBM_INVALID_FORMAT": lambda d: d.json["nodes"][0].update(
+        skin=d.add("skins", joints=[0], inverseBindMatrices=d.accessor(np.zeros((1, 4), np.float32)))
+    ),
+    "TYPE_MISMATCH": lambda d: d.json["nodes"][0].update(mesh="zero"),
+    "EMPTY_ENTITY": lambda d: d.json["meshes"][0].update(primitives=[]),
+}
+
+
+@pytest.mark.parametrize("code", REFUSED)
+def test_what_spoils_the_picture_is_refused_by_its_code(tmp_path: Path, code: str) -> None:
+    document = Document()
+    document.node(mesh=document.square())
+    REFUSED[code](document)
+    with pytest.raises(raycam.FormatError, match=code):
+        load(document, tmp_path)
+
+
+NOTICED: dict[str, Any] = {
+    "MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS": lambda d: d.json["accessors"][0].pop("max"),
+    "VALUE_NOT_IN_RANGE": lambda d: d.json["materials"][0].update(emissiveFactor=[2, 0, 0]),
+    "SCENE_NON_ROOT_NODE": lambda d: d.json.update(scenes=[{"nodes": [0, d.node(children=[0])]}]),
+    "MESH_PRIMITIVE_NO_POSITION": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].pop(
+        "POSITION"
+    ),
+    "MESH_PRIMITIVE_INCOMPATIBLE_MODE": lambda d: d.json["accessors"][2].update(count=5),
+    "UNSUPPORTED_EXTENSION": lambda d: d.use("EXT_of_tomorrow"),
+    "MESH_PRIMITIVE_INVALID_ATTRIBUTE": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].update(
+        COLOR=0, _OWN=0
+    ),
+    "NODE_MATRIX_TRS": lambda d: d.json["nodes"][0].update(
+        matrix=np.eye(4).ravel().tolist(), translation=[1, 0, 0]
+    ),
+    "ROTATION_NON_UNIT": lambda d: d.json["nodes"][0].update(rotation=[0, 0, 0, 2]),
+}
+
+
+@pytest.mark.parametrize("code", NOTICED)
+def test_what_is_odd_is_said_by_its_code(tmp_path: Path, code: str) -> None:
+    document = Document()
+    document.node(mesh=document.square(name="red"))
+    NOTICED[code](document)
+    world = load(document, tmp_path)
+    assert any(f"({code})" in notice for notice in world.notices), world.notices

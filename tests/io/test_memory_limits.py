@@ -1,0 +1,143 @@
+"""Memory limits, on made-up machines."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from raycam import errors
+from raycam.io import memory_limits
+
+GIB = 1 << 30
+
+
+@pytest.fixture
+def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """16 GiB, 10 of them free."""
+    monkeypatch.setattr(memory_limits, "CGROUP", tmp_path / "cgroup")
+    monkeypatch.setattr(memory_limits, "PROC", tmp_path / "proc")
+    monkeypatch.setattr(os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 16 * GIB // 4096}.get)
+    write(tmp_path / "proc/meminfo", f"MemTotal: {16 << 20} kB\nMemAvailable: {10 << 20} kB\n")
+    return tmp_path
+
+
+def write(path: Path, text: object) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"{text}\n")
+
+
+def group(folder: Path, first: bool = False, **values: object) -> None:
+    """A control group's files of either version; `limit`, `used`, and lines of its statistics."""
+    limit, used = (
+        ("memory.limit_in_bytes", "memory.usage_in_bytes") if first else ("memory.max", "memory.current")
+    )
+    for name, file in (("limit", limit), ("used", used), ("high", "memory.high")):
+        if name in values:
+            write(folder / file, values.pop(name))
+    if values:
+        write(folder / "memory.stat", "\n".join(f"{name} {value}" for name, value in values.items()))
+
+
+def test_a_bare_machine(machine: Path) -> None:
+    assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
+    assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (10 * GIB, 2 * GIB)
+
+
+def test_the_groups_around_count_and_caches_do_not(machine: Path) -> None:
+    write(machine / "proc/self/cgroup", "0::/slice/job/task")
+    slice = machine / "cgroup/slice"
+    group(slice / "job/task", limit="max", used=GIB)
+    group(slice / "job", limit=4 * GIB, used=3 * GIB, anon=1, inactive_file=GIB // 2, active_file=GIB // 2)
+    group(slice, limit=8 * GIB, used=5 * GIB)
+    assert memory_limits.limits() == [(16 * GIB, 6 * GIB), (4 * GIB, 2 * GIB), (8 * GIB, 5 * GIB)]
+    assert (memory_limits.available_bytes(), memory_limits.available_bytes(0.5)) == (2 * GIB, -GIB)
+
+
+def test_the_group_with_the_least_left_counts_not_the_smallest(machine: Path) -> None:
+    write(machine / "proc/self/cgroup", "0::/job/task")
+    group(machine / "cgroup/job", limit=8 * GIB, used=8 * GIB - 1)
+    group(machine / "cgroup/job/task", limit=4 * GIB, used=GIB)
+    assert memory_limits.available_bytes() == 1
+    # More than the machine has is no limit, and what others use of the machine counts too.
+    group(machine / "cgroup/job", limit=64 * GIB, used=63 * GIB)
+    write(machine / "proc/meminfo", f"MemAvailable: {1 << 20} kB")
+    assert memory_limits.available_bytes() == GIB
+
+
+def test_a_limit_that_slows_down_is_one(machine: Path) -> None:
+    write(machine / "proc/self/cgroup", "0::/job")
+    group(machine / "cgroup/job", limit=8 * GIB, high=3 * GIB, used=GIB)
+    assert memory_limits.available_bytes() == 2 * GIB
+    group(machine / "cgroup/job", limit="max", high="max", used=GIB)
+    assert memory_limits.available_bytes() == 10 * GIB
+
+
+def test_inside_a_container(machine: Path) -> None:
+    # With a name space of its own, the second version's root is the container's group; without, its path is not there.
+    for path in ("/", "/system.slice/docker-1234.scope", "/../../pod/1"):
+        write(machine / "proc/self/cgroup", f"0::{path}")
+        group(machine / "cgroup", limit=2 * GIB, used=GIB)
+        assert memory_limits.available_bytes() == GIB, path
+
+
+def test_groups_of_the_first_version(machine: Path) -> None:
+    write(machine / "proc/self/cgroup", "4:cpu,cpuacct:/a\n7:memory:/batch/1\n1:name=systemd:/\n0::/\n")
+    batch = machine / "cgroup/memory/batch"
+    group(batch / "1", first=True, limit=2 * GIB, used=GIB, inactive_file=7, total_inactive_file=GIB // 2)
+    group(batch, first=True, limit=9223372036854771712, used=GIB)
+    assert memory_limits.available_bytes() == 3 * GIB // 2
+    # A pod's limit, which its containers see nothing else of.
+    container = machine / "cgroup/memory"
+    group(container, first=True, limit=9223372036854771712, used=GIB, hierarchical_memory_limit=2 * GIB)
+    write(machine / "proc/self/cgroup", "7:memory:/kubepods/pod1/c2")
+    assert memory_limits.available_bytes() == GIB
+
+
+def test_a_limit_below_the_need_is_less_than_nothing(machine: Path) -> None:
+    write(machine / "proc/self/cgroup", "0::/job")
+    group(machine / "cgroup/job", limit=GIB, used=GIB)
+    assert memory_limits.available_bytes(0.9) < 0
+    group(machine / "cgroup/job", limit=0, used=GIB)
+    assert memory_limits.available_bytes(0.9) == -GIB
+
+
+def test_files_that_make_no_sense_are_no_limits(machine: Path) -> None:
+    write(machine / "proc/self/cgroup", "nonsense\n0::/job\n:")
+    write(machine / "cgroup/job/memory.max", "lots")
+    write(machine / "cgroup/job/memory.current", "")
+    assert memory_limits.limits() == [(16 * GIB, 6 * GIB)]
+    (machine / "proc/meminfo").unlink()
+    assert memory_limits.limits() == [(16 * GIB, 0)]
+
+
+def test_the_peak_of_this_process_is_about_right() -> None:
+    before = memory_limits.peak_bytes(os.getpid())
+    block = bytearray(64 << 20)
+    assert memory_limits.peak_bytes(os.getpid()) >= len(block)
+    assert before > 1 << 20
+    assert memory_limits.peak_bytes(1 << 30) == 0
+    assert memory_limits.available_bytes() > 0
+    assert all(0 < used < limit for limit, used in memory_limits.limits())
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        (512, 512),
+        ("512", 512),
+        ("1 KiB", 1024),
+        ("1kB", 1000),
+        ("1.5 MiB", 3 << 19),
+        (" 2GB ", 2 * 10**9),
+        ("3tib", 3 << 40),
+    ],
+)
+def test_limits_are_read_as_people_write_them(text: int | str, count: int) -> None:
+    assert memory_limits.parse_size("limit", text) == count
+
+
+@pytest.mark.parametrize("text", ["", "GiB", "-1", "1 XB", "1e9", "1 M", 0, True, "99999999 TiB"])
+def test_what_is_no_limit_is_refused_by_its_name(text: int | str) -> None:
+    with pytest.raises(errors.SettingsError, match="limit is "):
+        memory_limits.parse_size("limit", text)

@@ -1,0 +1,78 @@
+"""Packages of jobs: the same for the same frames, read back as they were."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.jobs import job_package as module
+from raycam.jobs.job_package import JobPackage
+
+
+def world() -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, color="#c83c28", name="box")
+    world.add_light({"type": "sky", "radiance": [1, 2, 3]})
+    return world
+
+
+def test_it_comes_back_and_shows_the_same() -> None:
+    package = JobPackage("video", 7, {"b": (1, 2.5), "a": {"x": None}}, world())
+    data = package.to_bytes()
+    back = JobPackage.from_bytes(data, "p", package.id)
+    assert (back.kind, back.frames, back.settings) == ("video", 7, {"b": [1, 2.5], "a": {"x": None}})
+    assert (back.id, back.to_bytes(), back.describe()) == (package.id, data, package.describe())
+    pictures = [raycam.render(one.world, one.world.default_camera((32, 24))) for one in (package, back)]
+    for name in pictures[0]:
+        np.testing.assert_array_equal(pictures[0][name], pictures[1][name])
+    assert json.dumps(package.describe())
+
+
+def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    base = JobPackage("video", 7, {"a": 1, "b": 2}, world())
+    assert JobPackage("video", 7, {"b": 2, "a": 1}, world()).id == base.id
+    brighter = world()
+    brighter.add_light({"type": "sky", "radiance": [1, 1, 1]})
+    others = [
+        JobPackage("video", 8, {"a": 1, "b": 2}, world()),
+        JobPackage("other", 7, {"a": 1, "b": 2}, world()),
+        JobPackage("video", 7, {"a": 1, "b": 3}, world()),
+        JobPackage("video", 7, {"a": 1, "b": 2}, brighter),
+    ]
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "__version__", "99.0")
+        others.append(JobPackage("video", 7, {"a": 1, "b": 2}, world()))
+    assert len({one.id for one in [base, *others]}) == 6
+
+    # Where its files lie does not matter, nor how the world file is written.
+    ids = set()
+    for name, comment in (("one", ""), ("two", "# text\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "t.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 1\n3 0 1 2\n")
+        (tmp_path / name / "w.toml").write_text(comment + '[[object]]\nname = "t"\nmesh = "t.off"\n')
+        ids.add(JobPackage("video", 1, {}, raycam.load(tmp_path / name / "w.toml")).id)
+    assert len(ids) == 1
+
+
+def test_other_bytes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    package = JobPackage("video", 7, {}, world())
+    with pytest.raises(raycam.FormatError, match="p: expected the job"):
+        JobPackage.from_bytes(package.to_bytes() + b"x", "p", package.id)
+    junk = JobPackage("video", 1, {}, b"no world")
+    with pytest.raises(raycam.FormatError, match="not the bytes of a world"):
+        JobPackage.from_bytes(junk.to_bytes(), "p", junk.id).world  # noqa: B018
+    monkeypatch.setattr(module, "__version__", "99.0")
+    with pytest.raises(raycam.JobError, match=r"made by raycam .*, this is 99\.0"):
+        JobPackage.from_bytes(package.to_bytes(), "p", package.id)
+
+
+@pytest.mark.parametrize(
+    ("frames", "settings", "message"),
+    [(0, {}, "at least one"), (1, {"a": np.zeros(2)}, "plain JSON"), (1, {"a": float("nan")}, "plain JSON")],
+)
+def test_bad_packages_are_named(frames: int, settings: dict[str, object], message: str) -> None:
+    with pytest.raises(raycam.JobError, match=message):
+        JobPackage("video", frames, settings, world())

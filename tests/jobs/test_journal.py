@@ -1,0 +1,113 @@
+"""The ledger: what it says is what happened, wherever its writer was killed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from raycam.errors import JobError
+from raycam.jobs import journal
+from raycam.jobs.journal import Journal, JournalEntry
+
+ENTRIES = [
+    JournalEntry(3, {"a/b.png": (5, "aa" * 32), "c.json": (0, "bb" * 32)}, seconds=0.25),
+    JournalEntry(0, error="WorldError: “odd”\nsecond line"),
+    JournalEntry(1, {}),
+]
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "ledger.jsonl"
+    with Journal(path) as book:
+        for entry in ENTRIES:
+            book.add(entry)
+    return path
+
+
+def entries(path: Path) -> list[JournalEntry]:
+    return [entry for _, entry in journal.read(path) if entry is not None]
+
+
+def test_entries_come_back_and_have_places(path: Path) -> None:
+    assert entries(path) == ENTRIES
+    for place, entry in journal.read(path):
+        assert journal.read_entry(path, place) == entry
+    with pytest.raises(JobError, match="changed by somebody"):
+        journal.read_entry(path, 1)
+    assert entries(path.with_name("none")) == []
+
+
+def test_half_a_line_at_any_byte_loses_that_line_alone(path: Path) -> None:
+    data = path.read_bytes()
+    ends = [0] + [index + 1 for index, byte in enumerate(data) if byte == ord("\n")]
+    for size in range(len(data) + 1):
+        path.write_bytes(data[:size])
+        whole = sum(end <= size for end in ends) - 1
+        assert entries(path) == ENTRIES[:whole]
+        with Journal(path) as book:
+            place = book.add(JournalEntry(9, {}))
+        assert entries(path) == [*ENTRIES[:whole], JournalEntry(9, {})]
+        assert place == ends[whole]
+
+
+def damaged(path: Path) -> list[int]:
+    return [place for place, entry in journal.read(path) if entry is None]
+
+
+def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> None:
+    right = path.read_bytes()
+    nonsense = b'\0\0\0\0\n[]\n{"frame": "x", "files": {}}\n{"frame": 4}\n{"frame": 4, "files": {"a": 3}}\n'
+    path.write_bytes(nonsense + right + b'{"fra')
+    assert entries(path) == ENTRIES
+    places = damaged(path)
+    assert places == [0, 5, 8, 36, 49]
+    for left in range(len(places), 0, -1):
+        assert len(damaged(path)) == left
+        journal.erase_line(path, places[left - 1])
+    journal.erase_line(path, len(nonsense))  # what is right stays
+    assert damaged(path) == []
+    assert entries(path) == ENTRIES
+    assert path.read_bytes()[len(nonsense) :] == right + b'{"fra'
+    with Journal(path) as book:
+        book.add(JournalEntry(4, {}))
+    assert entries(path) == [*ENTRIES, JournalEntry(4, {})]
+
+
+def test_a_flipped_bit_anywhere_costs_its_line_and_never_says_what_was_not(path: Path) -> None:
+    data = path.read_bytes()
+    for place in range(len(data)):
+        path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
+        found = entries(path)
+        assert len(found) in (1, 2)  # that of a line's end joins two
+        assert len(damaged(path)) == (
+            0 if place == len(data) - 1 else 1
+        )  # and of the last one's it is half a line
+        assert all(entry in ENTRIES for entry in found)
+
+
+def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = path.read_bytes()
+
+    def fail(*_: object) -> int:
+        raise OSError(5, "Input/output error")
+
+    real_write = os.write
+    with Journal(path) as book:
+        for name, broken in (("write", lambda file, data: real_write(file, data[:7])), ("fsync", fail)):
+            with monkeypatch.context() as patch:
+                patch.setattr(os, name, broken)
+                with pytest.raises(OSError, match=r"No space|Input/output"):
+                    book.add(JournalEntry(7, {}))
+            assert path.read_bytes() == before
+        book.add(JournalEntry(7, {}))
+    assert entries(path) == [*ENTRIES, JournalEntry(7, {})]
+
+
+def test_what_is_added_is_synced_before_add_returns(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced = []
+    monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
+    with Journal(path) as book:
+        book.add(JournalEntry(8, {}))
+    assert synced == [path.stat().st_size]

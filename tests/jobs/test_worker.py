@@ -1,0 +1,91 @@
+"""The worker's side: fetches once, makes what is asked for, says why it cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from raycam import video
+from raycam.errors import JobError
+from raycam.jobs import worker
+from raycam.jobs.job_package import JobPackage
+from raycam.jobs.kinds import KINDS
+from raycam.jobs.worker import FrameTask, PackageNotFound, WorkerUnfit, render_frame
+from support.job_frames import film, package
+
+
+@pytest.fixture(autouse=True)
+def forgetful() -> Iterator[None]:
+    worker.clear_cache()
+    yield
+    worker.clear_cache()
+
+
+def put(folder: Path, one: JobPackage) -> str:
+    path = folder / "package"
+    path.write_bytes(one.to_bytes())
+    return str(path)
+
+
+def test_it_makes_frames_and_fetches_the_package_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = package()
+    path = put(tmp_path, one)
+    makers = []
+    real = video.frame_maker
+    monkeypatch.setitem(KINDS, "video", lambda *given: makers.append(given) or real(*given))
+    for frame in (5, 2):
+        made = render_frame(FrameTask(one.id, path, frame))
+        assert made.frame == frame
+        assert dict(made.files) == {f"frame_000{frame}.png": film().frame(frame).to_png()}
+        Path(path).unlink(missing_ok=True)
+    assert len(makers) == 1
+    other = package(seed=3)
+    put(tmp_path, other)
+    render_frame(FrameTask(other.id, path, 0))
+    render_frame(FrameTask(one.id, "nowhere", 0))
+    assert len(makers) == 2
+
+
+def test_it_looks_where_packages_were_delivered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = package()
+    (tmp_path / one.id).write_bytes(one.to_bytes())
+    monkeypatch.setattr(worker, "PACKAGE_PATHS", [tmp_path])
+    assert render_frame(FrameTask(one.id, "nowhere", 1)).frame == 1
+
+
+def test_a_package_may_come_along(tmp_path: Path) -> None:
+    one = package()
+    assert render_frame(FrameTask(one.id, "nowhere", 1), package=one.to_bytes()).frame == 1
+    assert render_frame(FrameTask(one.id, "nowhere", 2)).frame == 2  # and is kept
+
+
+def test_what_is_missing_or_strange_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = package()
+    with pytest.raises(PackageNotFound, match=r"no job .* at nowhere seen from"):
+        render_frame(FrameTask(one.id, "nowhere", 1))
+    path = put(tmp_path, one)
+    with pytest.raises(
+        PackageNotFound, match=r"no job 000000000000 at .*expected the job 000000000000, its bytes are"
+    ):
+        render_frame(FrameTask("0" * 64, path, 1))
+    strange = JobPackage("vidoe", 1, {}, one.world)
+    with pytest.raises(JobError, match="unknown kind of job 'vidoe'; did you mean 'video'"):
+        render_frame(FrameTask(strange.id, put(tmp_path, strange), 0))
+    path = put(tmp_path, one)
+    monkeypatch.setattr("raycam.jobs.job_package.__version__", "99.0")
+    with pytest.raises(WorkerUnfit, match=r"made by raycam [\d.]+, this is 99\.0.*seen from"):
+        render_frame(FrameTask(one.id, path, 1))
+
+
+def test_stopping_is_asked_for_through_progress() -> None:
+    one = package(samples=4096)
+    worker.cache_package(one)
+
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        render_frame(FrameTask(one.id, "nowhere", 1), stop)

@@ -1,0 +1,1 @@
+"""Worlds, documents and job pools shared by the tests."""

@@ -1,0 +1,75 @@
+"""Sound beside pictures: as long as they, and where the codec keeps every bit, the same. Read back by FFmpeg."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from raycam.errors import FormatError, SettingsError
+from raycam.video.audio import RATE, check_audio
+from raycam.video.files import open_video
+from support.sound import heard, tone, write_wave
+
+
+def film(path: Path, audio: Path, frames: int = 10, fps: float = 10) -> Path:
+    with open_video(path, (16, 16), fps, audio=audio) as add:
+        for number in range(frames):
+            add(number, np.full((16, 16, 3), 2 * number, np.uint8))
+    return path
+
+
+@pytest.mark.parametrize("ending", [".mov", ".mkv"])
+@pytest.mark.parametrize("seconds", [0.35, 1.0, 2.7])
+@pytest.mark.parametrize("channels", [1, 2])
+def test_lossless_sound_is_cut_or_filled_to_the_sample(
+    tmp_path: Path, ending: str, seconds: float, channels: int
+) -> None:
+    samples = tone(seconds, channels)
+    path = film(tmp_path / f"a{ending}", write_wave(tmp_path / "a.wav", samples))
+    expected = np.zeros((RATE, channels))
+    expected[: len(samples)] = samples[:RATE]
+    np.testing.assert_array_equal(heard(path) * 32768, expected)
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".webm"])
+def test_compressed_sound_is_the_tone_and_as_long_as_the_pictures(tmp_path: Path, ending: str) -> None:
+    for rate in (RATE, 44_100):
+        source = write_wave(tmp_path / "a.wav", tone(3, rate=rate), rate)
+        path = film(tmp_path / f"{rate}{ending}", source, frames=20)
+        back = heard(path)
+        assert 2.0 <= len(back) / RATE < 2.0 + 2 * 1024 / RATE
+        spectrum = np.abs(np.fft.rfft(back[4096 : 4096 + RATE], axis=0))
+        assert spectrum.argmax(axis=0).tolist() == [440, 660]
+        again = film(tmp_path / f"again{ending}", source, frames=20)
+        assert again.read_bytes() == path.read_bytes()
+
+
+def test_sound_and_pictures_lie_side_by_side(tmp_path: Path) -> None:
+    path = film(tmp_path / "a.mkv", write_wave(tmp_path / "a.wav", tone(9)), frames=80)
+    with av.open(str(path)) as file:
+        times = [(float(p.dts * p.time_base), p.stream.type) for p in file.demux() if p.dts is not None]
+    latest = {"video": 0.0, "audio": 0.0}
+    for time, kind in times:
+        latest[kind] = time
+        assert abs(latest["video"] - latest["audio"]) < 0.5
+
+
+def test_what_has_no_sound_is_named_before_anything_is_made(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        check_audio(tmp_path / "none.wav")
+    (tmp_path / "text.wav").write_text("not at all a sound")
+    with pytest.raises(FormatError, match=r"text\.wav: FFmpeg reads no sound"):
+        film(tmp_path / "a.mp4", tmp_path / "text.wav")
+    with open_video(tmp_path / "mute.mp4", (16, 16), 10) as add:
+        add(0, np.zeros((16, 16, 3), np.uint8))
+    with pytest.raises(FormatError, match=r"mute\.mp4: there is no track of sound"):
+        film(tmp_path / "a.mp4", tmp_path / "mute.mp4")
+    with pytest.raises(FormatError, match="is empty"):
+        film(tmp_path / "a.mp4", write_wave(tmp_path / "empty.wav", np.zeros((0, 1))))
+    sound = write_wave(tmp_path / "a.wav", tone(1))
+    for name in ("a.gif", "folder"):
+        with pytest.raises(SettingsError, match=r"has no sound; take \.mp4"):
+            film(tmp_path / name, sound)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.wav", "empty.wav", "mute.mp4", "text.wav"]

@@ -1,0 +1,40 @@
+"""Which video files there are, and PNG pictures read back. Pillow is the other reader."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.video.files import ENDINGS, check_video, open_video, read_picture
+
+
+def test_endings_say_what_they_have(tmp_path: Path) -> None:
+    assert ENDINGS == [".mp4", ".mov", ".mkv", ".webm", ".gif"]
+    for name in ("a.MP4", "a.mov", "a.mkv", "a.webm", "a.gif", "a"):
+        check_video(tmp_path / name)
+    for name, options, message in (
+        (
+            "a.avi",
+            {},
+            r"'\.avi' is none of a video; expected \.mp4, \.mov, \.mkv, \.webm or \.gif, or no ending",
+        ),
+        ("a.gif", {"lossless": True}, r"\.gif file is never lossless; take \.mov"),
+        ("a.gif", {"alpha": True}, r"\.gif file is never transparent"),
+        ("a.mp4", {"alpha": True}, r"\.mp4 file is never transparent"),
+    ):
+        with pytest.raises(raycam.SettingsError, match=message):
+            check_video(tmp_path / name, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("components", [3, 4])
+def test_a_folder_holds_the_pictures_and_they_are_read_back(tmp_path: Path, components: int) -> None:
+    picture = np.random.default_rng(1).integers(0, 256, (12, 16, components), np.uint8)
+    with open_video(tmp_path / "frames", (16, 12), 10, alpha=components == 4) as add:
+        add(7, picture)
+    path = tmp_path / "frames/frame_0007.png"
+    with Image.open(path) as image:
+        np.testing.assert_array_equal(np.asarray(image), picture)
+    np.testing.assert_array_equal(read_picture(path.read_bytes()), picture)
