@@ -145,26 +145,26 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
             false => Coherence::Coherent,
         });
     let mut hits = vec![Hit::MISS; rays.len()];
-    let mut dark = vec![false; rays.len()];
+    let mut occluded = vec![false; rays.len()];
     let mut times = vec![];
     for _ in 0..=options.repeat {
         let start = Instant::now();
         let cpu_start = cpu_seconds();
         if options.cpu {
-            for ((rays, hits), dark) in rays
+            for ((rays, hits), occluded) in rays
                 .chunks(BATCH)
                 .zip(hits.chunks_mut(BATCH))
-                .zip(dark.chunks_mut(BATCH))
+                .zip(occluded.chunks_mut(BATCH))
             {
                 match any {
-                    true => scene.occluded(rays, dark, coherence),
+                    true => scene.occluded(rays, occluded, coherence),
                     false if options.exact => closest_exact(scene, mesh, rays, hits),
                     false => scene.closest(rays, hits, coherence),
                 }
             }
         } else if any {
-            in_parallel(options.threads, &rays, &mut dark, |rays, dark| {
-                scene.occluded(rays, dark, coherence)
+            in_parallel(options.threads, &rays, &mut occluded, |rays, occluded| {
+                scene.occluded(rays, occluded, coherence)
             });
         } else if options.exact {
             in_parallel(options.threads, &rays, &mut hits, |rays, hits| {
@@ -191,7 +191,7 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
             let t = f32::from_le_bytes([hit[0], hit[1], hit[2], hit[3]]);
             let id = u32::from_le_bytes([hit[4], hit[5], hit[6], hit[7]]);
             if any {
-                return dark[*i] != (id == 1);
+                return occluded[*i] != (id == 1);
             }
             let ours = &hits[*i];
             (ours.triangle == INVALID_ID) != (id == INVALID_ID)

@@ -22,7 +22,7 @@ fn meshes_in_one_tree_answer_as_instances_do() {
     // The floor twice: of what is equally near, the first counts.
     let meshes = [&nothing, &floor, &ball, &nothing, &floor, &nothing];
     let world = World {
-        placed: meshes
+        instances: meshes
             .map(|mesh| {
                 let vertices = mesh.vertices.iter().map(|v| v.map(f64::from)).collect();
                 (vertices, mesh.triangles.clone(), STILL)
@@ -64,11 +64,11 @@ fn meshes_in_one_tree_answer_as_instances_do() {
     let of = |scene: &Scene| {
         let mut hits = vec![Hit::MISS; rays.len()];
         scene.closest(&rays, &mut hits, Coherence::Unknown);
-        let mut dark = vec![false; rays.len()];
-        scene.occluded(&rays, &mut dark, Coherence::Unknown);
+        let mut occluded = vec![false; rays.len()];
+        scene.occluded(&rays, &mut occluded, Coherence::Unknown);
         let mut exactly = vec![ExactHit::MISS; rays.len()];
         scene.closest_exact(&exact, &world, &mut exactly);
-        (hits, dark, exactly)
+        (hits, occluded, exactly)
     };
     let ((a, dark_a, exact_a), (b, dark_b, exact_b)) = (of(&merged), of(&apart));
     assert_eq!(exact_a, exact_b);

@@ -29,7 +29,7 @@ fn soups(rng: &mut Rng) -> World {
             [0.0, 0.0, 1.0, 0.0],
         ],
     ];
-    let placed = matrices.iter().enumerate().map(|(i, matrix)| {
+    let instances = matrices.iter().enumerate().map(|(i, matrix)| {
         let mut mesh = soup(1500, 0.03, rng);
         if i == 0 {
             // Many of them in one plane, one over the other: which is met there is for their numbers to say.
@@ -40,7 +40,7 @@ fn soups(rng: &mut Rng) -> World {
         (vertices, mesh.triangles, *matrix)
     });
     World {
-        placed: placed.collect(),
+        instances: instances.collect(),
         origin: [0.0; 3],
     }
 }
@@ -58,22 +58,22 @@ fn rays_through_parts_are_brute_force() {
         for coherence in [Coherence::Incoherent, Coherence::Coherent] {
             let mut hits = vec![Hit::MISS; rays.len()];
             scene.closest(&rays, &mut hits, coherence);
-            let mut dark = vec![false; rays.len()];
-            scene.occluded(&rays, &mut dark, coherence);
+            let mut occluded = vec![false; rays.len()];
+            scene.occluded(&rays, &mut occluded, coherence);
             let mut sure = vec![ExactHit::MISS; rays.len()];
             scene.closest_exact(&exact_rays, &world, &mut sure);
-            let answers = (hits, dark, sure);
+            let answers = (hits, occluded, sure);
             assert!(
                 known.get_or_insert_with(|| answers.clone()) == &answers,
                 "{isa:?}"
             );
         }
     }
-    let (hits, dark, sure) = known.unwrap();
+    let (hits, occluded, sure) = known.unwrap();
     let mut met = [0; 4];
-    for (((ray, hit), dark), sure) in exact_rays.iter().zip(&hits).zip(dark).zip(sure) {
+    for (((ray, hit), occluded), sure) in exact_rays.iter().zip(&hits).zip(occluded).zip(sure) {
         let (t, instance, triangle, next) = world.nearest(ray);
-        assert_eq!(dark, hit.instance != INVALID_ID, "{ray:?} {hit:?}");
+        assert_eq!(occluded, hit.instance != INVALID_ID, "{ray:?} {hit:?}");
         assert!(
             (sure.t - t).abs() <= 1e-12 * t || sure.t == t,
             "{sure:?} {t}"
@@ -119,7 +119,7 @@ fn of_triangles_in_one_plane_the_first_is_met() {
             continue;
         }
         let met = |k: &u32| {
-            let at = meet(&exact(ray), world.corners(0, *k));
+            let at = intersect(&exact(ray), world.corners(0, *k));
             at.is_some_and(|at| at - t < 1e-9)
         };
         assert_eq!(Some(hit.triangle), (0..1500).find(met), "{ray:?}");

@@ -8,7 +8,7 @@ use raycam_bvh::{BuildError, Bvh, Coherence, Hit, INVALID_ID, Instance, Ray, Sce
 use support::*;
 
 fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
-    let placed = Instance {
+    let instances = Instance {
         bvh: Arc::new(bvh),
         world_from_mesh: [
             [1.0, 0.0, 0.0, 0.0],
@@ -16,7 +16,7 @@ fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
             [0.0, 0.0, 1.0, 0.0],
         ],
     };
-    let scene = Scene::build(vec![placed], [0.0; 3]).unwrap();
+    let scene = Scene::build(vec![instances], [0.0; 3]).unwrap();
     let mut hits = vec![Hit::MISS; rays.len()];
     scene.closest(rays, &mut hits, Coherence::Unknown);
     hits

@@ -67,10 +67,10 @@ fn occluded_is_closest() {
     let mesh = soup(2000, 0.1, &mut rng);
     let scene = mesh.scene();
     let rays = rays(20_000, 1.2, &mut rng);
-    let mut dark = vec![false; rays.len()];
-    scene.occluded(&rays, &mut dark, Coherence::Unknown);
-    for (hit, dark) in closest(&scene, &rays).iter().zip(dark) {
-        assert_eq!(hit.triangle != INVALID_ID, dark);
+    let mut occluded = vec![false; rays.len()];
+    scene.occluded(&rays, &mut occluded, Coherence::Unknown);
+    for (hit, occluded) in closest(&scene, &rays).iter().zip(occluded) {
+        assert_eq!(hit.triangle != INVALID_ID, occluded);
     }
 }
 
@@ -78,7 +78,7 @@ fn occluded_is_closest() {
 fn instances_are_brute_force() {
     let mut rng = Rng(3);
     for offset in [0.0, 1e6] {
-        let placed = transforms(&mut rng, 9, 3.0).into_iter().map(|mut matrix| {
+        let instances = transforms(&mut rng, 9, 3.0).into_iter().map(|mut matrix| {
             matrix.iter_mut().for_each(|row| row[3] += offset);
             let mesh = sphere(9, &mut rng);
             (
@@ -91,7 +91,7 @@ fn instances_are_brute_force() {
             )
         });
         let world = World {
-            placed: placed.collect(),
+            instances: instances.collect(),
             origin: [offset; 3],
         };
         let scene = world.scene();
@@ -129,10 +129,10 @@ fn exact_is_brute_force_also_far_away() {
         let mesh = soup(800, 0.2, &mut rng);
         let mut world = World::of(&mesh);
         world.origin = [offset; 3];
-        for v in &mut world.placed[0].0 {
+        for v in &mut world.instances[0].0 {
             *v = v.map(|x| x * 1.000_000_1);
         }
-        (0..3).for_each(|a| world.placed[0].2[a][3] += offset);
+        (0..3).for_each(|a| world.instances[0].2[a][3] += offset);
         let scene = world.scene();
         let rays: Vec<_> = rays(3000, 1.2, &mut rng)
             .iter()
@@ -169,7 +169,7 @@ fn exact_packets_are_brute_force() {
         for mesh in [soup(300, 0.3, &mut rng), sphere(8, &mut rng)] {
             let mut world = World::of(&mesh);
             world.origin = [offset; 3];
-            for v in &mut world.placed[0].0 {
+            for v in &mut world.instances[0].0 {
                 *v = v.map(|x| x * 1.000_000_1 + offset);
             }
             let local = Mesh {
@@ -231,9 +231,9 @@ fn exact_packets_through_instances_are_brute_force() {
     let mut rng = Rng(12);
     let meshes = [soup(60, 0.3, &mut rng), sphere(6, &mut rng)];
     for (offset, distance) in [(0.0, 0.2), (1e5, 3.0), (0.0, 200.0)] {
-        let placed = transforms(&mut rng, 12, 1.5).into_iter().enumerate();
+        let instances = transforms(&mut rng, 12, 1.5).into_iter().enumerate();
         let world = World {
-            placed: placed
+            instances: instances
                 .map(|(i, mut matrix)| {
                     let mesh = &meshes[i % 2];
                     (0..3).for_each(|a| matrix[a][3] += offset);
@@ -279,12 +279,12 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
     let copies = mesh.triangles.clone();
     mesh.triangles.extend(copies);
     let world = World {
-        placed: vec![(vec![], vec![], [[0.0; 4]; 3]); 3],
+        instances: vec![(vec![], vec![], [[0.0; 4]; 3]); 3],
         origin: [0.0; 3],
     };
     let mut world = world;
-    for place in &mut world.placed {
-        *place = World::of(&mesh).placed.remove(0);
+    for place in &mut world.instances {
+        *place = World::of(&mesh).instances.remove(0);
     }
     let scene = world.scene();
     // Through every vertex, edge centre and diagonal.
@@ -302,7 +302,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
         .zip(exact_hits(&scene, &exact, &world))
     {
         let first = (0..mesh.triangles.len() as u32)
-            .find(|&k| meet(&support::exact(ray), world.corners(0, k)).is_some())
+            .find(|&k| intersect(&support::exact(ray), world.corners(0, k)).is_some())
             .unwrap();
         assert_eq!((hit.t, hit.instance, hit.triangle), (5.0, 0, first));
         assert_eq!((far.t, far.instance, far.triangle), (5.0, 0, first));
@@ -387,7 +387,7 @@ fn packets_give_the_bits_of_single_rays() {
         coarse.scene(),
         grid(16).scene(),
         World {
-            placed: many,
+            instances: many,
             origin: [0.0; 3],
         }
         .scene(),
@@ -405,10 +405,10 @@ fn packets_give_the_bits_of_single_rays() {
                     "scene {w}, rays {k}: nothing is met"
                 );
                 assert!(together == apart, "scene {w}, rays {k}, {}", isa.name());
-                let mut dark = vec![false; rays.len()];
+                let mut occluded = vec![false; rays.len()];
                 for coherence in [Coherence::Coherent, Coherence::Incoherent] {
-                    scene.occluded(rays, &mut dark, coherence);
-                    let wrong = dark
+                    scene.occluded(rays, &mut occluded, coherence);
+                    let wrong = occluded
                         .iter()
                         .zip(&apart)
                         .position(|(d, hit)| *d != (hit.instance != INVALID_ID));

@@ -24,7 +24,7 @@ fn rays_among_moved_instances_are_brute_force() {
         (&ball, turned),
     ];
     let world = World {
-        placed: places
+        instances: places
             .map(|(mesh, matrix)| {
                 let vertices = mesh.vertices.iter().map(|v| v.map(f64::from)).collect();
                 (vertices, mesh.triangles.clone(), matrix)
@@ -54,20 +54,20 @@ fn rays_among_moved_instances_are_brute_force() {
     let ask = |coherence| {
         let mut hits = vec![Hit::MISS; rays.len()];
         scene.closest(&rays, &mut hits, coherence);
-        let mut dark = vec![false; rays.len()];
-        scene.occluded(&rays, &mut dark, coherence);
-        (hits, dark)
+        let mut occluded = vec![false; rays.len()];
+        scene.occluded(&rays, &mut occluded, coherence);
+        (hits, occluded)
     };
-    let (hits, dark) = ask(Coherence::Incoherent);
+    let (hits, occluded) = ask(Coherence::Incoherent);
     assert!(
-        (hits.clone(), dark.clone()) == ask(Coherence::Coherent),
+        (hits.clone(), occluded.clone()) == ask(Coherence::Coherent),
         "packets"
     );
     let mut met = [0; 4];
-    for ((ray, hit), dark) in rays.iter().zip(&hits).zip(dark) {
+    for ((ray, hit), occluded) in rays.iter().zip(&hits).zip(occluded) {
         let (t, instance, triangle, next) = world.nearest(&exact(ray));
         assert_eq!(
-            dark,
+            occluded,
             hit.instance != raycam_bvh::INVALID_ID,
             "{ray:?} {hit:?}"
         );

@@ -54,13 +54,13 @@ fn a_needle_is_met_close_to_its_sharp_end() {
         for coherence in [Coherence::Coherent, Coherence::Incoherent] {
             for rays in [&rays[..], &rays[..1]] {
                 let mut hits = vec![Hit::MISS; rays.len()];
-                let mut dark = vec![false; rays.len()];
+                let mut occluded = vec![false; rays.len()];
                 scene.closest(rays, &mut hits, coherence);
-                scene.occluded(rays, &mut dark, coherence);
+                scene.occluded(rays, &mut occluded, coherence);
                 // By rational arithmetic t is 1.000004.
                 let close = |hit: &Hit| (hit.t - 1.000004).abs() < 1e-5;
                 assert!(hits.iter().all(close), "{} {:?}", isa.name(), hits[0]);
-                assert!(dark.iter().all(|dark| *dark), "{}", isa.name());
+                assert!(occluded.iter().all(|occluded| *occluded), "{}", isa.name());
             }
         }
     }

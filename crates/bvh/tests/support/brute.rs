@@ -56,7 +56,7 @@ pub struct Brute {
 
 /// One triangle that a ray meets, as far as the band allows.
 #[derive(Clone, Copy, Debug)]
-pub struct Met {
+pub struct Intersection {
     pub triangle: u32,
     pub t: f64,
     /// By how much t may be off.
@@ -112,8 +112,8 @@ impl Brute {
         scene
     }
 
-    /// Every triangle that the ray meets inside or within the band.
-    pub fn met(&self, ray: &ExactRay, band: f64, met: &mut Vec<Met>) {
+    /// Every triangle that the ray hits inside or within the band.
+    pub fn met(&self, ray: &ExactRay, band: f64, met: &mut Vec<Intersection>) {
         met.clear();
         let (d, m) = (ray.direction, cross(ray.origin, ray.direction));
         let speed = length(d);
@@ -137,14 +137,14 @@ impl Brute {
                 let least = side[0].min(side[1]).min(side[2]);
                 let most = side[0].max(side[1]).max(side[2]);
                 if least >= outside || -most >= outside {
-                    met.extend(self.look(ray, start + i, band));
+                    met.extend(self.intersect_one(ray, start + i, band));
                 }
             }
         }
     }
 
     /// The same for one triangle, by volumes that are as exact as the edge is short.
-    fn look(&self, ray: &ExactRay, k: usize, band: f64) -> Option<Met> {
+    fn intersect_one(&self, ray: &ExactRay, k: usize, band: f64) -> Option<Intersection> {
         let p = self.triangles[k].map(|i| self.vertices[i as usize].map(f64::from));
         let away = p.map(|p| length(sub(p, ray.origin)));
         let blur = band * away.into_iter().fold(0.0, f64::max);
@@ -169,7 +169,7 @@ impl Brute {
             return None;
         }
         sure &= t > slack && t < ray.t_max - slack;
-        Some(Met {
+        Some(Intersection {
             triangle: k as u32,
             t,
             slack,
@@ -178,7 +178,7 @@ impl Brute {
     }
 
     /// What is wrong with an answer: a triangle and its t, or none.
-    pub fn fault(met: &[Met], answer: Option<(u32, f64)>) -> Option<String> {
+    pub fn fault(met: &[Intersection], answer: Option<(u32, f64)>) -> Option<String> {
         let mut sure = met.iter().filter(|met| met.sure);
         let Some((triangle, t)) = answer else {
             return sure
@@ -191,7 +191,7 @@ impl Brute {
         if (t - named.t).abs() > named.slack {
             return Some(format!("t = {t} for {named:?}"));
         }
-        let nearer = |met: &&Met| met.t + met.slack < named.t - named.slack;
+        let nearer = |met: &&Intersection| met.t + met.slack < named.t - named.slack;
         sure.rfind(nearer)
             .map(|met| format!("{named:?}, but {met:?} is nearer"))
     }
@@ -357,7 +357,7 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
             t_max: f64::from(ray.t_max),
         });
         let in_float64: Vec<_> = in_float64.collect();
-        let (mut hits, mut dark) = ([Hit::MISS; BATCH], [false; BATCH]);
+        let (mut hits, mut occluded) = ([Hit::MISS; BATCH], [false; BATCH]);
         let mut exact = [ExactHit::MISS; BATCH / 8];
         let ways = [
             Coherence::Unknown,
@@ -366,20 +366,20 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
         ];
         let coherence = ways[rng.below(3)];
         scene.closest(&rays, &mut hits, coherence);
-        scene.occluded(&rays, &mut dark, coherence);
+        scene.occluded(&rays, &mut occluded, coherence);
         scene.closest_exact(&in_float64[..BATCH / 8], mesh, &mut exact);
         for (i, ray) in in_float64.iter().enumerate() {
             let (hit, mut faults) = (&hits[i], vec![]);
             let answer = (hit.triangle != INVALID_ID).then(|| (hit.triangle, f64::from(hit.t)));
             mesh.met(ray, BAND, &mut met);
             faults.extend(Brute::fault(&met, answer).map(|fault| format!("closest: {fault}")));
-            if dark[i] != answer.is_some() {
-                faults.push(format!("occluded: {}, closest: {answer:?}", dark[i]));
+            if occluded[i] != answer.is_some() {
+                faults.push(format!("occluded: {}, closest: {answer:?}", occluded[i]));
             }
             tally.hits += u64::from(answer.is_some());
             let nearest = met.iter().filter(|met| met.sure).map(|met| met.t);
             let nearest = nearest.fold(f64::INFINITY, f64::min);
-            let alone = |met: &Met| met.sure && met.t == nearest;
+            let alone = |met: &Intersection| met.sure && met.t == nearest;
             let named = answer.and_then(|(k, _)| met.iter().find(|met| met.triangle == k));
             tally.ties += u64::from(named.is_some_and(|met| !alone(met)));
             if let Some(hit) = exact.get(i) {

@@ -273,11 +273,11 @@ impl Closed {
         let mut rays = Vec::with_capacity(BATCH);
         let mut hits = [Hit::MISS; BATCH];
         let mut exact = [ExactHit::MISS; BATCH / 16];
-        let mut dark = [false; BATCH];
+        let mut occluded = [false; BATCH];
         while (tally.rays as usize) < n {
             let coherence = self.aim(&mut rays, &mut rng);
             scene.closest(&rays, &mut hits, coherence);
-            scene.occluded(&rays, &mut dark, coherence);
+            scene.occluded(&rays, &mut occluded, coherence);
             let in_float64 = rays[..BATCH / 16].iter().map(|ray| ExactRay {
                 origin: ray.origin.map(f64::from),
                 direction: ray.direction.map(f64::from),
@@ -285,9 +285,9 @@ impl Closed {
             });
             scene.closest_exact(&in_float64.collect::<Vec<_>>(), self, &mut exact);
             tally.rays += BATCH as u64;
-            let answers = hits.iter().zip(&dark);
+            let answers = hits.iter().zip(&occluded);
             tally.leaks += answers
-                .filter(|(hit, dark)| hit.triangle == INVALID_ID || !**dark)
+                .filter(|(hit, occluded)| hit.triangle == INVALID_ID || !**occluded)
                 .count() as u64;
             tally.leaks += exact
                 .iter()

@@ -157,7 +157,7 @@ pub fn available() -> impl Iterator<Item = InstructionSet> {
 
 /// Placed meshes in float64.
 pub struct World {
-    pub placed: Vec<(Vec<[f64; 3]>, Vec<[u32; 3]>, [[f64; 4]; 3])>,
+    pub instances: Vec<(Vec<[f64; 3]>, Vec<[u32; 3]>, [[f64; 4]; 3])>,
     pub origin: [f64; 3],
 }
 
@@ -165,7 +165,7 @@ impl World {
     pub fn of(mesh: &Mesh) -> World {
         let vertices = mesh.vertices.iter().map(|v| v.map(f64::from)).collect();
         World {
-            placed: vec![(
+            instances: vec![(
                 vertices,
                 mesh.triangles.clone(),
                 IDENTITY.map(|r| r.map(f64::from)),
@@ -176,7 +176,7 @@ impl World {
 
     /// Rounded to float32 and built.
     pub fn scene(&self) -> Scene {
-        let instances = self.placed.iter().map(|(vertices, triangles, matrix)| {
+        let instances = self.instances.iter().map(|(vertices, triangles, matrix)| {
             let vertices = vertices.iter().map(|v| v.map(|x| x as f32)).collect();
             let bvh = Mesh {
                 vertices,
@@ -198,9 +198,9 @@ impl World {
     /// Brute force: the nearest t, instance and triangle, and the t of the next triangle in line.
     pub fn nearest(&self, ray: &ExactRay) -> (f64, u32, u32, f64) {
         let mut best = (f64::INFINITY, u32::MAX, u32::MAX, f64::INFINITY);
-        for (i, (_, triangles, _)) in self.placed.iter().enumerate() {
+        for (i, (_, triangles, _)) in self.instances.iter().enumerate() {
             for k in 0..triangles.len() {
-                let Some(t) = meet(ray, self.corners(i as u32, k as u32)) else {
+                let Some(t) = intersect(ray, self.corners(i as u32, k as u32)) else {
                     continue;
                 };
                 if t > ray.t_max {
@@ -219,7 +219,7 @@ impl World {
 
 impl ExactTriangles for World {
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
-        let (vertices, triangles, m) = &self.placed[instance as usize];
+        let (vertices, triangles, m) = &self.instances[instance as usize];
         triangles[triangle as usize].map(|i| {
             let v = vertices[i as usize];
             std::array::from_fn(|r| m[r][0] * v[0] + m[r][1] * v[1] + m[r][2] * v[2] + m[r][3])
@@ -228,7 +228,7 @@ impl ExactTriangles for World {
 }
 
 /// Möller and Trumbore 1997 in float64.
-pub fn meet(ray: &ExactRay, [a, b, c]: [[f64; 3]; 3]) -> Option<f64> {
+pub fn intersect(ray: &ExactRay, [a, b, c]: [[f64; 3]; 3]) -> Option<f64> {
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let cross = |a: [f64; 3], b: [f64; 3]| {
         [
