@@ -85,7 +85,7 @@ impl Bvh {
     #[inline(always)]
     pub(crate) fn prim_id(&self, slot: u32) -> u32 {
         debug_assert!((slot as usize) < self.prim_ids.len());
-        // SAFETY: slots come from the leaves of this tree, whose triangles all have an id.
+        // SAFETY: positions come from the leaves of this tree, whose triangles all have an id.
         unsafe { *self.prim_ids.get_unchecked(slot as usize) }
     }
 }

@@ -62,7 +62,7 @@ impl PrimRef {
     /// The primitive as eight floats, including its id.
     #[inline(always)]
     pub fn load<I: Isa>(&self) -> I::F32x8 {
-        // SAFETY: an prim is eight 32-bit words, any of which is a float.
+        // SAFETY: a primitive is eight 32-bit words, any of which is a float.
         unsafe { I::F32x8::load(std::ptr::from_ref(self).cast()) }
     }
 

@@ -61,8 +61,8 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
         }
         let before = chunk.singles.len();
         let scaled = chunk.scaled(&mut scaled);
-        let mut together = ClosestQuery::<MAY_DIVERGE> { chunk, hits };
-        packets.trace::<I, _>(&mut together, scene, scaled, None);
+        let mut query = ClosestQuery::<MAY_DIVERGE> { chunk, hits };
+        packets.trace::<I, _>(&mut query, scene, scaled, None);
         chunks.report_cost(singles.len() - before, std::mem::take(&mut singles.visits));
         if singles.len() >= SINGLE_FLUSH_THRESHOLD {
             let tasks = singles.drain(rays);
