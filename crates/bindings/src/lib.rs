@@ -28,7 +28,7 @@ mod core {
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]
-    use crate::render::annotations::{flow, keypoints, oriented_box, silhouettes};
+    use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
     #[pymodule_export]
     use crate::render::encode::{
         encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs,

@@ -7,8 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::PreparedWorld;
 use raycam_render::annotations::amodal;
-use raycam_render::annotations::flow::{Viewpoint, flow as follow};
+use raycam_render::annotations::flow::flow as follow;
 use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints as find};
+use raycam_render::annotations::viewpoint::Viewpoint;
 
 use crate::arrays::{Floats, array, rows, rows_of, vector};
 use crate::camera::Camera;
@@ -67,7 +68,7 @@ pub(crate) fn flow<'py>(
 type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), Bound<'py, PyArrayDyn<bool>>)>;
 
 /// Amodal masks: the pixels that each object alone covers of a picture with its margin.
-#[pyfunction]
+#[pyfunction(name = "silhouettes")]
 pub(crate) fn amodal_masks<'py>(
     py: Python<'py>,
     world: PyRef<'py, World>,

@@ -187,7 +187,7 @@ impl World {
     /// `[render]` by the names of `raycam.render`.
     #[getter]
     fn render_settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        crate::render::settings::written(py, &self.snapshot().render)
+        crate::render::settings::render_section_dict(py, &self.snapshot().render)
     }
 
     /// (fps, seconds, frames) of `[video]`.
@@ -214,8 +214,8 @@ impl World {
     }
 
     /// The world at a time of an animation (the first) and of its video; it shares what is built.
-    #[pyo3(signature = (time, animation))]
-    fn at(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
+    #[pyo3(name = "at", signature = (time, animation))]
+    fn at_time(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
         self.derive(|world| world.at_time(WorldTime { time, animation }))
     }
 

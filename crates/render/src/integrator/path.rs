@@ -6,7 +6,6 @@
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray};
-use raycam_scene::MaterialModel;
 
 use super::{CameraRayBatch, PathSettings, is_miss};
 use crate::control::Control;
@@ -223,7 +222,7 @@ fn last_segment_is_occlusion_only(world: &PreparedWorld, lights: &Lights) -> boo
 /// Whether surfaces that are met many at a time choose between two ways: clear glass, and glossy ones.
 fn needs_lobe_choice(world: &PreparedWorld) -> bool {
     let choose = |prepared: &PreparedMaterial| {
-        let metal = matches!(prepared.material.model, MaterialModel::Metal(_));
+        let metal = prepared.material.model.is_metal();
         prepared.glossy || prepared.frosted || (prepared.clear && !metal)
     };
     world.geometry.materials.iter().any(choose)

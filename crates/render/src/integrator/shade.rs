@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use raycam_bvh::{Hit, Ray};
-use raycam_scene::{Alpha, Material, MaterialModel};
+use raycam_scene::{Alpha, Material};
 
 use crate::bsdf::ShadingPoint;
 use crate::bsdf::diffuse::Diffuse;
@@ -312,7 +312,7 @@ impl PathTracer<'_> {
         out: &mut Vec3,
     ) {
         let (world, direction) = (self.world, path.direction);
-        if path.specular_bounce && matches!(material.model, MaterialModel::Unlit) {
+        if path.specular_bounce && material.model.is_unlit() {
             *out += path.throughput * world.geometry.base_color(hit, &Footprint::default());
         }
         if material.emission.value == [0.0; 3] {

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::material::principled::Principled;
-use crate::material::{Alpha, Material, MaterialModel};
+use crate::material::{Alpha, Material};
 use crate::texture::TextureSlot;
 
 /// A property of a material.
@@ -171,7 +171,7 @@ impl AnimatedMaterial {
                 }
             }
             property => {
-                if let MaterialModel::Principled(principled) = &mut base.model {
+                if let Some(principled) = base.model.as_principled_mut() {
                     set_principled(
                         principled,
                         property,
@@ -261,7 +261,7 @@ fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut 
         }
         _ => {}
     }
-    let MaterialModel::Principled(p) = &mut material.model else {
+    let Some(p) = material.model.as_principled_mut() else {
         return Vec::new();
     };
     let slot = match texture {

@@ -88,6 +88,59 @@ impl MaterialModel {
         specular: [0.0; 3],
         shininess: 32.0,
     };
+
+    /// Its parameters, if it is principled.
+    pub fn as_principled(&self) -> Option<&Principled> {
+        match self {
+            Self::Principled(principled) => Some(principled),
+            _ => None,
+        }
+    }
+
+    /// Its parameters to be changed, if it is principled.
+    pub fn as_principled_mut(&mut self) -> Option<&mut Principled> {
+        match self {
+            Self::Principled(principled) => Some(principled),
+            _ => None,
+        }
+    }
+
+    /// True if it shows the base colour whatever the light.
+    pub fn is_unlit(&self) -> bool {
+        matches!(self, Self::Unlit)
+    }
+
+    /// True if it is a metal by its index of refraction.
+    pub fn is_metal(&self) -> bool {
+        matches!(self, Self::Metal(_))
+    }
+
+    /// Checks its values.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: a value that is not finite or outside of its range.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        match self {
+            Self::Unlit => Ok(()),
+            Self::Metal(metal) => metal.validate(),
+            Self::Glass(glass) => glass.validate(),
+            Self::Principled(principled) => principled.validate(),
+            Self::Phong {
+                diffuse,
+                specular,
+                shininess,
+            } => {
+                check_fractions("diffuse", &[*diffuse])?;
+                check_fractions("specular", specular)?;
+                if shininess.is_finite() && *shininess >= 0.0 {
+                    return Ok(());
+                }
+                Err(SceneError::World(format!(
+                    "shininess {shininess}: expected a finite number >= 0, the Phong exponent"
+                )))
+            }
+        }
+    }
 }
 
 impl Default for Material {
@@ -128,10 +181,10 @@ impl Material {
 
     /// Every texture it uses, to be changed.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
-        let principled = match &mut self.model {
-            MaterialModel::Principled(principled) => Some(principled.texture_slots_mut()),
-            _ => None,
-        };
+        let principled = self
+            .model
+            .as_principled_mut()
+            .map(Principled::texture_slots_mut);
         let own = [
             self.texture.as_mut(),
             self.emission.texture.as_mut(),
@@ -159,16 +212,8 @@ impl Material {
     /// # Errors
     /// [`SceneError::World`]: colours and shares outside 0..=1, a shininess that is negative or not finite.
     pub fn validate(&self) -> Result<(), SceneError> {
-        let share = |name: &str, values: &[f32]| {
-            if values.iter().all(|v| (0.0..=1.0).contains(v)) {
-                return Ok(());
-            }
-            Err(SceneError::World(format!(
-                "{name} {values:?}: expected 0..=1"
-            )))
-        };
-        share("color", &self.color)?;
-        share("opacity", &[self.opacity])?;
+        check_fractions("color", &self.color)?;
+        check_fractions("opacity", &[self.opacity])?;
         if let Alpha::Mask { cutoff } = self.alpha
             && !(cutoff.is_finite() && cutoff >= 0.0)
         {
@@ -187,26 +232,7 @@ impl Material {
                 self.emission.value
             )));
         }
-        match self.model {
-            MaterialModel::Unlit => Ok(()),
-            MaterialModel::Metal(metal) => metal.validate(),
-            MaterialModel::Glass(glass) => glass.validate(),
-            MaterialModel::Principled(ref principled) => principled.validate(),
-            MaterialModel::Phong {
-                diffuse,
-                specular,
-                shininess,
-            } => {
-                share("diffuse", &[diffuse])?;
-                share("specular", &specular)?;
-                if !(shininess.is_finite() && shininess >= 0.0) {
-                    return Err(SceneError::World(format!(
-                        "shininess {shininess}: expected a finite number >= 0, the Phong exponent"
-                    )));
-                }
-                Ok(())
-            }
-        }
+        self.model.validate()
     }
 
     /// The largest share of light that comes back in any channel, where it is more than arrives.
@@ -222,4 +248,13 @@ impl Material {
             .fold(0.0, f32::max);
         (total > 1.0 + 1e-6).then_some(total)
     }
+}
+
+fn check_fractions(name: &str, values: &[f32]) -> Result<(), SceneError> {
+    if values.iter().all(|v| (0.0..=1.0).contains(v)) {
+        return Ok(());
+    }
+    Err(SceneError::World(format!(
+        "{name} {values:?}: expected 0..=1"
+    )))
 }

@@ -73,6 +73,12 @@ impl Mesh {
                 vertices.saturating_sub(1)
             ));
         }
+        self.validate_attributes()
+    }
+
+    /// Checks the lengths and values of the per-vertex and per-triangle arrays.
+    fn validate_attributes(&self) -> Result<(), SceneError> {
+        let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         check_numbers(
             "normals",
             self.normals.as_deref(),

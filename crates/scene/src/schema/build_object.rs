@@ -111,21 +111,12 @@ impl ObjectSpec {
                     ..
                 } = world.objects[id].clone();
                 category = category.or(theirs);
-                if keys.given(&MATERIAL_KEYS).is_empty() {
-                    (mesh, materials)
-                } else {
-                    let next = world.textures.len();
-                    let (textures, puts) = self.read_textures(&world.meshes[mesh], next, files)?;
-                    let mut restyled: Vec<Material> = materials
-                        .iter()
-                        .map(|&i| world.materials[i].clone())
-                        .collect();
-                    self.apply_material_all(&mut restyled, &puts, &keys)?;
-                    for material in &mut restyled {
-                        material.name.clear();
-                    }
-                    (mesh, add_materials(restyled, textures, &name, world)?)
-                }
+                let changed = !keys.given(&MATERIAL_KEYS).is_empty();
+                let materials = match changed {
+                    true => self.changed_materials(mesh, &materials, &keys, &name, world, files)?,
+                    false => materials,
+                };
+                (mesh, materials)
             }
         };
         Ok(world.add_object(Object {
@@ -136,6 +127,27 @@ impl ObjectSpec {
             world_from_mesh,
             scale_shear: shape,
         })?)
+    }
+
+    /// The materials of another object with the changes that the description makes, added to the world.
+    fn changed_materials<F: AssetLoader>(
+        &self,
+        mesh: usize,
+        materials: &[usize],
+        keys: &Keys<KEYS>,
+        name: &str,
+        world: &mut World,
+        files: &mut F,
+    ) -> Result<Vec<usize>, BuildFailure<F::Error>> {
+        let next = world.textures.len();
+        let (textures, bindings) = self.read_textures(&world.meshes[mesh], next, files)?;
+        let originals = materials.iter().map(|&i| world.materials[i].clone());
+        let mut changed: Vec<Material> = originals.collect();
+        self.apply_material_all(&mut changed, &bindings, keys)?;
+        for material in &mut changed {
+            material.name.clear();
+        }
+        Ok(add_materials(changed, textures, name, world)?)
     }
 
     /// world_from_mesh, and the part of it that is not location and rotation.

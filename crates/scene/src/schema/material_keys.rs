@@ -127,6 +127,11 @@ impl ObjectSpec {
         if self.texture.is_none() && self.textures.is_none() {
             keys.refuse(&["wrap"], "it goes with \"texture\", which is missing")?;
         }
+        self.check_material_values()
+    }
+
+    /// Checks the values of the material keys.
+    fn check_material_values(&self) -> Result<(), SceneError> {
         let share = |key: &str, values: &[f64]| {
             if values.iter().all(|v| (0.0..=1.0).contains(v)) {
                 return Ok(());

@@ -39,8 +39,8 @@ impl TextureBinding {
         true
     }
 
-    fn bind_principled(&self, reflectance: &mut MaterialModel, plain: bool) -> bool {
-        let MaterialModel::Principled(p) = reflectance else {
+    fn bind_principled(&self, model: &mut MaterialModel, plain: bool) -> bool {
+        let Some(p) = model.as_principled_mut() else {
             return false;
         };
         let slot = Some(self.slot);
