@@ -20,6 +20,7 @@ pub struct RenderOptions {
     pub samples: Option<u32>,
     /// Instead of samples: the standard error of a pixel's luminance at which it is done; `samples` is then the most that it
     /// gets, 16384 where not given.
+    // World bundles keep the name of 0.1.
     #[serde(rename = "noise")]
     pub noise_threshold: Option<f32>,
     /// Instead of samples: seconds after which the picture is done; `samples` is then the most that a pixel gets.
@@ -148,8 +149,8 @@ impl RenderOptions {
             ));
         }
         for (key, value) in [
-            ("noise", self.noise_threshold.map(f64::from)),
-            ("time", self.time_limit),
+            ("noise_threshold", self.noise_threshold.map(f64::from)),
+            ("time_limit", self.time_limit),
         ] {
             if let Some(value) = value
                 && !(value.is_finite() && value > 0.0)

@@ -15,14 +15,24 @@ use crate::render::frame::channel;
 pub(crate) struct RenderArguments {
     integrator: String,
     samples: u32,
+    #[pyo3(default)]
+    noise_threshold: Option<f32>,
+    #[pyo3(default)]
+    time_limit: Option<f64>,
+    /// The names of noise threshold, time limit and transparent background until 0.2.
+    #[pyo3(default)]
     noise: Option<f32>,
+    #[pyo3(default)]
     time: Option<f64>,
+    #[pyo3(default)]
+    transparent: bool,
     filter: String,
     seed: u64,
     frame: u32,
     channels: Vec<String>,
     surface: String,
-    transparent: bool,
+    #[pyo3(default)]
+    transparent_background: bool,
     max_depth: Option<u32>,
     clamp: Option<f32>,
     ambient_occlusion: Option<f64>,
@@ -43,8 +53,8 @@ impl RenderArguments {
                 name => return Err(unknown("integrator", name)),
             },
             samples: self.samples,
-            noise: self.noise,
-            time: self.time,
+            noise: self.noise_threshold.or(self.noise),
+            time: self.time_limit.or(self.time),
             filter: match &self.filter[..] {
                 "box" => Filter::Box,
                 "blackman-harris" => Filter::BlackmanHarris,
@@ -62,7 +72,7 @@ impl RenderArguments {
                 "solid" => TruthSurface::Solid,
                 name => return Err(unknown("surface", name)),
             },
-            transparent: self.transparent,
+            transparent: self.transparent_background || self.transparent,
             max_depth: self.max_depth,
             clamp: self.clamp,
             ambient_occlusion: self.ambient_occlusion,
@@ -93,8 +103,8 @@ pub(crate) fn render_section_dict<'py>(
     set_item(&dict, "max_depth", options.max_depth)?;
     set_item(&dict, "clamp", options.clamp)?;
     set_item(&dict, "samples", options.samples)?;
-    set_item(&dict, "noise", options.noise_threshold)?;
-    set_item(&dict, "time", options.time_limit)?;
+    set_item(&dict, "noise_threshold", options.noise_threshold)?;
+    set_item(&dict, "time_limit", options.time_limit)?;
     set_item(
         &dict,
         "filter",

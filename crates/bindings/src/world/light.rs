@@ -10,28 +10,28 @@ use serde_json::Value;
 pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDict>> {
     let value = serde_json::to_value(light).map_err(|e| PyValueError::new_err(e.to_string()))?;
     let dict = PyDict::new(py);
-    let Value::Object(light) = value else {
+    let Value::Object(variant) = value else {
         return Ok(dict);
     };
-    for (kind, keys) in light {
-        dict.set_item("type", kind)?;
+    dict.set_item("type", light.type_name())?;
+    for keys in variant.values() {
         let Value::Object(keys) = keys else { continue };
         for (key, value) in keys {
-            dict.set_item(key, python(py, &value)?)?;
+            dict.set_item(key, to_python(py, value)?)?;
         }
     }
     Ok(dict)
 }
 
 /// A value of a light as Python has it.
-fn python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),
         Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any(),
         Value::Number(number) => number.as_f64().into_pyobject(py)?,
         Value::String(text) => text.into_pyobject(py)?.into_any(),
         Value::Array(items) => {
-            let items: PyResult<Vec<_>> = items.iter().map(|item| python(py, item)).collect();
+            let items: PyResult<Vec<_>> = items.iter().map(|item| to_python(py, item)).collect();
             items?.into_pyobject(py)?
         }
         Value::Object(_) => return Err(PyValueError::new_err("a light holds no tables")),

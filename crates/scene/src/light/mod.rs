@@ -32,7 +32,8 @@ pub enum Light {
         angular_diameter: f64,
     },
     /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly default_scale of `power` and `intensity`.
-    #[serde(rename = "bulb")]
+    // World bundles keep the name of 0.1, the lecture's; people may write it as well.
+    #[serde(rename(serialize = "bulb", deserialize = "point"), alias = "bulb")]
     Point {
         /// The centre, in the world.
         position: [f64; 3],
@@ -170,6 +171,21 @@ fn default_outer_angle() -> f64 {
 }
 
 impl Light {
+    /// The name of its type, as people write it.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Sun { .. } => "sun",
+            Self::Point { .. } => "point",
+            Self::Spot { .. } => "spot",
+            Self::Rectangle { .. } => "area",
+            Self::Disk { .. } => "disk",
+            Self::Ies { .. } => "ies",
+            Self::Sky { .. } => "sky",
+            Self::Preetham { .. } => "daylight",
+            Self::Environment { .. } => "environment",
+        }
+    }
+
     /// An even sky.
     pub fn uniform_sky(radiance: [f32; 3]) -> Self {
         Self::Sky {

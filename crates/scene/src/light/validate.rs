@@ -37,13 +37,18 @@ impl Light {
                 intensity,
                 radius,
             } => {
-                check_position("a bulb", *position)?;
+                check_position("a point light", *position)?;
                 if !(radius.is_finite() && *radius >= 0.0) {
                     return invalid(format!(
-                        "a bulb of radius {radius}: expected a finite number >= 0"
+                        "a point light of radius {radius}: expected a finite number >= 0"
                     ));
                 }
-                check_strength("a bulb", *power, *intensity, "intensity = power / 4π")
+                check_strength(
+                    "a point light",
+                    *power,
+                    *intensity,
+                    "intensity = power / 4π",
+                )
             }
             Self::Spot { .. } => self.validate_spot(),
             Self::Rectangle { .. } | Self::Disk { .. } => self.validate_surface(),

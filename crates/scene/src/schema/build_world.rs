@@ -52,10 +52,10 @@ impl WorldFile {
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;
         }
-        world.render = self
-            .render
-            .build()
-            .map_err(|error| error.in_context("render"))?;
+        let render = self.render.build();
+        let (options, notices) = render.map_err(|error| error.in_context("render"))?;
+        world.render = options;
+        world.notices.extend(notices);
         if let Some(spec) = &self.video {
             world.video = Some(
                 spec.build(&world)

@@ -25,8 +25,8 @@ fn unknown_keys_and_names_get_the_nearest() {
         r#"type: unknown name "unlitt"; did you mean "unlit"?"#,
     );
     assert_error(
-        build(r#"{ "light": { "type": "lamp" } }"#),
-        r#"light[0].type: unknown name "lamp"; expected one of "sun", "bulb", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
+        build(r#"{ "light": { "type": "torch" } }"#),
+        r#"light[0].type: unknown name "torch"; expected one of "sun", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": { "type": "sun", "direction": [0, 0, -1], "iradiance": [1, 1, 1] } }"#),
@@ -98,11 +98,11 @@ fn wrong_types_and_lengths_say_what_was_expected() {
     assert_error(build(r#"{ "light": 5 }"#), "light: 5: expected a list");
     assert_error(
         build(r#"{ "light": [5] }"#),
-        r#"light[0]: 5: expected one of "sun", "bulb", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
+        r#"light[0]: 5: expected one of "sun", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": {} }"#),
-        r#"light[0]: the key "type" is missing: one of "sun", "bulb", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
+        r#"light[0]: the key "type" is missing: one of "sun", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": { "type": "sky" } }"#),
@@ -201,25 +201,25 @@ fn values_that_make_no_sense_name_their_key() {
         build(r#"{ "object": [{ "box": {} }, { "instance_of": "box", "refine": 1 }] }"#),
         "object[1].refine: the mesh is that of another object: this belongs there",
     );
-    let bulb = |rest: &str| {
+    let point = |rest: &str| {
         build(&format!(
-            r#"{{ "light": {{ "type": "bulb", "position": [0, 0, 0], {rest} }} }}"#
+            r#"{{ "light": {{ "type": "point", "position": [0, 0, 0], {rest} }} }}"#
         ))
     };
     assert!(
-        bulb(r#""radius": 1"#)
+        point(r#""radius": 1"#)
             .unwrap_err()
             .to_string()
-            .starts_with("light[0]: a bulb without power or intensity")
+            .starts_with("light[0]: a point light without power or intensity")
     );
     assert!(
-        bulb(r#""power": [1, 1, 1], "intensity": [1, 1, 1]"#)
+        point(r#""power": [1, 1, 1], "intensity": [1, 1, 1]"#)
             .unwrap_err()
             .to_string()
             .contains("both power and")
     );
     assert_error(
-        bulb(r#""power": [1, 1, -1]"#),
+        point(r#""power": [1, 1, -1]"#),
         "light[0]: power [1.0, 1.0, -1.0]: expected red, green, blue that are finite and >= 0",
     );
     let sun = r#"{ "light": { "type": "sun", "direction": [0, 0, 0], "irradiance": [1, 1, 1] } }"#;

@@ -7,6 +7,7 @@ mod described;
 mod errors;
 mod object;
 mod style;
+mod words;
 
 use raycam_scene::schema::{self, Entry, ObjectSpec, SpannedValue, Value};
 use raycam_scene::{Light, MaterialModel};
@@ -143,7 +144,7 @@ fn the_json_schema_names_every_key_and_is_closed() {
         types,
         [
             "sun",
-            "bulb",
+            "point",
             "spot",
             "area",
             "disk",

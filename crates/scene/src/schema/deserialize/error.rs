@@ -6,6 +6,7 @@ use std::ops::Range;
 use serde::de::{Error, Expected, Unexpected};
 
 use crate::error::suggestion;
+use crate::schema::deserialize::foreign_words::{current_names, translation};
 
 /// A boxed error: results of millions of numbers are passed up, so they are kept small.
 #[derive(Debug)]
@@ -76,14 +77,14 @@ impl Error for DeError {
     fn unknown_variant(given: &str, expected: &'static [&'static str]) -> Self {
         Self::custom(format_args!(
             "unknown name {given:?}{}",
-            suggestion(given, expected.iter().copied())
+            hint(given, expected)
         ))
     }
 
     fn unknown_field(given: &str, expected: &'static [&'static str]) -> Self {
         Self::custom(format_args!(
             "unknown key {given:?}{}",
-            suggestion(given, expected.iter().copied())
+            hint(given, expected)
         ))
     }
 
@@ -94,6 +95,12 @@ impl Error for DeError {
     fn duplicate_field(field: &'static str) -> Self {
         Self::custom(format_args!("the key {field:?} is there twice"))
     }
+}
+
+/// Our name for a word of other programs, or the nearest name of ours, or all of them.
+fn hint(given: &str, expected: &[&'static str]) -> String {
+    let names = current_names(expected);
+    translation(given, &names).unwrap_or_else(|| suggestion(given, names))
 }
 
 /// The given value, in people's words.
@@ -129,8 +136,8 @@ fn expected_text(expected: &dyn Expected) -> String {
 }
 
 /// Names in quotes.
-pub fn quoted(names: &[&str]) -> String {
-    names
+pub fn quoted(names: &[&'static str]) -> String {
+    current_names(names)
         .iter()
         .map(|name| format!("{name:?}"))
         .collect::<Vec<_>>()

@@ -5,6 +5,7 @@
 
 mod deserializer;
 mod error;
+mod foreign_words;
 mod list;
 mod number;
 pub(crate) mod value;

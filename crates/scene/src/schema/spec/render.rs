@@ -18,9 +18,9 @@ pub struct RenderSpec {
     pub samples: Option<u32>,
     /// Instead of samples: the standard error of a pixel's luminance at which it is done; `samples` is then the most that it
     /// gets, 16384 where not given.
-    pub noise: Option<f32>,
+    pub noise_threshold: Option<f32>,
     /// Instead of samples: seconds after which the picture is done; `samples` is then the most that a pixel gets.
-    pub time: Option<f64>,
+    pub time_limit: Option<f64>,
     /// The most segments of a path, >= 1: 1 sees what shines, 2 what it lights, and so on; no limit where not given.
     pub max_depth: Option<u32>,
     /// The largest value of a sample, which hides bright specks and makes the picture darker; none where not given.
@@ -38,19 +38,30 @@ pub struct RenderSpec {
     /// How PNG pictures and videos show what is brighter than 1: "standard" cuts it off, "agx" and "pbr_neutral"
     /// compress it.
     pub view: Option<ViewTransform>,
+    /// The name of `noise_threshold` until 0.2.
+    #[schemars(skip)]
+    #[serde(rename = "noise")]
+    pub old_noise: Option<f32>,
+    /// The name of `time_limit` until 0.2.
+    #[schemars(skip)]
+    #[serde(rename = "time")]
+    pub old_time: Option<f64>,
 }
 
 impl RenderSpec {
-    /// The options that it describes.
+    /// The options that it describes, and a notice for each old name.
     ///
     /// # Errors
-    /// Those of [`RenderOptions::validate`].
-    pub fn build(self) -> Result<RenderOptions, SceneError> {
+    /// Those of [`RenderOptions::validate`], and an option under both its names.
+    pub fn build(self) -> Result<(RenderOptions, Vec<String>), SceneError> {
+        let mut notices = Vec::new();
+        let noise = [self.noise_threshold, self.old_noise];
+        let time = [self.time_limit, self.old_time];
         let options = RenderOptions {
             integrator: self.integrator,
             samples: self.samples,
-            noise_threshold: self.noise,
-            time_limit: self.time,
+            noise_threshold: renamed("noise_threshold", "noise", noise, &mut notices)?,
+            time_limit: renamed("time_limit", "time", time, &mut notices)?,
             max_depth: self.max_depth,
             clamp: self.clamp,
             filter: self.filter,
@@ -61,6 +72,26 @@ impl RenderSpec {
             view: self.view,
         };
         options.validate()?;
-        Ok(options)
+        Ok((options, notices))
     }
+}
+
+/// The value of an option under its name or its old one.
+fn renamed<T>(
+    name: &str,
+    old_name: &str,
+    [value, old_value]: [Option<T>; 2],
+    notices: &mut Vec<String>,
+) -> Result<Option<T>, SceneError> {
+    if old_value.is_none() {
+        return Ok(value);
+    }
+    if value.is_some() {
+        let message = format!("{name:?} is given too, its name today: give one of them");
+        return Err(SceneError::schema(old_name, message));
+    }
+    notices.push(format!(
+        "render.{old_name} is called {name} now; the old name is understood until 0.2"
+    ));
+    Ok(old_value)
 }
