@@ -145,15 +145,9 @@ impl PreparedLight {
             } => {
                 // `validate` has refused missing files.
                 let profile = profile.content.clone()?;
+                let (position, direction) = (local(position), direction.into());
                 let (front, power) = (front.map(DVec3::from), power.map(Vec3::from));
-                let position = local(position);
-                Self::Ies(IesLight::new(
-                    position,
-                    direction.into(),
-                    front,
-                    profile,
-                    power,
-                ))
+                Self::Ies(IesLight::new(position, direction, front, profile, power))
             }
             Light::Sun { .. }
             | Light::Sky { .. }
