@@ -1,5 +1,5 @@
-//! Memory of pictures that nobody holds any more, for those to come: memory that is touched for the first time costs more
-//! than what is written to it.
+//! Pool of frame buffers that Python no longer references. The first touch of new memory costs more
+//! than the pixels written to it.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -91,7 +91,7 @@ fn aligned_range<T>(start: *const T, values: usize) -> Range<usize> {
     first..first + values
 }
 
-/// A plane in the shape that Python knows.
+/// A view of a plane in the shape of its channel.
 fn view<'py, T: Element>(
     py: Python<'py>,
     array: &Py<PyArray1<T>>,
@@ -163,7 +163,7 @@ struct ImagePlane {
 pub(crate) struct OutputPlanes(Vec<ImagePlane>);
 
 impl OutputPlanes {
-    /// Planes of so many pixels: used ones, where there are some, or new ones.
+    /// Planes of `pixels` pixels: from the pool, or new ones.
     pub fn new(py: Python<'_>, channels: &[Channel], pixels: usize) -> Self {
         let mut lock = POOL.lock().unwrap_or_else(PoisonError::into_inner);
         let pool = lock.get_or_insert_default();

@@ -85,7 +85,7 @@ impl IntoPyErr for FormatError {
     }
 }
 
-/// The error of a file that a world file names: of the same class as if the file had been asked for.
+/// The error of a file that a world file names, of the same class as if the file were loaded by itself.
 fn named_error(error: &FormatError) -> PyErr {
     let message = error.to_string();
     let FormatError::Named { place, key, source } = error else {

@@ -29,7 +29,7 @@ pub(crate) struct World {
     pub(crate) folder: PathBuf,
 }
 
-/// The budget of a world whose textures may take so many bytes of memory.
+/// The budget of a world whose textures may take `texture_memory` bytes.
 pub(crate) fn budget(texture_memory: Option<u64>) -> Budget {
     texture_memory.map_or_else(Budget::default, Budget::with_texture_memory)
 }

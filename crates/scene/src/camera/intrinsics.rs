@@ -34,7 +34,7 @@ pub fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: PixelCent
     )
 }
 
-/// Intrinsics of parallel rays that see so many units of the world to each side of the middle and above and below it.
+/// Intrinsics of parallel rays from half the width and height that they see, in units of the world.
 pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: PixelCenter) -> DMat3 {
     let mut k = intrinsics_from_focal(1.0, size, pixel_center);
     k.x_axis.x = f64::from(size[0]) / (2.0 * half[0]);

@@ -8,7 +8,7 @@ use crate::camera::validate::validated_rotation;
 use crate::camera::{Camera, Pose, ShutterMotion};
 use crate::error::SceneError;
 
-/// A camera with the name it is asked for by.
+/// A camera with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedCamera {
     /// Unique within the world.

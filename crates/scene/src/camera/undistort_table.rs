@@ -1,5 +1,5 @@
 //! Initial guesses for the inverse of a lens: a table over the picture, so near that one step of Newton's method is
-//! enough. It is made when the first ray is asked for, and a start depends on its pixel alone.
+//! enough. It is made for the first ray, and a guess depends on its pixel alone.
 
 use std::sync::{Arc, OnceLock};
 

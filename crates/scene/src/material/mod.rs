@@ -22,7 +22,7 @@ pub struct Material {
     pub color: Rgb,
     /// The texture that multiplies the base colour; its alpha multiplies `opacity`.
     pub texture: Option<TextureSlot>,
-    /// 0..=1, with the texture's and the vertices' alpha; what it means is `alpha`'s to say.
+    /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` says what it means.
     pub opacity: f32,
     /// The meaning of opacity.
     pub alpha: Alpha,

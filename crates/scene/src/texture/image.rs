@@ -102,7 +102,7 @@ impl Texels {
         })
     }
 
-    /// The same, of texels that nobody else needs where they were.
+    /// The same texels, all in memory, without a copy of those that are there already.
     ///
     /// # Errors
     /// Those of [`Texels::in_memory`].

@@ -56,7 +56,7 @@ pub(crate) struct KeyframedMotion {
 }
 
 impl Video {
-    /// Checks that it fits a world of so many objects and rigs.
+    /// Checks that it moves only objects and rigs below these counts.
     ///
     /// # Errors
     /// [`SceneError`] where it moves others, or has no length or no end.

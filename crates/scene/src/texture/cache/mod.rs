@@ -103,7 +103,7 @@ impl TextureCache {
             .unwrap_or_else(|| SceneError::World("textures: no folder for temporary files".into())))
     }
 
-    /// The tile of so many texels that begins there in the file. Where it cannot be read it is black, and
+    /// The tile of `count` texels at an offset of the file. A tile that cannot be read is black, and
     /// [`TextureCache::check`] says why.
     pub(crate) fn tile(&self, start: u64, kind: TexelKind, count: usize) -> Arc<ResidentTexels> {
         if let Some(tile) = self.cache.get(start) {

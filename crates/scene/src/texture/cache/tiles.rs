@@ -35,7 +35,7 @@ struct CachedTile {
 const TILE_OVERHEAD_BYTES: u64 = 160;
 
 impl TileCache {
-    /// Room for so many bytes.
+    /// A cache of at most `limit` bytes.
     pub fn new(limit: u64) -> Self {
         // At least some sixteen of the largest tiles in each.
         let parts = (limit >> 20).clamp(1, 64);
@@ -57,7 +57,7 @@ impl TileCache {
         Some(slot.tile.clone())
     }
 
-    /// Keeps a tile of so many bytes, in the place of others that have not been used for longer.
+    /// Inserts a tile of `bytes` bytes; evicts tiles that have not been used since the clock's hand last passed.
     pub fn insert(&self, start: u64, tile: Arc<ResidentTexels>, bytes: u64) {
         let bytes = bytes + TILE_OVERHEAD_BYTES;
         let mut part = self

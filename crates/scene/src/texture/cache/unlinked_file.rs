@@ -1,4 +1,4 @@
-//! A temporary file without a name: it is gone when nobody has it open any more, however the process ends.
+//! An unlinked temporary file: the system frees it when no process has it open, however the process ends.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
