@@ -10,14 +10,14 @@ from pathlib import Path
 
 FUZZ = Path(__file__).resolve().parent
 DATA = FUZZ.parent / "crates" / "formats" / "tests" / "data"
-LARGEST = 1 << 16
+MAX_SEED_BYTES = 1 << 16
 
 
 def add(target: str, data: bytes) -> None:
     """One seed, named after its content."""
     folder = FUZZ / "corpus" / target
     folder.mkdir(parents=True, exist_ok=True)
-    if len(data) <= LARGEST:
+    if len(data) <= MAX_SEED_BYTES:
         (folder / hashlib.sha1(data).hexdigest()).write_bytes(data)
 
 

@@ -1,4 +1,4 @@
-//! What each fuzz target does with its bytes: nothing may panic, hang or take more memory than its budget.
+//! Bodies of the fuzz targets: nothing may panic, hang or take more memory than its budget.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use std::sync::LazyLock;
 use raycam_formats::calibration::{self, CameraRecord, ReadHints};
 use raycam_formats::codec::{draco, meshopt};
 use raycam_formats::{Budget, ColorUse, AssetRoot, decode_image, decode_model, world_file};
-use raycam_scene::{Files, PixelCenter, World};
+use raycam_scene::{AssetLoader, PixelCenter, World};
 
 /// Between the files of an input that is more than one.
 pub const BETWEEN: &[u8] = b"\n\0\n";
 
-/// Where files lie that a reader opens by itself, one folder for each process: in memory where the system has such a place,
-/// or the disk would be what is tested.
+/// Folder of the files that a reader opens by itself, one for each process: in memory where the system has such a folder,
+/// since the disk would bound the speed.
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     let memory = Path::new("/dev/shm");
     let place = if memory.is_dir() {

@@ -1,4 +1,5 @@
 //! [`AssetLoader`] for [`AssetRoot`]: the files that a description names, by the readers of all formats.
+
 use std::sync::Arc;
 
 use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texture, Wrap};

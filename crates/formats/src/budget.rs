@@ -1,9 +1,10 @@
 //! Budgets: how much a file may make raycam read and keep.
+
 use std::path::Path;
 
 use crate::error::FormatError;
 
-/// The most that reading one world, with every file it names, may take.
+/// Limits on reading one world with every file that it names.
 ///
 /// Besides these limits every reader checks each declared count against the bytes that are left in the file before it
 /// allocates, so that memory stays proportional to the file: a few hundred bytes never ask for gigabytes.
@@ -20,8 +21,8 @@ pub struct Budget {
     /// Bytes of memory for textures and their mip maps; what does not fit goes to a temporary file, as
     /// [`TextureMemory`](raycam_scene::TextureMemory) says. `None` keeps all of them in memory.
     pub texture_memory: Option<u64>,
-    /// Steps spent on cutting polygons with reflex corners into triangles: some hundred for each corner, many more where
-    /// a contour crosses itself.
+    /// Steps of cutting polygons with reflex corners into triangles: some hundred a corner, many more where a contour
+    /// crosses itself.
     pub steps: u64,
 }
 
@@ -41,8 +42,8 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// That of a world whose textures may take so many bytes of memory: as many as a disk may hold, 64 GiB of files and 2³³
-    /// pixels (128 textures of 8192 x 8192), one at a time.
+    /// The budget of a world whose textures may take `bytes` of memory: 64 GiB of files and 2³³ pixels (128 textures of
+    /// 8192 x 8192), which the disk holds.
     pub fn with_texture_memory(bytes: u64) -> Self {
         Self {
             bytes: 64 << 30,
@@ -52,12 +53,12 @@ impl Budget {
         }
     }
 
-    /// Takes `amount` bytes of `path`, or says that they are too many.
+    /// Charges `amount` bytes of `path`.
     pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
         charge(&mut self.bytes, path, "bytes", amount)
     }
 
-    /// Takes `amount` vertices, corners or parts of `path`, or says that they are too many.
+    /// Charges `amount` vertices, corners or parts of `path`.
     pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
         charge(
             &mut self.elements,
@@ -67,7 +68,7 @@ impl Budget {
         )
     }
 
-    /// Takes `amount` pixels of `path`, or says that they are too many.
+    /// Charges `amount` pixels of `path`.
     pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
         charge(&mut { self.image_pixels }, path, "pixels", amount)?;
         charge(&mut self.pixels, path, "pixels", amount)

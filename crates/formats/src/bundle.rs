@@ -3,6 +3,7 @@
 //! A line that says what it is and which version wrote it, then the world in [MessagePack](https://msgpack.org). The same
 //! world gives the same bytes, wherever its files were: their hash names the world. Another version of raycam may have
 //! other worlds, so it reads only its own.
+
 use std::path::Path;
 
 use raycam_scene::{TextureCache, World};

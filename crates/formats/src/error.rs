@@ -1,11 +1,12 @@
-//! What can be wrong with a file, and where in it.
+//! Errors of files, with the place of each.
+
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use raycam_scene::SceneError;
 
-/// Whose fault it is decides the variant; the message says where, what was found, what was expected and what to do.
+/// An error of reading or writing. The message says where, what was found, what was expected and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
     /// The file cannot be read; `source.kind()` says why (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
@@ -21,12 +22,12 @@ pub enum FormatError {
     Syntax {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Place in the file.
         location: Location,
-        /// What was found and what was expected.
+        /// The value found and the value expected.
         message: String,
     },
-    /// A world file says something that the schema does not allow.
+    /// A world file has a value that the schema does not allow.
     #[error("{}:{line}: {}{message}", path.display(), prefix(key))]
     Schema {
         /// The world file.
@@ -35,7 +36,7 @@ pub enum FormatError {
         line: usize,
         /// As `object[2].diffuse`; empty at the top.
         key: String,
-        /// What was expected, with the nearest valid name.
+        /// The value expected, with the nearest valid name.
         message: String,
     },
     /// The file asks for more than the budget allows.
@@ -43,7 +44,7 @@ pub enum FormatError {
     Budget {
         /// The file.
         path: PathBuf,
-        /// What there is too much of.
+        /// The exhausted resource.
         what: &'static str,
         /// How much the file asks for.
         amount: u64,
@@ -55,7 +56,7 @@ pub enum FormatError {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What it is and what is read instead.
+        /// The kind of the file, and the kinds that are read.
         message: String,
     },
     /// A name inside a file points to where files may not come from.
@@ -73,15 +74,15 @@ pub enum FormatError {
         place: Option<(PathBuf, usize)>,
         /// As `object[2].mesh`.
         key: String,
-        /// What is wrong.
+        /// The error of the file.
         source: Box<FormatError>,
     },
-    /// What is described is well-formed, but cannot be.
+    /// A well-formed description of something impossible.
     #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {
         /// The file, where there is one.
         path: Option<PathBuf>,
-        /// What is wrong with it.
+        /// The error of the description.
         source: SceneError,
     },
     /// Pixels that do not fit the image they are to become.
@@ -89,12 +90,12 @@ pub enum FormatError {
     Encode(String),
 }
 
-/// Where in a file.
+/// Place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {
-    /// Of a text file, counted from 1.
+    /// Line of a text file, from 1.
     Line(usize),
-    /// Of a binary file, counted from 0.
+    /// Byte of a binary file, from 0.
     Byte(u64),
     /// The file as a whole.
     Whole,

@@ -1,5 +1,6 @@
 //! IES files: the luminous intensities of a luminaire (ANSI/IES LM-63-2019, and its editions of 1986, 1991, 1995 and
 //! 2002), type C photometry.
+
 use std::path::Path;
 
 use raycam_scene::IesProfile;

@@ -1,10 +1,25 @@
-//! What comes and goes: every reader of outside bytes, and every writer.
+//! Readers of all files from outside, and writers: bytes to worlds and back.
 //!
-//! This room is the trust boundary. A reader takes bytes and a [`Budget`] and gives plain data of `raycam_scene` or a
-//! [`FormatError`] that says where in which file; it never panics, never allocates what a file merely declares, and opens
-//! nothing outside the folder of the file it was asked for. What it skips or repairs it says in the world's notices.
+//! The crate is the trust boundary. A reader takes bytes and a [`Budget`] and returns plain data of `raycam_scene` or a
+//! [`FormatError`] that names the place in the file. It never panics, never allocates what a file merely declares, and
+//! opens nothing outside the folder of the file that the caller names. Skipped and repaired data become notices of the
+//! world. Writers return bytes.
 //!
-//! Writers give bytes; who puts them on a disk is not their concern.
+//! ```text
+//! error, budget        errors with their places; limits
+//! io                   folders, bytes, text, threads
+//! geometry             triangulation, welding
+//! image, codec         images and textures; Draco, meshoptimizer
+//! obj ply stl off ies  one format each
+//! gltf                 json ← document ← mesh ← world; writer
+//! calibration          cameras of other tools: a table of formats around one record
+//! world_file, bundle   TOML; exact copies for other processes
+//! registry             the table of loadable formats
+//! asset_loader         files that a description names
+//! encode               PNG, EXR, HDR, masks
+//! ```
+//!
+//! A line imports the lines above it; `encode` stands alone.
 #![forbid(unsafe_code)]
 
 mod asset_loader;

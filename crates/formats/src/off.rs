@@ -3,6 +3,7 @@
 //! Colours of a file are 0..=255 in sRGB where all are whole numbers, else 0..=1 and linear; whole numbers that never
 //! pass 1 count as the latter. Texture coordinates have their origin at the bottom left in the file and at the top left
 //! here.
+
 use std::path::Path;
 
 use glam::DVec3;
@@ -16,7 +17,7 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
 
-/// What the first word says that vertices have, in this order.
+/// Attributes of vertices by the first word, in this order.
 #[derive(Clone, Copy, Debug, Default)]
 struct OffHeader {
     normals: bool,
@@ -193,7 +194,7 @@ fn read_faces(
     Ok(all)
 }
 
-/// The lines that say something, one by one.
+/// The lines that are neither empty nor comments, one by one.
 struct LineReader<'a> {
     path: &'a Path,
     lines: Lines<'a>,

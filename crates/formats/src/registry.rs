@@ -1,4 +1,5 @@
-//! One table of everything that can be loaded.
+//! The table of file formats, and loading by it.
+
 use std::fs::File;
 use std::io;
 use std::path::Path;
@@ -12,12 +13,12 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 use crate::{gltf, obj, off, ply, stl, world_file};
 
-/// A kind of file that can be loaded.
+/// A file format.
 struct FileFormat {
     /// In small letters, without the dot.
     extension: &'static str,
     read: Reader,
-    /// How many bytes from the beginning of a large file it wants in memory, where that is not all of them.
+    /// Number of bytes of a large file that its reader needs in memory; `None` for all.
     head: fn(&File, u64) -> Option<u64>,
 }
 
@@ -28,7 +29,7 @@ enum Reader {
     Model(fn(&InputFile, &mut AssetRoot) -> Result<MeshFile, FormatError>),
 }
 
-/// Every kind.
+/// All formats.
 const FORMATS: &[FileFormat] = &[
     FileFormat {
         extension: "toml",
@@ -111,7 +112,7 @@ fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile, FormatEr
     assets.read_head(path, format_of(path)?.head)
 }
 
-/// All of a file.
+/// A whole file.
 fn read_whole(_: &File, _: u64) -> Option<u64> {
     None
 }
@@ -194,7 +195,7 @@ fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
     if let Some(format) = FORMATS.iter().find(|format| format.extension == extension) {
         return Ok(format);
     }
-    // What is not there has no kind.
+    // A missing file is reported before its extension.
     if let Err(source) = std::fs::metadata(path)
         && source.kind() == io::ErrorKind::NotFound
     {

@@ -1,8 +1,9 @@
 //! STL (3D Systems, "StereoLithography Interface Specification", 1989), text and binary.
 //!
-//! Whether it is binary is told by its length, not by how it begins: many binary files begin with "solid" too. Corners at
-//! exactly the same place become one vertex. Facet normals follow from the corners and are not read; the two bytes after
-//! each binary facet, which some programs use for colours, are passed over.
+//! A file is recognised as binary by its length, not by its first bytes: many binary files begin with "solid" too.
+//! Corners at exactly the same place become one vertex. Facet normals follow from the corners and are not read; the two
+//! bytes after each binary facet, which some programs use for colours, are skipped.
+
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -175,7 +176,7 @@ fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid, Format
     })
 }
 
-/// What a text file is about to say.
+/// Statement that a text file has next.
 #[derive(Clone, Copy, PartialEq)]
 enum ParserState {
     Solid,

@@ -1,4 +1,5 @@
 //! World files: TOML to a [`World`].
+
 use std::ops::Range;
 use std::path::Path;
 
@@ -48,8 +49,8 @@ fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World, Forma
         .map_err(|error| with_line(error, &node, text, path))
 }
 
-/// Leaves out the objects after one that says nothing. That one is an error, and a file of little else would take memory
-/// for all that an object can say, hundreds of times its own size.
+/// Drops the objects after the first empty one. That one is an error, and a file of little else would take memory for
+/// all fields of an object, hundreds of times its own size.
 fn truncate_after_empty(node: &mut SpannedValue) {
     let Value::Table(entries) = &mut node.value else {
         return;
@@ -74,8 +75,8 @@ fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue, FormatError> {
     }
 }
 
-/// The least that is parsed at once of a text with many objects: what TOML is parsed into takes a kilobyte and more for each
-/// table, several times what is made of it here.
+/// Bytes that are parsed at a time of a text with many objects: the parser takes a kilobyte and more for each table,
+/// several times the memory of the result.
 const PIECE_BYTES: usize = 1 << 16;
 
 /// The tree of a text, whose objects are parsed some at a time; `None` where that is not how it is written.
@@ -118,7 +119,7 @@ fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     Some(root)
 }
 
-/// Whether nothing but space stands before this byte in its line.
+/// True if only white space stands before this byte in its line.
 fn begins_line(text: &str, at: usize) -> bool {
     let line = text[..at].rsplit('\n').next().unwrap_or_default();
     line.bytes().all(|byte| matches!(byte, b' ' | b'\t'))
@@ -143,7 +144,7 @@ fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedVa
 /// A part of a text that becomes a tree.
 struct TextPiece<'a> {
     text: &'a str,
-    /// Where in the text it begins.
+    /// Offset in the text.
     start: usize,
     path: &'a Path,
 }
@@ -170,7 +171,7 @@ impl TextPiece<'_> {
         })
     }
 
-    /// Takes the value, so that not all of them are there twice.
+    /// Consumes the value, so that no value is in memory twice.
     fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<SpannedValue, FormatError> {
         let span = spanned.span();
         let place = self.shift_span(span.clone());

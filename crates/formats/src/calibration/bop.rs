@@ -1,5 +1,6 @@
 //! BOP: `scene_camera.json` (cam_K, cam_R_w2c, cam_t_w2c in millimetres for each image) and `camera.json` (fx fy cx cy
 //! width height of all). Source: bop_toolkit, docs/bop_datasets_format.md. The world is in metres.
+
 use std::fmt::Write as _;
 use std::path::Path;
 

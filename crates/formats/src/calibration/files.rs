@@ -1,4 +1,5 @@
 //! Calibration files: contents that are read, hints for reading, and files to write.
+
 use std::path::Path;
 
 use crate::calibration::record::CameraRecord;

@@ -1,4 +1,5 @@
 //! The table of calibration formats, and reading and writing by it.
+
 use std::path::Path;
 
 use crate::budget::Budget;
@@ -15,11 +16,11 @@ type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles, FormatError>;
 /// A format of calibrations or poses.
 struct CalibrationFormat {
     name: &'static str,
-    /// Whether a file looks like it, by its name and its text (empty for binary files and folders).
+    /// True if a file looks like this format, by its name and its text (empty for binary files and folders).
     detect: fn(&Path, &str) -> bool,
     read: Read,
     write: Write,
-    /// Whether it says which cameras stand on a rig.
+    /// True if the format tells which cameras stand on a rig.
     supports_rigs: bool,
 }
 
@@ -109,7 +110,7 @@ pub fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.name)
 }
 
-/// The same in a sentence.
+/// The names of all formats, for messages.
 fn format_list() -> String {
     formats().collect::<Vec<_>>().join(", ")
 }

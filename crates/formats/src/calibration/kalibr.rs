@@ -3,6 +3,7 @@
 //! `T_cam_imu` (camera from body), or `T_imu_cam` as OpenVINS writes it, is the pose where every camera has it; else
 //! `T_cn_cnm1` (from the camera before) makes a chain that begins at cam0. Source: Kalibr's wiki, "Yaml formats" and
 //! "Supported models".
+
 use std::fmt::Write as _;
 use std::path::Path;
 

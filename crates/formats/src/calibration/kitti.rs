@@ -2,6 +2,7 @@
 //! poses of 12 numbers a line, world from camera (cvlibs.net/datasets/kitti, the development kits' readmes).
 //!
 //! `P` projects points of rectified camera 0, which is the world here; `Tr` and its kin, from other sensors, are noticed.
+
 use std::collections::HashMap;
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which has one angle
 //! for all intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the centre of the first
 //! pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
+
 use std::fmt::Write as _;
 use std::path::Path;
 

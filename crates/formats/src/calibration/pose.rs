@@ -1,4 +1,5 @@
 //! Poses as files have them: a matrix or a quaternion, from world to camera or back.
+
 use glam::{DMat3, DQuat, DVec3};
 
 /// The rotation of a pose.
@@ -47,7 +48,7 @@ impl Rotation {
 pub struct Pose {
     rotation: Rotation,
     translation: DVec3,
-    /// Whether it is world_from_camera.
+    /// True for world_from_camera, false for camera_from_world.
     world_from_camera: bool,
 }
 
@@ -70,17 +71,17 @@ impl Pose {
         }
     }
 
-    /// That of a camera whose axes are the world's.
+    /// The pose of a camera whose axes are those of the world.
     pub fn identity() -> Self {
         Self::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO)
     }
 
-    /// Whether it changes nothing.
+    /// True for the identity.
     pub fn is_identity(&self) -> bool {
         self.r_c() == (DMat3::IDENTITY, DVec3::ZERO)
     }
 
-    /// What brings it back: from_camera where it is camera_from.
+    /// The inverse: from_camera of camera_from.
     pub fn inverted(&self) -> Self {
         let (r, c) = self.world_r_c();
         Self::camera_from_world(r, c)
@@ -101,7 +102,7 @@ impl Pose {
         }
     }
 
-    /// camera_from_world and t, as they were given where they were.
+    /// camera_from_world and t; unchanged where the file has them.
     pub fn r_t(&self) -> (Rotation, DVec3) {
         if self.world_from_camera {
             let rotation = self.rotation.inverse();
@@ -111,7 +112,7 @@ impl Pose {
         }
     }
 
-    /// world_from_camera and the centre, as they were given where they were.
+    /// world_from_camera and the centre; unchanged where the file has them.
     pub fn world_r_c(&self) -> (Rotation, DVec3) {
         if self.world_from_camera {
             (self.rotation, self.translation)
@@ -120,14 +121,16 @@ impl Pose {
         }
     }
 
-    /// The pose of a camera of which `self` is from the body: x = R (R' X + t') + t.
+    /// The pose of a camera in the world; `self` is its pose from the body, `body` the pose of the body: x = R (R' X +
+    /// t') + t.
     pub fn compose(&self, body: &Pose) -> Self {
         let ((r, t), (r2, t2)) = (self.r_t(), body.r_t());
         let (r, r2) = (r.matrix(), r2.matrix());
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
     }
 
-    /// Makes a matrix within 1e-3 of a rotation, and further than 1e-6, the nearest one; gives how far it was.
+    /// Replaces a matrix that differs from a rotation by 1e-6 to 1e-3 by the nearest rotation, and returns the
+    /// difference.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else {
             return None;

@@ -1,4 +1,5 @@
 //! One camera of a file, with its numbers as the file has them.
+
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
@@ -10,17 +11,17 @@ use crate::error::FormatError;
 /// A camera as a file has it, before it becomes a [`Camera`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraRecord {
-    /// Its name; of its own in a file.
+    /// The name, unique in a file.
     pub name: String,
     /// Columns and rows.
     pub size: Option<[u32; 2]>,
     /// Intrinsics in pixels.
     pub k: Option<DMat3>,
-    /// What its lens does.
+    /// The lens.
     pub lens: Lens,
-    /// Where the centre of the first pixel lies.
+    /// Convention of pixel centres.
     pub pixel_center: PixelCenter,
-    /// Where it stands; nothing is the origin of the world, looking along z.
+    /// The pose; without one, the camera is at the origin of the world and looks along z.
     pub pose: Option<Pose>,
     /// The camera matrix, where the file has that instead of K and a pose.
     pub matrix: Option<[[f64; 4]; 3]>,
@@ -30,9 +31,9 @@ pub struct CameraRecord {
     pub image: Option<String>,
     /// Millimetres per unit of a depth image (BOP).
     pub depth_scale: Option<f64>,
-    /// Where it stands on a rig.
+    /// The mount on a rig.
     pub mount: Option<RigMount>,
-    /// What the camera has and no calibration file holds.
+    /// Properties of the camera that no calibration file holds.
     pub unsupported: Vec<&'static str>,
 }
 
@@ -55,7 +56,7 @@ impl CameraRecord {
         }
     }
 
-    /// The record of a camera; of one with parallel rays, which has neither K nor a place, the matrix alone.
+    /// The record of a camera. A camera with parallel rays has neither K nor a place: its record has the matrix alone.
     pub fn from_camera(name: impl Into<String>, camera: &Camera) -> Self {
         let mut record = Self::new(name, camera.pixel_center());
         record.size = Some(camera.size());
@@ -80,7 +81,7 @@ impl CameraRecord {
         record
     }
 
-    /// The camera that it is.
+    /// The camera.
     ///
     /// # Errors
     /// [`FormatError::Encode`] where size or intrinsics are missing, and [`FormatError::Scene`] for a camera that cannot
@@ -174,7 +175,7 @@ impl CameraRecord {
         Ok([k.x_axis.x, k.y_axis.y, k.z_axis.x, k.z_axis.y])
     }
 
-    /// The error of what a format does not hold.
+    /// The error of a property that a format does not hold.
     pub(crate) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
         FormatError::Encode(format!(
             "camera {:?}: {format} cannot hold {what}",
@@ -182,7 +183,7 @@ impl CameraRecord {
         ))
     }
 
-    /// Refuses a lens.
+    /// Refuses a record with a lens.
     pub(crate) fn require_pinhole(&self, format: &str) -> Result<(), FormatError> {
         match self.lens.coefficients() {
             None => Ok(()),
@@ -193,7 +194,7 @@ impl CameraRecord {
         }
     }
 
-    /// Makes a matrix that is nearly a rotation one, and says so.
+    /// Replaces a matrix that is nearly a rotation by the nearest one, and returns a notice.
     pub(crate) fn orthonormalize(&mut self) -> Option<String> {
         let off = self.pose.as_mut()?.orthonormalize()?;
         Some(format!(

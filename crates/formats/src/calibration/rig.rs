@@ -1,4 +1,5 @@
 //! Rigs of cameras from files with one rig, and back.
+
 use crate::calibration::pose::Pose;
 use crate::calibration::record::CameraRecord;
 use crate::calibration::rig_mount::RigMount;

@@ -1,4 +1,5 @@
 //! The mount of a camera on a rig.
+
 use crate::calibration::pose::Pose;
 
 /// The mount of a camera on a rig, at one pose of the rig.

@@ -1,6 +1,7 @@
 //! ROS CameraInfo: the YAML of `camera_info_manager` and the message itself (`sensor_msgs/msg/CameraInfo`), of ROS 1
 //! (D K R P) and 2 (d k r p). The camera is that of the raw picture: K and D, cropped and binned as `image_geometry`
 //! does; R and P are those of the rectified one.
+
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,4 +1,5 @@
 //! TUM trajectories: `timestamp tx ty tz qx qy qz qw` a line, world from camera (cvg.cit.tum.de, "File Formats").
+
 use std::path::Path;
 
 use glam::DVec3;

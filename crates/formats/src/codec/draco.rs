@@ -1,4 +1,5 @@
 //! Meshes compressed by Draco, bitstream 2.2: glTF's `KHR_draco_mesh_compression`.
+
 use std::path::Path;
 
 use draco_core::draco_types::DataType;
@@ -10,7 +11,7 @@ use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::io::catch_panic::catch_decoder_panic;
 
-/// What a stream holds.
+/// A decoded mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedMesh {
     /// Each corner is an element of every attribute.
@@ -24,9 +25,9 @@ pub struct DecodedMesh {
 /// One attribute, as an accessor of glTF would hold it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
-    /// What the extension's `attributes` call it by.
+    /// Id in the `attributes` of the extension.
     pub id: u32,
-    /// What one component is.
+    /// Type of one component.
     pub component: ComponentType,
     /// Components of one element.
     pub components: usize,

@@ -1,4 +1,5 @@
 //! OpenEXR out: all channels of a frame in one part, lossless.
+
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer as Part};
 use ::exr::meta::attribute::{AttributeValue, LineOrder, Text};
@@ -230,7 +231,7 @@ fn sort_header(file: &mut [u8]) {
     file[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// What a reader has to know to use the channels.
+/// Conventions that a reader of the channels needs.
 const CONVENTIONS: &str = "P = K R [I | -C], camera axes x right, y down, z forward; pixel (u, v) from the top left, \
     the centre of the first one at (0, 0) where pixelCenter is integer, (0.5, 0.5) where it is half; depth is z along \
     the principal axis, distance the length of the ray, both +inf in the background; ids are int32 in uint32 bits, \

@@ -1,4 +1,5 @@
 //! Radiance HDR out: pictures of light in four bytes a pixel.
+
 use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
 

@@ -1,4 +1,4 @@
-//! Masks as data sets have them: run lengths and polygons.
+//! Masks in the forms of data sets: run lengths and polygons.
 
 /// COCO's run-length encoding of a mask, row by row: lengths of runs of 0 and 1 in turn, down the columns, packed as
 /// text: five bits a character from the lowest, the sixth says that more follow; from the fourth run on, a run is told as
@@ -42,7 +42,7 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
 /// the mask back.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
     let mut found = vec![];
-    // What is still to be outlined, and the columns of it.
+    // Ranges of columns that are not outlined yet.
     let mut parts = vec![(0, width)];
     while let Some((left, right)) = parts.pop() {
         let loops = trace_outlines(mask, [width, height], left, right);
@@ -74,7 +74,7 @@ fn area(corners: &[[u32; 2]]) -> i64 {
         .sum()
 }
 
-/// The direction an outline goes on from a corner: right, down, left, up.
+/// Directions in which an outline goes on from a corner: right, down, left, up.
 const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
 /// All trace_outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
@@ -90,7 +90,7 @@ fn trace_outlines(
             && (0..height as i64).contains(&y)
             && mask[y as usize * width + x as usize]
     };
-    // Whether an edge leaves a corner that direction: the mask to its right and not to its left.
+    // True if an edge leaves a corner in this direction: the mask to its right and not to its left.
     let leaves = |[x, y]: [i64; 2], direction: usize| {
         let (a, b) = match direction {
             0 => (inside(x, y), inside(x, y - 1)),

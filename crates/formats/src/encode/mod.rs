@@ -1,4 +1,4 @@
-//! TODO: what is here.
+//! Encoders of frames and masks: bytes from pixels. Stands alone; putting bytes on a disk is the business of the caller.
 
 pub mod exr;
 pub mod hdr;

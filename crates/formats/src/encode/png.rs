@@ -1,4 +1,5 @@
 //! PNG out (W3C PNG, third edition), always marked as sRGB.
+
 use crate::error::FormatError;
 
 /// The samples of an image, row-major from the top left, channels together.

@@ -1,11 +1,12 @@
-//! Polygons to triangles, by cutting ears (Meisters 1975).
+//! Triangulation of polygons by ear clipping (Meisters 1975).
+
 use std::collections::VecDeque;
 
 use glam::{DVec2, DVec3};
 
 use crate::geometry::reflex_kd_tree::{ReflexKdTree, signed_area2};
 
-/// The work that was allowed is used up.
+/// The limit on steps is reached.
 #[derive(Debug)]
 pub(crate) struct WorkLimitExceeded;
 
@@ -60,10 +61,10 @@ fn strictly_convex(flat: &[DVec2]) -> bool {
         && (1..flat.len() - 1).all(|i| signed_area2(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
-/// In place of a neighbour: the corner has been cut off.
+/// Neighbour of a corner that has been clipped.
 const REMOVED: u32 = u32::MAX;
 
-/// What is left of a polygon: a ring of corners.
+/// The remaining polygon: a ring of corners.
 ///
 /// A corner is tried again only when its neighbours have changed or the one that lay in its ear does so no longer, so
 /// that the work grows little faster than the number of corners.
@@ -71,12 +72,12 @@ struct EarClipper {
     flat: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Marked are the corners that are not strictly convex: only these can lie in an ear.
+    /// All corners; those that are not strictly convex are marked, since only these can lie in an ear.
     reflex: ReflexKdTree,
-    /// Convex corners to try, each with its number in `versions`: an older one no longer counts.
+    /// Convex corners to test, each with its version: an entry with an older version is stale.
     queue: VecDeque<(u32, u32)>,
     versions: Vec<u32>,
-    /// By the corner that lies in their ears.
+    /// Corners that wait for an obstacle in their ear to go, by that obstacle.
     blocked: Vec<Vec<u32>>,
 }
 
@@ -155,7 +156,7 @@ impl EarClipper {
         Ok(None)
     }
 
-    /// The first convex corner from `start` on, else the one that turns to the right the least.
+    /// The first convex corner from `start` on, else the corner with the greatest signed area.
     fn least_reflex(
         &self,
         start: u32,
@@ -178,7 +179,7 @@ impl EarClipper {
         Ok(best.0)
     }
 
-    /// Says of a corner with new neighbours what it is now.
+    /// Updates a corner whose neighbours have changed.
     fn update_corner(&mut self, corner: u32) {
         let reflex = self.signed_area_at(corner) <= 0.0;
         self.set_reflex(corner, reflex);

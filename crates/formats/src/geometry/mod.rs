@@ -1,4 +1,4 @@
-//! TODO: what is here.
+//! Meshes from faces: triangulation, welding and splitting of vertices. Uses `io` alone.
 
 pub(crate) mod ear_clipping;
 pub(crate) mod polygons;

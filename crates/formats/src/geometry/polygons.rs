@@ -1,4 +1,5 @@
 //! The polygons of a file, and the triangles they become.
+
 use std::ops::Range;
 use std::path::Path;
 
@@ -9,14 +10,14 @@ use crate::error::FormatError;
 use crate::geometry::ear_clipping;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
 
-/// The most corners of one polygon: the memory to cut it stays in proportion to the file.
+/// Greatest number of corners of one polygon: bounds the memory of cutting it.
 const MAX_CORNERS: usize = 1 << 20;
 
 /// Faces of fewer than 3 corners: they have no area, and are passed over as other readers do.
 #[derive(Debug, Default)]
 pub(crate) struct DegenerateFaces {
     count: usize,
-    /// Where the first is.
+    /// Place of the first.
     first: Option<String>,
 }
 
@@ -33,7 +34,7 @@ impl DegenerateFaces {
         self.first = self.first.take().or(later.first);
     }
 
-    /// What there is to say about them, if there are any.
+    /// The notice about these faces, if there are any.
     pub(crate) fn notice(&self, path: &Path) -> Option<String> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
         Some(format!(
@@ -49,14 +50,14 @@ pub(crate) struct Polygons {
     positions: Vec<u32>,
     /// Texture coordinates and normal of each corner; none at all while no corner has any.
     attributes: Vec<[u32; 2]>,
-    /// How many triangles come first.
+    /// Number of triangles before the first other polygon.
     triangles: usize,
-    /// Where each polygon after those ends in `positions`.
+    /// Ends of the further polygons in `positions`.
     ends: Vec<usize>,
 }
 
 impl Polygons {
-    /// Makes room for what [`Polygons::append`] will add.
+    /// Reserves the memory of later calls of [`Polygons::append`].
     pub(crate) fn reserve<'a>(&mut self, later: impl Iterator<Item = &'a Self> + Clone) {
         let sum = |count: fn(&Self) -> usize| later.clone().map(count).sum();
         self.positions.reserve_exact(sum(|p| p.positions.len()));
@@ -69,7 +70,7 @@ impl Polygons {
         self.triangles + self.ends.len()
     }
 
-    /// Adds a corner to the polygon under way.
+    /// Adds a corner to the polygon under construction.
     pub(crate) fn push_corner(&mut self, corner: Corner) {
         let attributes = [corner.uv, corner.normal];
         if !self.attributes.is_empty() || attributes != [NO_INDEX; 2] {
@@ -79,7 +80,7 @@ impl Polygons {
         self.positions.push(corner.position);
     }
 
-    /// Ends the polygon under way, or lets go of it where it has fewer than 3 corners; whether it was kept.
+    /// Ends the polygon under construction, and drops it where it has fewer than 3 corners. True if it was kept.
     pub(crate) fn end_face(&mut self) -> bool {
         let (start, end) = (self.start(self.len()), self.positions.len());
         match end - start {
@@ -114,7 +115,7 @@ impl Polygons {
         self.positions.append(&mut later.positions);
     }
 
-    /// How many corners all polygons have, with the one under way.
+    /// Number of corners of all polygons, with the polygon under construction.
     pub(crate) fn corner_count(&self) -> usize {
         self.positions.len()
     }
@@ -144,14 +145,14 @@ impl Polygons {
         }
     }
 
-    /// Takes the texture coordinates (1) or normals (2) from all corners.
+    /// Removes the texture coordinates (1) or normals (2) of all corners.
     pub(crate) fn drop_attribute(&mut self, kind: usize) {
         for attributes in &mut self.attributes {
             attributes[kind - 1] = NO_INDEX;
         }
     }
 
-    /// Where a polygon starts in all corners.
+    /// Index of the first corner of a polygon.
     fn start(&self, polygon: usize) -> usize {
         match polygon.checked_sub(self.triangles + 1) {
             None => 3 * polygon,
@@ -159,7 +160,7 @@ impl Polygons {
         }
     }
 
-    /// Which of all corners are a polygon's.
+    /// Indices of the corners of a polygon.
     pub(crate) fn range(&self, polygon: usize) -> Range<usize> {
         self.start(polygon)..self.start(polygon + 1)
     }

@@ -1,14 +1,15 @@
-//! The corners of a polygon that can lie in an ear, found by where they are.
+//! k-d tree (Bentley 1975) of the corners of a polygon, to find a reflex corner in an ear.
+
 use glam::DVec2;
 
 /// The corners of a leaf, at most.
 const LEAF_POINTS: usize = 8;
 
-/// A k-d tree (Bentley 1975) over fixed points, some of which are marked.
+/// A k-d tree over fixed points, some of which are marked.
 pub(crate) struct ReflexKdTree {
-    /// The numbers of the points, those of a node beside each other.
+    /// Indices of the points; those of a node are contiguous.
     order: Vec<u32>,
-    /// Where each point is in `order`.
+    /// Index in `order` of each point.
     position: Vec<u32>,
     /// A node's two children come one after the other.
     nodes: Vec<KdNode>,
@@ -20,9 +21,9 @@ struct KdNode {
     high: DVec2,
     start: u32,
     end: u32,
-    /// The first of two, or 0 in a leaf.
+    /// Index of the first of two children, or 0 in a leaf.
     children: u32,
-    /// How many of its points are marked.
+    /// Number of marked points.
     marks: u32,
 }
 
@@ -98,8 +99,8 @@ impl ReflexKdTree {
         }
     }
 
-    /// A marked point in the closed triangle that turns to the left, but at none of its corners; and how many nodes and
-    /// points were looked at.
+    /// A marked point in the closed counter-clockwise triangle that is at none of its corners, and the number of nodes
+    /// and points that were visited.
     pub(crate) fn find_inside(&self, points: &[DVec2], triangle: [DVec2; 3]) -> (Option<u32>, u64) {
         let [a, b, c] = triangle;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -153,8 +154,8 @@ impl KdNode {
         }
     }
 
-    /// Whether all of it lies to the right of the line from a to b. Rounding is monotone, so what is said of the corner
-    /// furthest to the left holds for every point inside, computed in the same way.
+    /// True if the whole box lies to the right of the line from a to b. Rounding is monotone: the sign at the corner
+    /// furthest to the left bounds the sign of every point inside, computed in the same way.
     fn is_right_of(&self, a: DVec2, b: DVec2) -> bool {
         let along = b - a;
         let x = if along.y > 0.0 {

@@ -1,4 +1,5 @@
 //! Cutting polygons: every triangulation covers the polygon once.
+
 use glam::DQuat;
 use glam::DVec3;
 

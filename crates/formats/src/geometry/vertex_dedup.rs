@@ -1,4 +1,5 @@
-//! Corners with attributes of their own to vertices: a position is repeated only where its attributes differ.
+//! Vertices from corners with attributes of their own: a position is repeated only where its attributes differ.
+
 use std::collections::HashMap;
 
 /// A corner of a face: indices of a position, of texture coordinates and of a normal.
@@ -24,14 +25,14 @@ impl Corner {
 
 /// No such attribute.
 pub(crate) const NO_INDEX: u32 = u32::MAX;
-/// A vertex that no corner has claimed yet.
+/// Attribute of a vertex that no corner has claimed yet.
 const UNUSED: u32 = u32::MAX - 1;
-/// Past this many vertices at one position they are looked up, so that no file makes it slow.
+/// Vertices of one position in a linked list; further ones are hashed, so that no file makes the search slow.
 const MAX_CHAIN: usize = 32;
 
 /// The vertices of one mesh as they are found.
 pub(crate) struct VertexDeduper {
-    /// What each vertex is made of; `uv` is above every index where no corner uses it.
+    /// Corner of each vertex; `uv` is above every index where no corner uses the vertex.
     pub(crate) corner_of: Vec<Corner>,
     /// The next vertex at the same position.
     next: Vec<u32>,
@@ -60,7 +61,7 @@ impl VertexDeduper {
         self.crowded.clear();
     }
 
-    /// Gives these positions the next vertices, in this order, so that a mesh without seams keeps the file's order.
+    /// Reserves the next vertices for these positions, in this order: a mesh without seams keeps the order of the file.
     pub(crate) fn reserve(&mut self, positions: impl Iterator<Item = u32>) {
         for position in positions {
             if self.first[position as usize] == NO_INDEX {

@@ -1,4 +1,5 @@
 //! Corners at exactly the same point made one vertex.
+
 use std::convert::Infallible;
 use std::hash::{BuildHasher, RandomState};
 use std::sync::OnceLock;
@@ -78,7 +79,7 @@ impl<P: WeldKey> Default for VertexWelder<P> {
 }
 
 impl<P: WeldKey> VertexWelder<P> {
-    /// With capacity for so many points, and it grows.
+    /// A welder with this capacity, which grows.
     fn new(seed: HashSeed, capacity: usize) -> Self {
         let length = match capacity {
             0 => 0,

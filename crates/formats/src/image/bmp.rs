@@ -1,6 +1,7 @@
 //! BMP in: the decoder of `image`, after a look at whether all of the picture is there.
 //!
 //! Source: Microsoft, "Bitmap Storage", BITMAPFILEHEADER, BITMAPCOREHEADER, BITMAPINFOHEADER and "Bitmap Compression".
+
 use std::io::Cursor;
 
 use ::image::codecs::bmp::BmpDecoder;
@@ -20,14 +21,14 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     })
 }
 
-/// Where the pixels are, and how.
+/// Layout of the pixels.
 struct BmpHeader {
     start: usize,
     columns: usize,
     rows: usize,
-    /// Of a pixel.
+    /// Bits of a pixel.
     bits: usize,
-    /// Whether in runs, none of which goes on in another row.
+    /// True for run-length coding, in which no run goes on in another row.
     runs: bool,
 }
 
@@ -56,7 +57,7 @@ impl BmpHeader {
         })
     }
 
-    /// Whether the file has every row, found without a place to put them.
+    /// `Some` if the file has every row; allocates nothing.
     fn check_complete(&self, bytes: &[u8]) -> Option<()> {
         let bytes = bytes.get(self.start..)?;
         if self.runs {
@@ -66,8 +67,8 @@ impl BmpHeader {
         (bytes.len() >= row.checked_mul(self.rows)?).then_some(())
     }
 
-    /// Whether runs lead to an end within the picture. One of a single colour that is longer than its row ends with it:
-    /// there are writers that make them.
+    /// `Some` if the runs end within the picture. A run of one colour that is longer than its row ends with the row, as
+    /// some writers make them.
     fn runs_fit(&self, bytes: &[u8]) -> Option<()> {
         let mut bytes = bytes.iter();
         let mut next = || bytes.next().map(|&byte| usize::from(byte));

@@ -1,4 +1,5 @@
 //! State and helpers of every image decoder: budget, notices, and the conversions to texels.
+
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -11,7 +12,7 @@ use raycam_scene::{Image, Texels};
 use crate::budget::Budget;
 use crate::error::FormatError;
 
-/// What an image is for, which decides how integers are read; images of floats are linear for any use.
+/// Use of an image. It decides how integers are read; images of floats are linear for any use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColorUse {
     /// Colours, stored in sRGB.
@@ -20,11 +21,11 @@ pub enum ColorUse {
     Data,
 }
 
-/// What an image may unpack to however short its file is: a flat picture of 4096 x 4096, of 8192 x 8192.
+/// Bytes that an image may unpack to however short its file is: a flat picture of 4096 x 4096, or of 8192 x 8192.
 pub(crate) const MAX_UNBACKED_BYTES: u64 = 64 << 20;
 pub(crate) const MAX_UNBACKED_BYTES_STREAMED: u64 = 256 << 20;
 
-/// One image on its way in.
+/// State of decoding one image.
 pub(crate) struct Decoder<'a> {
     pub(crate) bytes: &'a [u8],
     pub(crate) path: &'a Path,
@@ -48,9 +49,9 @@ impl Decoder<'_> {
             .push(format!("{}: {message}", self.path.display()));
     }
 
-    /// Takes the pixels of an image from the budget before they are decoded, and refuses what unpacks to more than its
-    /// kind is trusted with and 4096 times its file. Whether it unpacks to more than 32 MiB and 16 times its file: then it
-    /// is to be read to its end once, where that needs no memory, before anything is kept.
+    /// Charges the pixels of an image before they are decoded, and refuses an image that unpacks to more than its
+    /// format is trusted with and 4096 times its file. True if it unpacks to more than 32 MiB and 16 times its file:
+    /// then the file is checked to its end before anything is allocated, where the format allows that.
     pub(crate) fn take_pixels(
         &mut self,
         [columns, rows]: [u32; 2],

@@ -1,4 +1,5 @@
 //! OpenEXR in: the first part that has colours.
+
 use std::io::Cursor;
 
 use ::exr::block::UncompressedBlock;
@@ -191,7 +192,7 @@ fn blank<Channels>(size: Vec2<usize>, _: &Channels) -> Vec<[f32; 4]> {
     vec![[0.0; 4]; size.area()]
 }
 
-/// Whether red, green or blue lie elsewhere than those of Rec. 709.
+/// True if red, green or blue differ from those of Rec. 709.
 fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     let expected = [(0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
     let found = [found.red, found.green, found.blue];

@@ -1,4 +1,5 @@
 //! Radiance HDR in: the decoder of `image`, and the orientations that it does not have.
+
 use std::io::Read;
 
 use ::image::codecs::hdr::HdrDecoder;
@@ -34,7 +35,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             file.notice(format_args!("its {key} of {value} is not applied"));
         }
     }
-    // What all values were multiplied by.
+    // The factor of all values of the file.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
         let message =
@@ -68,14 +69,14 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     })
 }
 
-/// What follows the header and the resolution string.
+/// The bytes after the header and the resolution string.
 fn after_resolution(bytes: &[u8]) -> Option<&[u8]> {
     let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
     let length = bytes[start..].iter().position(|&b| b == b'\n')?;
     Some(&bytes[start + length + 1..])
 }
 
-/// Whether these are all scanlines of a picture, found without a place to put them.
+/// `Some` if these are all scanlines of a picture; allocates nothing.
 ///
 /// Source: Ward, "Radiance File Formats", "Picture File Format": a line that begins with 2, 2 and less than 128 has its
 /// four channels one after the other, in runs of one value (more than 128) and of several; in any other, a pixel of
@@ -125,7 +126,7 @@ fn check_complete(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     Some(())
 }
 
-/// Whether a line of the header asks for other colours, or for pixels that are not square.
+/// True if a line of the header sets other colours, or pixels that are not square.
 fn changes_colors(key: &str, value: &str) -> bool {
     let expected: &[f32] = match key {
         "COLORCORR" => &[1.0; 3],
@@ -149,15 +150,15 @@ fn changes_colors(key: &str, value: &str) -> bool {
 struct Orientation {
     /// How many scanlines there are, and pixels in one, as written.
     counts: [String; 2],
-    /// Whether scanlines are columns.
+    /// True if scanlines are columns.
     columns: bool,
-    /// Whether scanlines, and pixels in one, begin at the bottom or the right.
+    /// True if scanlines, and pixels in one, begin at the bottom or the right.
     reversed: [bool; 2],
 }
 
 impl Orientation {
-    /// That of the resolution string, the line after the first empty one, and where that is; `None` where it is the
-    /// usual one or no such string.
+    /// The orientation of the resolution string, the line after the first empty one, and its byte range; `None` for the
+    /// standard orientation, and where there is no such string.
     fn parse(bytes: &[u8]) -> Option<(Self, std::ops::Range<usize>)> {
         let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
         let length = bytes[start..].iter().position(|&b| b == b'\n')?;

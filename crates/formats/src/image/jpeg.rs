@@ -2,6 +2,7 @@
 //! missing with grey and says nothing.
 //!
 //! Source: ITU-T T.81, annexes B (segments), F (sequential) and G (progressive).
+
 use std::io::Cursor;
 
 use ::image::codecs::jpeg::JpegDecoder;
@@ -33,7 +34,7 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     Ok(image)
 }
 
-/// What a picture can be shown without.
+/// Missing data that a picture can be shown without.
 #[derive(Clone, Copy, Debug, Default)]
 struct MissingData {
     /// The scans that would make it finer.
@@ -42,27 +43,27 @@ struct MissingData {
     end_of: Option<usize>,
 }
 
-/// What segments have said so far.
+/// State after the segments that were read.
 #[derive(Default)]
 struct SegmentState {
     /// How the picture is coded, 0, 1 or 2 (progressive), where this is known.
     frame: Option<u8>,
     size: [usize; 2],
     components: Vec<FrameComponent>,
-    /// Of DC, then of AC.
+    /// Tables of DC, then of AC.
     tables: [[Option<HuffmanTable>; 4]; 2],
     interval: usize,
     scans: usize,
     missing: MissingData,
 }
 
-/// Whether the file has every scan of its picture, found without a place to put it.
+/// Checks that the file has every scan of its picture; allocates no pixels.
 fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
     let cut = || "ends early: no end-of-image marker".to_owned();
     let mut found = SegmentState::default();
     let mut at = 2;
     loop {
-        // What stands before a marker and is none is passed over, as decoders do.
+        // Bytes before a marker are skipped, as decoders do.
         at += (bytes[at..].windows(2))
             .position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff))
             .ok_or_else(cut)?;
@@ -179,7 +180,7 @@ impl SegmentState {
         Ok(length)
     }
 
-    /// What is missing, at the end of the file.
+    /// The missing data, at the end of the file.
     fn finished(&self) -> Result<MissingData, String> {
         if self.frame.is_none() {
             return match self.scans {

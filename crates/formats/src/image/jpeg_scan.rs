@@ -7,11 +7,11 @@ pub(super) struct FrameComponent {
     pub id: u8,
     /// How many blocks of it are in a unit of a scan of several, across and down.
     factors: [usize; 2],
-    /// Those of DC and AC that the scan names.
+    /// Indices of the tables of DC and AC in the scan.
     pub tables: [usize; 2],
-    /// Of each coefficient, the lowest bit that a scan has given; `None` where none has.
+    /// The lowest bit that a scan has given of each coefficient; `None` where none has.
     pub bits: [Option<u8>; 64],
-    /// Of each block, which coefficients are known not to be zero: what a scan that refines them depends on.
+    /// Bit mask for each block of the coefficients that are known not to be zero: refining scans depend on them.
     nonzero: Vec<u64>,
 }
 
@@ -27,7 +27,7 @@ impl FrameComponent {
     }
 }
 
-/// What a scan has of each block.
+/// Contents of a scan for each block.
 #[derive(Clone, Copy)]
 pub(super) enum ScanKind {
     /// All of it.
@@ -44,7 +44,7 @@ pub(super) enum ScanKind {
 }
 
 impl ScanKind {
-    /// Of a progressive scan with these coefficients and bits.
+    /// The kind of a progressive scan with these coefficients and bits.
     pub(super) fn progressive([first, last]: [u8; 2], [high, low]: [u8; 2]) -> Option<Self> {
         let bits = low <= 13 && (high == 0 || high == low + 1);
         match (first, last) {
@@ -59,7 +59,7 @@ impl ScanKind {
         }
     }
 
-    /// Whether such a scan is of one component.
+    /// True if such a scan has one component only.
     pub(super) fn is_single_component(self) -> bool {
         matches!(self, Self::Ac { .. })
     }
@@ -67,9 +67,9 @@ impl ScanKind {
 
 /// The codes of a Huffman table.
 pub(super) struct HuffmanTable {
-    /// Of the next [`FAST_BITS`] bits: the code's length and its value, 0 where it is longer.
+    /// For the next [`FAST_BITS`] bits: the length of the code and its value; length 0 for a longer code.
     lookup: Vec<[u8; 2]>,
-    /// Of each length, the first code, the first one of the next, and where the values of its own are.
+    /// For each length: the first code, the first code of the next length, and the index of its values.
     lengths: [(u32, u32, usize); 17],
     values: Vec<u8>,
 }
@@ -80,7 +80,7 @@ const FAST_BITS: u32 = 9;
 const MAX_MISSING_TAIL: usize = 64;
 
 impl HuffmanTable {
-    /// Of how many codes there are of each length, from one bit on, and what they stand for.
+    /// The table of these counts of codes by length, from one bit on, and of the values of the codes.
     pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
         let mut table = Self {
             lookup: vec![[0; 2]; 1 << FAST_BITS],
@@ -112,7 +112,7 @@ impl HuffmanTable {
 struct BitReader<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Those that have been read and not been used, from the highest on.
+    /// Bits that were read and not used, from the highest on.
     ahead: u64,
     count: u32,
 }
@@ -270,7 +270,7 @@ impl Scan<'_> {
         Ok((bits.at, complete))
     }
 
-    /// Where in the picture, as a row of its pixels.
+    /// The message of a scan that stops at a unit, with the row of pixels.
     fn stop_message(&self, unit: usize, units: [usize; 2]) -> String {
         let row = unit / units[0] * self.size[1] / units[1];
         format!("stops at row {row} of {}", self.size[1])

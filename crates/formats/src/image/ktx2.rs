@@ -1,4 +1,5 @@
-//! KTX 2.0 in (Khronos KTX File LevelFormat Specification): Basis Universal textures, and plain ones.
+//! KTX 2.0 in (Khronos KTX File Format Specification): Basis Universal textures, and plain ones.
+
 use std::io::{self, Read, Write};
 
 use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
@@ -20,7 +21,7 @@ const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 const SRGB: u8 = 2;
 
-/// What one channel of a plain texture is.
+/// Type of one channel of a plain texture.
 #[derive(Clone, Copy)]
 enum SampleType {
     U8,
@@ -40,7 +41,7 @@ enum LevelFormat {
     },
 }
 
-/// What the header says.
+/// Contents of the header.
 struct Ktx2Header {
     format: LevelFormat,
     size: [u32; 2],
@@ -236,7 +237,7 @@ fn level_format(
     }
 }
 
-/// Refuses what would have to be turned or to change its channels: keys with other values than glTF allows.
+/// Refuses textures that would have to be rotated or to change their channels: keys with other values than glTF allows.
 fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;

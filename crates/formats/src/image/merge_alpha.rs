@@ -1,4 +1,5 @@
-//! Opacity that has an image of its own: it goes into the alpha of the image of colours, which is where opacity is.
+//! Merges an image of opacity into the alpha channel of an image of colours.
+
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
@@ -8,8 +9,8 @@ use raycam_scene::{Image, Texels, Texture};
 use crate::budget::Budget;
 use crate::error::FormatError;
 
-/// An image of these colours, or white, that is as opaque as `opacity` says: by its alpha, where it has any, or by how light
-/// it is. The smaller of the two is laid over the larger, whose size the image has.
+/// An image of these colours, or white, with the opacity of another image: its alpha, where it has any, or else its
+/// luminance. The smaller image is resampled to the size of the larger.
 pub(crate) fn merge_alpha(
     color: Option<&Texture>,
     opacity: &Texture,
@@ -90,7 +91,7 @@ fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
     }
 }
 
-/// Where an image of this size has its texels, row by row.
+/// Texture coordinates of the texel centres of an image of this size, row by row.
 fn texel_centers([columns, rows]: [u32; 2]) -> impl Iterator<Item = [f32; 2]> {
     let centre = |i: u32, length: u32| ((f64::from(i) + 0.5) / f64::from(length)) as f32;
     (0..rows).flat_map(move |y| (0..columns).map(move |x| [centre(x, columns), centre(y, rows)]))

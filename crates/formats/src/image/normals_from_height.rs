@@ -1,4 +1,5 @@
-//! Maps of heights: they become maps of normals, which is what a material has.
+//! Normal maps from height maps.
+
 use std::path::Path;
 
 use raycam_scene::{Image, Texels, Texture, Wrap};
@@ -45,7 +46,7 @@ pub(crate) fn normals_from_height(
     })
 }
 
-/// Whether these are heights: all channels of every texel are equal, as they are in no map of normals.
+/// True for a height map: all channels of every texel are equal, as they are in no normal map.
 pub(crate) fn is_height_map(texels: &Texels) -> Result<bool, FormatError> {
     Ok(match &*texels.in_memory()? {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => {

@@ -1,4 +1,5 @@
 //! PNG in: the decoder of `image`.
+
 use std::io::Cursor;
 
 use ::image::codecs::png::PngDecoder;
@@ -10,7 +11,7 @@ use crate::error::FormatError;
 use crate::image::decoder::{Decoder, decode_pixels, decoder_error, texel_bytes};
 
 pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    // What its chunks besides the pixels may unpack to.
+    // Bytes that chunks other than the pixels may unpack to.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
     let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);

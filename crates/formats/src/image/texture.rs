@@ -1,4 +1,5 @@
 //! Images as textures.
+
 use std::path::Path;
 use std::sync::Arc;
 

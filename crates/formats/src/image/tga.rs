@@ -1,6 +1,7 @@
 //! TGA in: the decoder of `image`, after a look at whether all of the picture is there.
 //!
 //! Source: Truevision TGA File Format Specification 2.0, "TGA file header" and "Image data".
+
 use std::io::Cursor;
 
 use ::image::codecs::tga::TgaDecoder;
@@ -9,7 +10,7 @@ use raycam_scene::Image;
 use crate::error::FormatError;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-/// Whether the file can begin like this: TGA has no magic, and its footer came later and is optional.
+/// True if the bytes can be the header of a TGA file: the format has no magic number, and its footer is optional.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {
     let Some(head) = bytes.first_chunk::<18>() else {
         return false;
@@ -34,7 +35,7 @@ pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     })
 }
 
-/// Whether the file has every pixel, and every index a colour: found without a place to put them.
+/// `Some` if the file has every pixel, and every index a colour; allocates nothing.
 fn check_complete(bytes: &[u8]) -> Option<()> {
     let (head, bytes) = bytes.split_first_chunk::<18>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));
@@ -42,7 +43,7 @@ fn check_complete(bytes: &[u8]) -> Option<()> {
     let map = if head[1] == 1 { colors * entry } else { 0 };
     let bytes = bytes.get(usize::from(head[0]) + map..)?;
     let (mut left, size) = (two(12) * two(14), usize::from(head[16]).div_ceil(8));
-    // Whether so many pixels have their colours.
+    // True if all pixels have a colour.
     let known = |pixels: &[u8]| {
         let in_map = |index: usize| (first..first + colors).contains(&index);
         match (head[2] & 7, size) {

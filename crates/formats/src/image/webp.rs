@@ -1,6 +1,7 @@
 //! WebP in: the decoder of `image`, after a look at whether all of the picture is there.
 //!
 //! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy picture).
+
 use std::io::Cursor;
 
 use ::image::codecs::webp::WebPDecoder;
@@ -30,8 +31,8 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     })
 }
 
-/// Whether the first picture in these chunks is whole, found without a place to put it; of a lossy one only whether its
-/// parts are as long as they say.
+/// `Some` if the first picture in these chunks is complete; of a lossy one only the lengths of the parts are checked.
+/// Allocates nothing.
 fn check_complete(mut chunks: &[u8]) -> Option<()> {
     let mut alpha = None;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
@@ -62,7 +63,7 @@ fn lossy_size(chunk: &[u8]) -> Option<[usize; 2]> {
     (rest.len() >= first).then_some([two(6) & 0x3fff, two(8) & 0x3fff])
 }
 
-/// Whether an alpha channel of so many pixels is whole.
+/// `Some` if an alpha channel of this size is complete.
 fn check_alpha(chunk: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     let (head, data) = chunk.split_first()?;
     match head & 3 {

@@ -6,7 +6,7 @@
 const MIN_TABLE_BYTES: usize = 32 << 20;
 const TABLE_BYTES_PER_INPUT_BYTE: usize = 16;
 
-/// Whether a stream with a header is whole.
+/// `Some` if a stream with a header is complete.
 pub(super) fn check_stream(bytes: &[u8]) -> Option<()> {
     let (head, _) = bytes.split_first_chunk::<5>()?;
     let bits = u32::from_le_bytes(*head[1..].first_chunk()?) as usize;
@@ -33,7 +33,7 @@ struct CodeGroups {
     across: usize,
 }
 
-/// A stream on its way.
+/// State of reading a stream.
 pub(super) struct LosslessValidator<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -316,7 +316,7 @@ impl<'a> LosslessValidator<'a> {
 }
 
 impl HuffmanCode {
-    /// Of the length of each symbol's code, 0 for those without one.
+    /// The code of these lengths of symbols, 0 for symbols without a code.
     fn new(lengths: &[u8]) -> Option<Self> {
         let mut counts = [0_u16; 16];
         for &length in lengths {

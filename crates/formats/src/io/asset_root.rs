@@ -1,4 +1,5 @@
 //! The folder that a world may read from: I/O alone, no formats.
+
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Component, Path, PathBuf};
@@ -12,21 +13,21 @@ use crate::io::byte_source;
 use crate::io::input_file::InputFile;
 use crate::io::parallel;
 
-/// A folder and what may still be read from it: names in files lead only to regular files inside.
+/// A folder with the rest of the budget: names in files lead only to regular files inside.
 #[derive(Debug)]
 pub struct AssetRoot {
     root: PathBuf,
     pub(crate) budget: Budget,
     notices: Vec<String>,
-    /// Whether [`AssetLoader`] are named by the program itself, which may read them wherever they are.
+    /// True if the program itself names the files: then they may lie anywhere.
     trusted: bool,
     /// Bounds the memory of images, if something does.
     texture_memory: Option<Arc<TextureCache>>,
 }
 
-/// Bytes from which on a file is read by several cores.
+/// Bytes from which on several threads read a file.
 const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
-/// Bytes that are read at a time.
+/// Bytes that one thread reads at a time.
 const READ_CHUNK: usize = 1 << 20;
 
 impl AssetRoot {
@@ -47,7 +48,7 @@ impl AssetRoot {
     }
 
     /// The same, but that [`AssetLoader`] are named by the program itself: they lie anywhere, relative names start from `root`. What
-    /// such a file names in turn lies in `root` as well, or containing the file.
+    /// such a file names in turn lies in `root` as well, or in the folder of the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
         Self {
             trusted: true,
@@ -55,7 +56,7 @@ impl AssetRoot {
         }
     }
 
-    /// The same, for more of a world whose images have their memory already.
+    /// The same root for additions to a world, whose texture cache it shares.
     #[must_use]
     pub fn extending(self, world: &World) -> Self {
         Self {
@@ -64,13 +65,12 @@ impl AssetRoot {
         }
     }
 
-    /// What reading images had to say since it was last asked; a [`MeshFile`] has its own notices.
+    /// Removes and returns the notices of images; a [`MeshFile`](raycam_scene::MeshFile) has its own notices.
     pub(crate) fn drain_notices(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notices)
     }
 
-    /// A world that has been read from here, or more of it: with all that is to be said of it, and its images where they
-    /// belong.
+    /// Completes a world that was read from here: adds the notices, and stores its images in the texture cache.
     ///
     /// # Errors
     /// Those of [`World::page_textures`].
@@ -80,12 +80,12 @@ impl AssetRoot {
         Ok(world.page_textures()?)
     }
 
-    /// The folder containing a file that was asked for by its path: wherever that is, it may be read.
+    /// The root of a file that the caller names: its folder, wherever that is.
     pub(crate) fn containing(path: &Path, budget: &Budget) -> Self {
         Self::new(path.parent().unwrap_or(Path::new("")), budget)
     }
 
-    /// What is left of the budget.
+    /// The rest of the budget.
     pub fn budget(&self) -> &Budget {
         &self.budget
     }
@@ -95,7 +95,7 @@ impl AssetRoot {
         self.read_head(path, |_, _| None)
     }
 
-    /// The same, of a large file only as many from its beginning as `head` says of the file and its size, if it does.
+    /// The same; of a large file only the first bytes, as many as `head` returns for the file and its size.
     pub(crate) fn read_head(
         &mut self,
         path: &Path,
@@ -132,7 +132,7 @@ impl AssetRoot {
         self.read_bytes(&real, &path, |_, _| None)
     }
 
-    /// A path from the folder on, as it is shown.
+    /// The path of a file as errors show it.
     fn display_path(&self, path: &Path) -> PathBuf {
         if self.root == Path::new(".") {
             path.into()
@@ -153,7 +153,7 @@ impl AssetRoot {
             source,
         };
         let kind = |kind, message| io(io::Error::new(kind, message));
-        // Asked before it is opened: opening a pipe would wait for a writer. A folder fails by itself when it is read.
+        // Checked before opening, since opening a pipe would wait for a writer. Reading a folder fails by itself.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
             let message = "a device, pipe or socket, expected a regular file";
@@ -183,7 +183,7 @@ impl AssetRoot {
             .try_reserve_exact(size as usize)
             .map_err(|e| io(e.into()))?;
         if size >= PARALLEL_READ_THRESHOLD {
-            // Given back, so that what follows is untouched zeros, whose pages several cores touch for the first time.
+            // Freed, so that the new pages are zero pages that several threads touch first.
             drop(bytes);
             bytes = vec![0; size as usize];
             read_at_once(&file, &mut bytes).map_err(io)?;
@@ -244,7 +244,7 @@ fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
     file.seek(SeekFrom::Start(bytes.len() as u64)).map(drop)
 }
 
-/// The path of `reference` inside the folder, `folder` being where it starts; or why there is none.
+/// The path of `reference` inside the root, relative to `folder`; or the reason of the refusal.
 fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
     if reference.is_empty() || reference.contains('\0') {
         return Err("expected a file name");

@@ -1,20 +1,21 @@
-//! ByteSource of a file: in memory, or still in the file, to be read a window at a time where that is enough.
+//! Bytes of a file, in memory or on disk. Bytes on disk are read window by window where that is enough.
 //!
 //! To touch memory for the first time takes several times as long as to read from the file cache into memory that is in
 //! use. What is decoded into arrays anyway need not be in memory as a whole before.
+
 use std::borrow::Cow;
 use std::fs::File;
 use std::io;
 use std::ops::Range;
 
-/// ByteSource that are read at a time: on the stack, and less than a core's first cache.
+/// Bytes of a window on the stack: less than a core's first-level cache.
 const WINDOW_BYTES: usize = 1 << 14;
 
-/// Some bytes.
+/// Bytes in memory or on disk.
 #[derive(Debug)]
 pub(crate) enum ByteSource<'a> {
     Memory(Cow<'a, [u8]>),
-    /// So many bytes of a file from `start` on.
+    /// `length` bytes of a file from `start` on.
     Disk {
         file: &'a File,
         start: u64,
@@ -30,7 +31,7 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// A range of them, which has to be inside.
+    /// A range of the bytes, which has to be inside.
     pub(crate) fn part(self, range: Range<usize>) -> Self {
         match self {
             Self::Memory(Cow::Borrowed(bytes)) => Self::Memory(Cow::Borrowed(&bytes[range])),
@@ -79,8 +80,9 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// Has `each` look at `count` elements of `size` bytes (64 at most), `stride` bytes apart, from byte `first` on: as many
-    /// at a time as there are at once. It gets the number of the first of them and the bytes from there to the end of the last.
+    /// Calls `each` for windows over `count` elements of `size` bytes (64 at most), `stride` bytes apart, from byte
+    /// `first` on. `each` gets the index of the first element of the window, and the bytes up to the end of its last
+    /// element.
     pub(crate) fn for_each_window(
         &self,
         first: usize,
@@ -112,10 +114,10 @@ impl<'a> ByteSource<'a> {
     }
 }
 
-/// Whether files can be read in parts by several threads.
+/// True if several threads can read one file at different positions.
 pub(crate) const HAS_POSITIONED_READ: bool = cfg!(unix);
 
-/// Fills `bytes` with those of a file from `start` on. A file that ends before has file_changed_error: its size was asked for.
+/// Fills `bytes` from a file, from `start` on. A file that ends before has changed since its size was read.
 #[cfg(unix)]
 pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Result<()> {
     use std::os::unix::fs::FileExt;
@@ -127,13 +129,13 @@ pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Re
         })
 }
 
-/// Is not asked for without [`HAS_POSITIONED_READ`].
+/// Not called without [`HAS_POSITIONED_READ`].
 #[cfg(not(unix))]
 pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// The error of a file that is longer or shorter than it was.
+/// The error of a file that is longer or shorter than before.
 pub(crate) fn file_changed_error() -> io::Error {
     let message = "changed its size while it was read";
     io::Error::new(io::ErrorKind::InvalidData, message)

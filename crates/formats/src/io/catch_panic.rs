@@ -1,4 +1,5 @@
-//! The last line of defence around decoders that others wrote.
+//! Panics of decoders of other authors as errors.
+
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
@@ -10,8 +11,7 @@ thread_local! {
     static IN_DECODER: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a library's decoder. Where it panics, which no decoder should, the file is damaged in a way that its author did
-/// not think of: an error like any other, without the panic's message on the terminal.
+/// Runs a decoder of a library, and returns its panic as an error of a damaged file, without a message on the terminal.
 ///
 /// Nothing that `decode` changes may be used after an error: it may have stopped halfway.
 pub(crate) fn catch_decoder_panic<T>(

@@ -1,4 +1,5 @@
 //! A file that a reader gets: its path for errors, and its bytes.
+
 use std::fs::File;
 use std::ops::Range;
 use std::path::PathBuf;

@@ -1,4 +1,5 @@
 //! Text in bytes: lines, words and numbers, without copying.
+
 use std::path::Path;
 
 use crate::error::FormatError;
@@ -20,12 +21,12 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Whether the last line read had a line end; a file that stops in the middle of one may be cut off.
+    /// True if the last line read had a line end; a file without one may be cut off.
     pub(crate) fn ended_with_newline(&self) -> bool {
         self.ended
     }
 
-    /// How many bytes have not been read yet.
+    /// Number of bytes that are not read yet.
     pub(crate) fn remaining(&self) -> usize {
         self.rest.len()
     }
@@ -53,7 +54,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// How many line ends there are.
+/// Number of line ends.
 pub(crate) fn line_ends(text: &[u8]) -> usize {
     let feeds = text.iter().filter(|&&b| b == b'\n').count();
     let returns = text.iter().filter(|&&b| b == b'\r').count();
@@ -64,7 +65,7 @@ pub(crate) fn line_ends(text: &[u8]) -> usize {
     feeds + returns - pairs
 }
 
-/// The text of a file that must not be UTF-16, without a byte order mark.
+/// The text of a file without its byte order mark; UTF-16 is refused.
 pub(crate) fn checked_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], FormatError> {
     let utf16 = bytes.starts_with(&[0xff, 0xfe])
         || bytes.starts_with(&[0xfe, 0xff])
@@ -122,7 +123,7 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// A word as shown in a message: at most 40 characters, whatever the bytes.
+/// A word for a message: at most 40 characters, whatever the bytes.
 pub(crate) fn for_message(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(word);
     let mut short: String = text.chars().take(40).collect();
@@ -137,7 +138,7 @@ pub(crate) fn name(bytes: &[u8]) -> String {
     String::from_utf8_lossy(trim(bytes)).into_owned()
 }
 
-/// The nearest float64 to a decimal number; also `inf` and `nan`, which the caller has to judge.
+/// The nearest float64 to a decimal number; also `inf` and `nan`, which the caller checks.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
     exact_number(word).or_else(|| std::str::from_utf8(word).ok()?.parse().ok())
 }

@@ -1,5 +1,6 @@
 //! Files that a mesh file names and can do without: where one is missing or may not be read, the mesh is shown without it
 //! and a notice says so.
+
 use std::path::Path;
 
 use crate::error::FormatError;

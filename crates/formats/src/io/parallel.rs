@@ -1,15 +1,16 @@
-//! Work on many cores, with results that do not depend on how many.
+//! Parallel loops, with results that do not depend on the number of threads.
+
 use std::panic;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-/// What `each` makes of every item, in order.
+/// The results of `each` for all items, in their order.
 ///
 /// The threads live as long as the call: a file is read once, and a pool that outlives it would not survive a fork.
 pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let threads = match items.len() {
-        // Asking for the cores opens files.
+        // `available_parallelism` opens files.
         0 | 1 => 1,
         count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
     };
@@ -39,12 +40,12 @@ pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sy
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Has the blocks of `size` values that `values` is cut into made by `make`, which gets the place of a block's first value.
+/// Fills the blocks of `size` values by `make`, which gets the index of the first value of a block.
 ///
-/// Memory that nobody has touched yet, as that of zeros, is first touched by whoever makes it.
+/// Fresh zero pages are first touched by the thread that fills them.
 ///
 /// # Errors
-/// That of the first block that has one.
+/// The error of the first block that has one.
 pub(crate) fn fill_blocks<T: Send, E: Send>(
     values: &mut [T],
     size: usize,
@@ -56,7 +57,7 @@ pub(crate) fn fill_blocks<T: Send, E: Send>(
         count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
     };
     let blocks = Mutex::new(values.chunks_mut(size).enumerate());
-    // Blocks are handed out in order: those before one with an error have been, too.
+    // Blocks are assigned in order, so that all blocks before one with an error are assigned too.
     let next = || blocks.lock().unwrap_or_else(PoisonError::into_inner).next();
     let failed = AtomicUsize::new(usize::MAX);
     let work = || {
@@ -83,7 +84,7 @@ pub(crate) fn fill_blocks<T: Send, E: Send>(
     first.map_or(Ok(()), |(_, error)| Err(error))
 }
 
-/// The smallest and the largest of some numbers; of none, the largest number there is and 0.
+/// The minimum and the maximum; `u32::MAX` and 0 of no numbers.
 pub(crate) fn min_max(numbers: &[u32]) -> (u32, u32) {
     let both = |(low, high): (u32, u32), (l, h): (u32, u32)| (low.min(l), high.max(h));
     let none = (u32::MAX, 0);

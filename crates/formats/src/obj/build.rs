@@ -1,4 +1,5 @@
 //! From the statements of an OBJ file to the meshes and materials they mean.
+
 use std::collections::HashMap;
 use std::path::Path;
 

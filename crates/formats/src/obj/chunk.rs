@@ -1,4 +1,5 @@
-//! The statements of a stretch of an OBJ file, read without knowing what stands before it.
+//! The statements of a piece of an OBJ file, read without the text before it.
+
 use std::ops::Range;
 
 use glam::DVec3;
@@ -12,14 +13,14 @@ use crate::obj::ignored::IgnoredStatements;
 /// Whole lines of a file.
 pub(crate) struct TextChunk<'a> {
     pub(crate) text: &'a [u8],
-    /// How many lines come before.
+    /// Number of lines before the text.
     pub(crate) lines_before: usize,
 }
 
-/// What is wrong, and in which line.
+/// An error with its line.
 pub(crate) type LineError = (usize, String);
 
-/// What a stretch says. Lines are numbered as in the file, all else begins at 0 with the stretch.
+/// The statements of a piece of text. Lines are numbered as in the file; all indices begin at 0 with the piece.
 pub(crate) struct Chunk {
     pub(crate) positions: Vec<DVec3>,
     /// Linear, as long as `positions` once one has a colour; white where it has none.
@@ -28,7 +29,7 @@ pub(crate) struct Chunk {
     /// Unit length, or zero where the file's has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
-    /// The indices that are counted backwards; theirs in `polygons` are still to be filled in.
+    /// Indices that count backwards; their entries in `polygons` are filled in later.
     pub(crate) relative: Vec<RelativeIndex>,
     pub(crate) runs: Vec<StateRun>,
     /// By `usemtl`, `o` and `g`, each with its line; a name may come again.
@@ -37,7 +38,7 @@ pub(crate) struct Chunk {
     pub(crate) groups: Vec<(usize, String)>,
     /// By `mtllib`, each with its line.
     pub(crate) libraries: Vec<(usize, Vec<u8>)>,
-    /// How many positions have a colour.
+    /// Number of positions with a colour.
     pub(crate) colored: usize,
     /// The line of the first colour that is none.
     pub(crate) invalid_color_line: Option<usize>,
@@ -47,11 +48,11 @@ pub(crate) struct Chunk {
     pub(crate) ignored: IgnoredStatements,
     /// The last line, where it has no line end.
     pub(crate) unterminated_line: Option<usize>,
-    /// Where reading stopped.
+    /// The error at which reading stopped.
     pub(crate) error: Option<LineError>,
 }
 
-/// In the place of a corner of a face that was passed over: its indices are checked all the same.
+/// Corner of a face that is skipped: its indices are checked all the same.
 const SKIPPED_CORNER: usize = usize::MAX;
 
 /// An index that counts backwards from what came before.
@@ -63,11 +64,11 @@ pub(crate) struct RelativeIndex {
     pub(crate) line: usize,
     /// Below 0.
     pub(crate) value: i64,
-    /// How many of its kind came before in the stretch.
+    /// Number of elements of its kind before it in the piece.
     pub(crate) before: usize,
 }
 
-/// What holds from a polygon on; `None` is what held before the stretch.
+/// State from a polygon on; `None` is the state before the piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StateRun {
     /// Its first polygon.
@@ -92,7 +93,7 @@ pub(crate) struct RunRange {
 pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {
-    /// Reads a stretch up to its end or its first error.
+    /// Reads a piece up to its end or its first error.
     pub(crate) fn read(stretch: &TextChunk<'_>) -> Self {
         let mut chunk = Self {
             positions: Vec::new(),
@@ -309,7 +310,7 @@ impl Chunk {
         Ok(0)
     }
 
-    /// Changes what holds from the next polygon on.
+    /// Changes the state from the next polygon on.
     fn change_state(&mut self, change: impl FnOnce(&mut StateRun)) {
         let start = self.polygons.len();
         let mut run = self.runs[self.runs.len() - 1];
@@ -345,7 +346,7 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
     Ok(values)
 }
 
-/// Cuts a text into stretches of whole statements, of about `size` bytes each.
+/// Cuts a text into pieces of whole statements, of about `size` bytes each.
 pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
     let mut stretches = Vec::new();
     let mut rest = text;

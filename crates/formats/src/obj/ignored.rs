@@ -1,7 +1,8 @@
-//! The statements of an OBJ file that are passed over, so that a notice can name them.
+//! Ignored statements of an OBJ file, for a notice.
+
 use crate::io::lexer;
 
-/// The most keywords that are remembered; a file with more is something else than OBJ.
+/// Greatest number of keywords; a file with more is not an OBJ file.
 const MAX_KEYWORDS: usize = 32;
 
 /// Keywords with their first lines.
@@ -26,13 +27,13 @@ impl IgnoredStatements {
         Ok(())
     }
 
-    /// Remembers those of a later stretch too; where they are too many, the line and what to say.
+    /// Adds the keywords of a later piece; where they are too many, returns the line and the message.
     pub fn append(&mut self, later: Self) -> Result<(), (usize, String)> {
         let mut later = later.0.into_iter();
         later.try_for_each(|(key, line)| self.add(line, &key).map_err(|message| (line, message)))
     }
 
-    /// What was passed over, if anything was.
+    /// The list of ignored keywords, if there are any.
     pub fn message(&self) -> Option<String> {
         let described: Vec<_> = (self.0.iter())
             .map(|(key, line)| {

@@ -1,4 +1,5 @@
 //! The materials and textures of an OBJ file.
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,7 +21,7 @@ use crate::obj::parse::Obj;
 pub(crate) struct Materials {
     /// For each `usemtl` name, the index into the model's materials.
     pub(crate) named: Vec<usize>,
-    /// That of faces without `usemtl`.
+    /// The index of the material of faces without `usemtl`.
     pub(crate) default_material: usize,
 }
 
@@ -68,7 +69,7 @@ impl Materials {
                 None => {
                     undefined.extend(name.filter(|name| !name.is_empty()));
                     let name = name.unwrap_or_default().to_owned();
-                    // What a mesh with or without colours looks like when nothing else is said.
+                    // The material of a mesh without a definition, with or without colours.
                     let colors = (!obj.colors.is_empty()).then(Vec::new);
                     let plain = Material::for_mesh(&Mesh {
                         vertex_colors: colors,
@@ -92,9 +93,9 @@ impl Materials {
 }
 
 /// Textures that have been made: of which file, with the opacity of which other, clamped or not, and as what.
-type Known = HashMap<(String, Option<String>, bool, ImageUse), Option<usize>>;
+type TexturesByKey = HashMap<(String, Option<String>, bool, ImageUse), Option<usize>>;
 
-/// What an image is read as.
+/// Use of an image.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum ImageUse {
     Color,
@@ -107,14 +108,14 @@ enum ImageUse {
 fn slots(
     library: &Path,
     material: &MtlMaterial,
-    known: &mut Known,
+    known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
 ) -> Result<Vec<(MapRole, TextureSlot, f32)>, FormatError> {
     let mut slots = Vec::new();
     let last = |role| material.maps.iter().rev().find(|map| map.role == role);
     let color = last(MapRole::Color);
-    // There is one place for opacity, the alpha of the colours' image: that of an image of its own is put there.
+    // Opacity is the alpha of the image of colours: an image of its own is merged into it.
     let mut opacity = last(MapRole::Opacity).filter(|map| color.is_none_or(|c| c.file != map.file));
     if let (Some(own), Some(color)) = (opacity, color)
         && !own.same_placement(color)
@@ -156,7 +157,7 @@ fn slots(
 fn image(
     library: &Path,
     map: &MtlMap,
-    known: &mut Known,
+    known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
 ) -> Result<Option<usize>, FormatError> {
@@ -199,7 +200,7 @@ fn with_alpha(
     library: &Path,
     color: Option<&MtlMap>,
     opacity: &MtlMap,
-    known: &mut Known,
+    known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
 ) -> Result<Option<usize>, FormatError> {

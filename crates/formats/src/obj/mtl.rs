@@ -4,6 +4,7 @@
 //! A material with any of those, or of an illumination model that refracts, is principled; any other is the lecture's, of
 //! Kd, Ks and Ns. Colours are taken as linear, as Blender writes them. What says more than its default and has no place in
 //! either is named in a notice.
+
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
@@ -26,7 +27,7 @@ pub(crate) struct MtlMaterial {
     emission: Rgb,
     shininess: f32,
     opacity: f32,
-    /// What is left of light that goes through.
+    /// Transmittance.
     filter: Rgb,
     ior: f32,
     /// 0 and 1 have no highlights, 6 and 7 refract.
@@ -119,7 +120,7 @@ impl MtlMaterial {
         material
     }
 
-    /// Where Kd and Ks reflect more light than falls in, Ks gives way, with a notice.
+    /// Ks, reduced with a notice where Kd and Ks reflect more light than falls in.
     fn clamped_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
         let wanted = if self.illumination < 2 {
             [0.0; 3]
@@ -141,8 +142,8 @@ impl MtlMaterial {
         specular
     }
 
-    /// Of a material that refracts and says nothing physically based: as rough as its exponent is low (Walter et al.,
-    /// 2007: alpha^2 = 2 / (Ns + 2)).
+    /// The principled model of a material that refracts and has no physically based key. Its roughness follows from the
+    /// exponent (Walter et al., 2007: alpha^2 = 2 / (Ns + 2)).
     fn glass(&self) -> Principled {
         Principled {
             metallic: 0.0.into(),
@@ -151,7 +152,7 @@ impl MtlMaterial {
         }
     }
 
-    /// The physically based part: rough and not metallic until said otherwise.
+    /// The physically based part; it starts rough and not metallic.
     fn principled_mut(&mut self) -> &mut Principled {
         self.principled.get_or_insert_with(|| Principled {
             metallic: 0.0.into(),
@@ -393,7 +394,7 @@ fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
     }
 }
 
-/// Whether a key that raycam has no use for has the value of its absence.
+/// True if a key without a use has its default value.
 fn is_default_value(key: &[u8], rest: &[u8]) -> bool {
     let all = |expected: f64| {
         let mut values = Words(rest).map(lexer::number).peekable();

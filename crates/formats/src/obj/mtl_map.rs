@@ -1,4 +1,5 @@
 //! The images that an MTL material names, and how they are laid on.
+
 use std::path::Path;
 
 use raycam_scene::{Texture, Wrap};
@@ -9,7 +10,7 @@ use crate::image::texture;
 use crate::io::asset_root::AssetRoot;
 use crate::io::lexer;
 
-/// What an image is for.
+/// Use of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum MapRole {
     Color,
@@ -22,7 +23,7 @@ pub(crate) enum MapRole {
 }
 
 impl MapRole {
-    /// That of a key in small letters.
+    /// The role of a key in small letters.
     pub(crate) fn from_key(key: &[u8]) -> Option<Self> {
         Some(match key {
             b"map_kd" => Self::Color,
@@ -45,14 +46,14 @@ pub(crate) struct MtlMap {
     pub(crate) clamp: bool,
     /// `-bm`: the strength of a bump or normal map.
     pub(crate) strength: f32,
-    /// From the mesh's texture coordinates, whose origin is at the top left, to the image's.
+    /// Transform of texture coordinates from the mesh, whose origin is at the top left, to the image.
     pub(crate) image_from_mesh: [[f32; 3]; 2],
-    /// Where it is named.
+    /// Line of the map.
     pub(crate) line: usize,
 }
 
 impl MtlMap {
-    /// Whether it is laid on the mesh as the other is.
+    /// True if both maps have the same transform and clamping.
     pub(crate) fn same_placement(&self, other: &Self) -> bool {
         (self.image_from_mesh, self.clamp) == (other.image_from_mesh, other.clamp)
     }

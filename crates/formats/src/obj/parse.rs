@@ -1,4 +1,5 @@
 //! The statements of a whole OBJ file, from chunks that are read side by side.
+
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ pub(crate) struct Obj {
     /// Unit length, or zero where the file's has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
-    /// What holds from which polygon on, in order.
+    /// State by first polygon, in order.
     pub(crate) runs: Vec<StateRun>,
     /// By `usemtl`, each once.
     pub(crate) materials: Vec<String>,
@@ -38,7 +39,7 @@ pub(crate) struct Obj {
     pub(crate) notices: Vec<String>,
 }
 
-/// Reads a file in pieces of about `size` bytes, side by side.
+/// Reads a file in pieces of about `size` bytes, in parallel.
 pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
     let texts = split_chunks(lexer::checked_text(path, bytes)?, size);
     let counts = parallel::par_map(&texts, |text| lexer::line_ends(text));
@@ -58,7 +59,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, Forma
     builder.finish(path)
 }
 
-/// What has been read so far.
+/// The statements of the pieces so far.
 #[derive(Default)]
 struct ObjBuilder {
     obj: Obj,
@@ -73,7 +74,7 @@ struct ObjBuilder {
 }
 
 impl ObjBuilder {
-    /// Makes room for these, so that nothing is moved while they are added.
+    /// Reserves memory for these pieces, so that nothing is moved while they are appended.
     fn reserve(&mut self, chunks: &[Chunk]) {
         let sum = |count: fn(&Chunk) -> usize| chunks.iter().map(count).sum();
         self.obj.positions.reserve_exact(sum(|c| c.positions.len()));
@@ -84,7 +85,7 @@ impl ObjBuilder {
             .reserve(chunks.iter().map(|c| &c.polygons));
     }
 
-    /// Adds the next stretch, or says which of its errors comes first.
+    /// Appends the next piece, or returns its first error.
     fn append_chunk(&mut self, mut chunk: Chunk) -> Result<(), LineError> {
         let error = chunk.error.take();
         let mut errors: Vec<LineError> = error.into_iter().collect();
@@ -155,7 +156,7 @@ impl ObjBuilder {
         Ok(())
     }
 
-    /// Numbers the stretch's names as the file's.
+    /// Replaces the indices of names in the piece by those in the file.
     fn names(&mut self, chunk: &mut Chunk) -> Result<(), LineError> {
         let obj = &mut self.obj;
         let unique = |names: &mut Vec<String>,

@@ -1,4 +1,5 @@
 //! The rows of a PLY file, value by value.
+
 use std::path::Path;
 
 use crate::error::FormatError;
@@ -6,7 +7,7 @@ use crate::io::byte_source::ByteSource;
 use crate::io::lexer::{self, Lines, Words};
 use crate::ply::scalar::ScalarType;
 
-/// What comes after the header.
+/// The rows after the header.
 pub(crate) struct Body<'a> {
     path: &'a Path,
     source: RowSource<'a>,
@@ -19,7 +20,7 @@ enum RowSource<'a> {
         words: Words<'a>,
         header: usize,
         line: usize,
-        /// TriangleRows that go on after their last value, and the line of the first.
+        /// Number of rows that go on after their last value, and the line of the first.
         long: Option<(usize, usize)>,
     },
     /// The whole file.
@@ -73,7 +74,7 @@ impl<'a> Body<'a> {
         Self { path, source }
     }
 
-    /// An error where reading has got to.
+    /// An error at the current position.
     pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
         match self.source {
             RowSource::Text { line, .. } => FormatError::line(self.path, line, message),
@@ -81,7 +82,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Where reading has got to, for a notice.
+    /// The current position, for a notice.
     pub(crate) fn location(&self) -> String {
         match self.source {
             RowSource::Text { line, .. } => format!("line {line}"),
@@ -189,7 +190,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
+    /// The next bytes of a binary file, if there are `count`, and true for big-endian numbers.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
         let RowSource::Binary {
             bytes,
@@ -203,7 +204,7 @@ impl<'a> Body<'a> {
         Some((bytes.borrowed().part(*at..end), *big_endian))
     }
 
-    /// How many bytes are before, of a binary file.
+    /// The offset of the next byte of a binary file.
     pub(crate) fn offset(&self) -> Option<usize> {
         match self.source {
             RowSource::Binary { at, .. } => Some(at),
@@ -229,7 +230,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// What there is to say about the rows, once all are read: what was more than declared, and how the file ends.
+    /// Notices after the last row: rows longer than declared, and bytes after the end.
     pub(crate) fn notices(mut self) -> Vec<String> {
         let path = self.path.display();
         let mut notices = Vec::new();

@@ -1,4 +1,5 @@
-//! The rows of a PLY file's tables by what their columns mean.
+//! Rows of a table by the roles of its columns.
+
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 
 use crate::error::FormatError;
@@ -6,7 +7,7 @@ use crate::ply::body::Body;
 use crate::ply::header::{self, Element};
 use crate::ply::scalar::ScalarType;
 
-/// What a column means.
+/// Role of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PropertyRole {
     X,
@@ -88,7 +89,7 @@ impl<'a> Columns<'a> {
         wanted.iter().all(|role| self.roles.contains(role))
     }
 
-    /// What each column means.
+    /// Roles of all columns.
     pub(crate) fn roles(&self) -> impl Iterator<Item = PropertyRole> {
         self.roles.iter().copied()
     }
@@ -122,7 +123,7 @@ impl<'a> Columns<'a> {
         (!lists).then(|| properties.iter().map(|p| p.kind.bytes()).sum())
     }
 
-    /// Where the columns with a role lie in a row without lists.
+    /// Type and byte offset of each column with a role, in a row without lists.
     pub(crate) fn column_offsets(&self) -> Vec<(PropertyRole, ScalarType, usize)> {
         let mut at = 0;
         let place = |(property, role): (&header::Property, PropertyRole)| {

@@ -1,4 +1,5 @@
 //! The header of a PLY file (Turk, 1994).
+
 use std::path::Path;
 
 use crate::error::FormatError;

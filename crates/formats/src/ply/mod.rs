@@ -63,8 +63,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     ply.model(&header, assets)
 }
 
-/// How much of a file has to be in memory: of a binary one that is as long as one of triangles alone is, its header. Where a
-/// row turns out to be another, the rest is read after all.
+/// Number of bytes that have to be in memory: the header of a binary file that is as long as one of triangles alone.
+/// Where a row turns out to be different, the rest is read after all.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
     /// The longest header and row of these.
     const HEADER: u64 = 1 << 14;
@@ -102,7 +102,7 @@ struct Ply<'a> {
     triangles: Vec<[u32; 3]>,
     face_colors: Option<Vec<Rgb>>,
     corner_uvs: Vec<[f32; 2]>,
-    /// Where each is in `corner_uvs`, by its bits.
+    /// Index in `corner_uvs`, by the bits of the coordinates.
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
     images: BTreeSet<i64>,
@@ -227,7 +227,7 @@ impl<'a> Ply<'a> {
         Ok(())
     }
 
-    /// Strips of triangles that turn in alternation; -1 begins another.
+    /// Triangle strips; -1 begins another.
     fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
         if self.has_faces() {

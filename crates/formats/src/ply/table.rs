@@ -1,11 +1,12 @@
 //! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
+
 use crate::io::byte_source::ByteSource;
 use crate::io::parallel;
 use crate::ply::body::Body;
 use crate::ply::columns::{Columns, PropertyRole};
 use crate::ply::scalar::ScalarType;
 
-/// TriangleRows that are read at a time.
+/// Rows that one thread reads at a time.
 pub(crate) const BLOCK_ROWS: usize = 1 << 15;
 
 /// The rows of an element.
@@ -34,7 +35,8 @@ impl<'a> FixedTable<'a> {
         self.bytes.len()
     }
 
-    /// What `make` makes of these columns of each row; `None` where one is missing, or nothing can be made of some row.
+    /// The results of `make` for these columns of each row; `None` where a column is missing, or `make` returns `None`
+    /// for some row.
     pub(crate) fn read<const N: usize, T, const M: usize>(
         &self,
         columns: [PropertyRole; N],
@@ -43,7 +45,7 @@ impl<'a> FixedTable<'a> {
     where
         T: Copy + Default + Send,
     {
-        // Of a role that comes twice, the last one counts.
+        // The last column of a role counts.
         let place = |role| self.places.iter().rev().find(|(m, ..)| *m == role);
         let mut places = [(ScalarType::F64, 0); N];
         for (to, role) in places.iter_mut().zip(columns) {
@@ -83,7 +85,7 @@ impl<'a> FixedTable<'a> {
                     }
                 }
             };
-            // What cannot be read is an error when it is tried again, row by row.
+            // A failed read is reported when the rows are read one by one.
             let read = (self.bytes).for_each_window(start, count, self.stride, self.stride, window);
             if all && read.is_ok() { Ok(()) } else { Err(()) }
         };

@@ -1,4 +1,5 @@
 //! The faces of a binary PLY file, where all of them are triangles of the usual kind: read at once.
+
 use std::ops::Range;
 
 use crate::io::byte_source::ByteSource;
@@ -28,7 +29,7 @@ pub(crate) fn read(
         three: before..before + length.bytes(),
         vertices,
     };
-    // As a number of this kind.
+    // The length 3 in the type of the list.
     let mut three = [0; 8];
     let three = &mut three[..length.bytes()];
     let last = three.len() - 1;
@@ -42,8 +43,8 @@ pub(crate) fn read(
     Some(triangles)
 }
 
-/// Of such an element in a binary file: the bytes before the list in a row, the kind of the list's length, and the bytes
-/// of a row of one triangle.
+/// Layout of such an element in a binary file: bytes of a row before the list, type of the length, and bytes of a row
+/// of one triangle.
 fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType, usize)> {
     let (mut before, mut list, mut stride) = (0, None, 0);
     for (property, role) in element.properties.iter().zip(columns.roles()) {
@@ -70,7 +71,7 @@ pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> 
 struct TriangleRows<'a> {
     bytes: ByteSource<'a>,
     stride: usize,
-    /// Where in a row the length of its list is; the corners are behind it.
+    /// Byte range of the length of the list in a row; the corners follow.
     three: Range<usize>,
     /// How many vertices there are.
     vertices: usize,
@@ -101,7 +102,7 @@ impl TriangleRows<'_> {
                     *to = triangle;
                 }
             };
-            // What cannot be read is an error when it is tried again, row by row.
+            // A failed read is reported when the rows are read one by one.
             let read = (self.bytes).for_each_window(start, count, self.stride, self.stride, window);
             let all = read.is_ok() && whole && (largest as usize) < self.vertices;
             if all { Ok(()) } else { Err(()) }

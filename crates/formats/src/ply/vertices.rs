@@ -1,4 +1,5 @@
 //! The vertices of a PLY file: at once where their rows have one length, and else, or to say what is wrong, row by row.
+
 use std::path::Path;
 
 use glam::DVec3;
@@ -13,18 +14,18 @@ use crate::ply::columns::{Columns, Row};
 use crate::ply::header::Element;
 use crate::ply::table::FixedTable;
 
-/// What they have, as a mesh has it.
+/// Vertex data in the form of a mesh.
 pub(crate) struct PlyVertices {
     pub(crate) positions: Vec<DVec3>,
     /// Zero where the file's have no direction.
     pub(crate) normals: Option<Vec<[f32; 3]>>,
     pub(crate) colors: Option<Vec<Rgb>>,
     pub(crate) uvs: Option<Vec<[f32; 2]>>,
-    /// Whether a colour is.
+    /// True if a colour is translucent.
     pub(crate) translucent: bool,
 }
 
-/// Reads them.
+/// Reads the vertices.
 pub(crate) fn read(
     path: &Path,
     element: &Element,
@@ -62,7 +63,7 @@ fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices>
         uvs = Some(table.read([U, V], |[u, v]| flipped_uv(u, v))?);
     }
     Some(PlyVertices {
-        // Takes no time: the same numbers at the same places.
+        // Optimised to a no-op: the same layout.
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         normals,
         colors,

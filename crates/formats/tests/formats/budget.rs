@@ -1,6 +1,6 @@
 use raycam_formats::{Budget, FormatError, load};
 
-use crate::common::{data, file};
+use crate::support::{data, file};
 
 #[test]
 fn each_limit_stops_its_kind_of_file() {

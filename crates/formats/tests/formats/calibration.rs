@@ -7,7 +7,7 @@ use raycam_formats::calibration::{
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::common::folder;
+use crate::support::folder;
 
 /// A camera that every format can hold: its name is a number of seconds, an image id and a file name.
 fn record() -> CameraRecord {

@@ -7,7 +7,7 @@ use std::process::Command;
 use raycam_formats::calibration::{self, ReadHints};
 use raycam_formats::{Budget, ColorUse, load, read_image, read_model};
 
-use crate::common::data;
+use crate::support::data;
 
 /// Every file below a folder.
 fn files(folder: &Path) -> Vec<PathBuf> {

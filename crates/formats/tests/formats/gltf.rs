@@ -3,7 +3,7 @@
 use raycam_formats::{Budget, load};
 use raycam_scene::{MaterialModel, Up, World};
 
-use crate::common::{file, folder, message};
+use crate::support::{file, folder, message};
 
 /// A document of a triangle named "a" whose 36 bytes of corners are in a data URI.
 pub fn triangle() -> String {

@@ -1,29 +1,18 @@
-//! One file for each concept of the crate, of the same name.
+//! One file for each concept of the crate, in folders of the same names.
 
-mod bmp;
 mod budget;
-mod bump;
 mod bundle;
 mod calibration;
-mod common;
+mod codec;
 mod corpus;
-mod draco;
-mod exr;
-mod folder;
+mod encode;
 mod gltf;
-mod hdr;
 mod image;
-mod jpeg;
-mod load;
-mod mask;
-mod meshopt;
-mod mtl;
+mod io;
 mod obj;
 mod off;
 mod ply;
-mod png;
+mod registry;
 mod stl;
-mod texture;
-mod tga;
-mod webp;
+mod support;
 mod world_file;

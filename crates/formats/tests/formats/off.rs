@@ -2,7 +2,7 @@ use std::path::Path;
 
 use raycam_formats::{Budget, decode_model, read_model};
 
-use crate::common::{area, data, error, mesh, message, model, mutations, truncations};
+use crate::support::{area, data, error, mesh, message, model, mutations, truncations};
 
 const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 

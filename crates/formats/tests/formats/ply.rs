@@ -3,7 +3,7 @@ use std::fs;
 use raycam_formats::encode::png;
 use raycam_formats::{Budget, read_model};
 
-use crate::common::{
+use crate::support::{
     area, data, error, folder, mesh, message, model, mutations, rgb, truncations, vector_area,
 };
 

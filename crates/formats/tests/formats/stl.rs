@@ -1,6 +1,6 @@
 use raycam_formats::{Budget, load, read_model};
 
-use crate::common::{area, data, error, mesh, model, mutations, truncations, vector_area};
+use crate::support::{area, data, error, mesh, model, mutations, truncations, vector_area};
 
 const FACES: [[[f32; 3]; 3]; 4] = [
     [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],

@@ -5,7 +5,7 @@ use raycam_formats::encode::png;
 use raycam_formats::{Budget, load, world_file};
 use raycam_scene::{Up, World};
 
-use crate::common::{file, folder, rgb};
+use crate::support::{file, folder, rgb};
 
 fn world(text: &str) -> Result<World, String> {
     let parsed = world_file::parse(text, &folder(), Path::new("room.toml"), &Budget::default());

@@ -43,7 +43,7 @@ pub(crate) struct Frame {
     pub(crate) id: u32,
     pub(crate) rig: u32,
     pub(crate) pose: RigidPose,
-    /// ColmapCamera and image.
+    /// Ids of a camera and of an image.
     pub(crate) images: Vec<(u32, u32)>,
 }
 

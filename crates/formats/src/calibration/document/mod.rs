@@ -1,4 +1,4 @@
-//! What YAML, JSON and XML files have in common: a tree of maps, lists and words, each with its line.
+//! Documents of YAML, JSON and XML as one tree of maps, lists and scalars, each with its line.
 
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
@@ -11,12 +11,12 @@ use raycam_scene::{Lens, LensModel, suggestion};
 
 use crate::error::FormatError;
 
-/// How deep a tree may be.
+/// Greatest depth of a tree.
 pub(crate) const MAX_DEPTH: usize = 32;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
-    /// A word, a number, or nothing.
+    /// A word, a number, or an empty text.
     Scalar(String),
     List(Vec<DocumentNode>),
     Map(Vec<(String, DocumentNode)>),
@@ -28,7 +28,7 @@ pub(crate) struct DocumentNode {
     pub(crate) line: usize,
 }
 
-/// A node, and where it is.
+/// A node with its path from the root, for errors.
 #[derive(Clone, Debug)]
 pub(crate) struct Cursor<'a> {
     pub(crate) node: &'a DocumentNode,
@@ -181,7 +181,7 @@ impl<'a> Cursor<'a> {
         Ok(numbers)
     }
 
-    /// So many numbers.
+    /// The `N` numbers of the node.
     pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N], FormatError> {
         let numbers = self.numbers()?;
         let count = numbers.len();
@@ -208,12 +208,12 @@ impl<'a> Cursor<'a> {
         Ok(rigid(&m))
     }
 
-    /// The lens of a name that calibration tools use and its coefficients.
+    /// The lens of a name that calibration tools use, with its coefficients.
     pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens, FormatError> {
         lens(name, coefficients).map_err(|message| self.fail(message))
     }
 
-    /// A word for every key that is not among those named.
+    /// A notice for every key that is not in `known`.
     pub(crate) fn unknown_keys(&self, known: &[&str]) -> Vec<String> {
         let Value::Map(entries) = &self.node.value else {
             return vec![];

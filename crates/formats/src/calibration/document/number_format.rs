@@ -1,4 +1,5 @@
 //! Numbers as every reader of YAML, JSON and text takes them.
+
 use glam::{DMat3, DVec3};
 
 /// The shortest decimal that gives the same float64, with the point and the signed exponent that YAML 1.1 asks for.

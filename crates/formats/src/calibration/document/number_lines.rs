@@ -1,4 +1,5 @@
 //! Text files of one row of numbers a line.
+
 use std::path::Path;
 
 use crate::error::FormatError;

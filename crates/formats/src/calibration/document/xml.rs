@@ -1,4 +1,5 @@
 //! OpenCV's XML as a tree: elements called `_` are the items of a list, several words are a list of them.
+
 use std::collections::HashSet;
 use std::path::Path;
 

@@ -1,5 +1,6 @@
 //! YAML, and JSON, which is a part of it, as trees. Anchors and aliases, tags that change a value and several documents
 //! are refused: no calibration tool writes them.
+
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -8,7 +9,7 @@ use saphyr_parser::{Event, Parser};
 use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
 use crate::error::FormatError;
 
-/// What is being filled.
+/// A list or a map under construction: a map with the key that waits for its value, and the keys that it has.
 enum Open {
     List(Vec<DocumentNode>),
     Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),

@@ -1,4 +1,4 @@
-//! TODO: what is here.
+//! OpenCV's FileStorage, read and written.
 
 pub(crate) mod read;
 pub(crate) mod write;

@@ -1,6 +1,7 @@
 //! OpenCV's FileStorage, as YAML, JSON or XML, with the keys of its own programs: `calibration` (camera_matrix,
 //! distortion_coefficients, image_width, image_height, fisheye_model, extrinsic_parameters), `stereo_calib` (M1 D1 M2 D2
 //! R T), and the sensor files of EuRoC and Kimera (T_BS, intrinsics, distortion_model, resolution).
+
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec3};
@@ -34,7 +35,7 @@ const D: [&str; 8] = [
     "dist_coef",
     "distortion_coeffs",
 ];
-/// What other keys say does not change the picture, or is read elsewhere.
+/// Further keys that are known: they are read elsewhere, or do not change the picture.
 const OTHER: [&str; 41] = [
     "image_width",
     "image_height",
@@ -256,7 +257,7 @@ fn lens(at: &Cursor<'_>) -> Result<Lens, FormatError> {
     match (at.get("distortion_model"), fisheye) {
         (Some(model), _) => {
             let name = model.word()?;
-            // What `raycam` writes for lenses that OpenCV's own programs have no file for.
+            // The name of a lens that OpenCV's own programs have no file for.
             match LensModel::from_name(name) {
                 Ok(model) => Lens::new(model, &d).map_err(|error| shown.fail(error)),
                 Err(_) => shown.lens(name, &d),

@@ -1,4 +1,5 @@
-//! What OpenCV's FileStorage reads: YAML, or JSON and XML where the file is called so.
+//! Cameras for OpenCV's FileStorage: YAML, or JSON or XML by the extension of the file.
+
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,4 +1,5 @@
 //! Mode 0: elements as differences from the element before, byte by byte.
+
 use crate::codec::meshopt::stream::Stream;
 
 /// Elements that share their differences' bit widths.
@@ -10,14 +11,14 @@ pub(super) fn block_elements(stride: usize) -> usize {
     ((8192 / stride) & !(GROUP_ELEMENTS - 1)).min(MAX_BLOCK_ELEMENTS)
 }
 
-/// What the differences of a channel of four bytes are.
+/// Coding of the differences of a channel of four bytes.
 #[derive(Clone, Copy)]
 enum ChannelMode {
-    /// Of single bytes.
+    /// Four bytes.
     Bytes,
-    /// Of two 16-bit integers.
+    /// Two 16-bit integers.
     Words,
-    /// XOR of one 32-bit integer, to be rotated to the right by so many bits.
+    /// XOR of one 32-bit integer, rotated to the right by this number of bits.
     Xor(u32),
 }
 

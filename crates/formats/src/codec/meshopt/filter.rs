@@ -1,4 +1,5 @@
-//! What decoded attributes go through: lossy but short forms of unit vectors, rotations, floats and colours.
+//! Filters of decoded attributes: lossy but short forms of unit vectors, rotations, floats and colours.
+
 use std::f32::consts::FRAC_1_SQRT_2;
 
 /// Transform of decoded attributes: glTF's `filter`.
@@ -16,7 +17,7 @@ pub enum Filter {
     Color,
 }
 
-/// Turns the elements into what they stand for, in place; the shape has been checked.
+/// Decodes the elements in place; the header has been checked.
 pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(), String> {
     match (filter, stride) {
         (Filter::None, _) => Ok(()),

@@ -1,7 +1,8 @@
-//! Modes 1 and 2: indices as what the triangles or indices before let expect.
+//! Modes 1 and 2: indices predicted from the triangles or indices before.
+
 use crate::codec::meshopt::stream::Stream;
 
-/// The last sixteen of something, the newest first.
+/// The last sixteen entries, the newest first.
 struct RecentRing<T> {
     entries: [Option<T>; 16],
     next: usize,
@@ -27,7 +28,7 @@ impl<T: Copy> RecentRing<T> {
     }
 }
 
-/// What is known while triangles are decoded.
+/// State of decoding triangles.
 struct Triangles<'a> {
     data: Stream<'a>,
     /// The next vertex that no triangle has had.

@@ -14,7 +14,7 @@ use crate::error::FormatError;
 
 pub use filter::Filter;
 
-/// What a view holds: glTF's `mode`, with the `filter` that only attributes can have.
+/// Contents of a view: glTF's `mode`, with the `filter` that only attributes can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// `ATTRIBUTES`: elements of any kind.
@@ -25,7 +25,7 @@ pub enum Mode {
     Indices,
 }
 
-/// What a compressed view says of itself in glTF's JSON.
+/// Header of a compressed view in glTF's JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ViewHeader {
     /// `mode` and `filter`.

@@ -1,4 +1,5 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
+
 use crate::error::FormatError;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};

@@ -1,4 +1,5 @@
-//! AccessorView of accessors, out of their bytes into numbers.
+//! Elements of an accessor, decoded to numbers.
+
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,10 +10,10 @@ use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::io::byte_source::ByteSource;
 use crate::io::parallel;
 
-/// AccessorView that are decoded at a time.
+/// Elements that one thread decodes at a time.
 const BLOCK_ELEMENTS: usize = 1 << 15;
 
-/// All bytes are a number.
+/// Valid for every type but floats.
 fn always_valid(_: &[u8]) -> bool {
     true
 }
@@ -41,7 +42,7 @@ impl Component {
         })
     }
 
-    /// That of a Draco stream, unless glTF cannot have it.
+    /// The type of a Draco attribute; `None` for one that glTF does not have.
     pub(crate) fn from_draco(component: draco::ComponentType) -> Option<Self> {
         Some(match component {
             draco::ComponentType::I8 => Self::I8,
@@ -67,7 +68,7 @@ impl Component {
 pub(crate) struct AccessorView<'a> {
     /// As errors name it: `accessors[3]`.
     pub(crate) place: String,
-    /// What glTF-Validator calls numbers of another format than those that are expected here.
+    /// glTF-Validator's code for numbers of another format than expected.
     pub(crate) wrong_format: &'static str,
     pub(crate) component: Component,
     pub(crate) arity: usize,
@@ -102,7 +103,7 @@ impl AccessorView<'_> {
         self.map_floats(document, allowance, |values| values)
     }
 
-    /// What `make` makes of the floats of every element.
+    /// The results of `make` for the floats of every element.
     pub(crate) fn map_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         document: &Document<'_>,
@@ -119,7 +120,7 @@ impl AccessorView<'_> {
         let unit = self.normalized;
         let made = match self.component {
             Component::F32 => {
-                // Without a way out of the loop, which is some times as fast.
+                // Without an early exit, so that the loop vectorises.
                 let finite = |bytes: &[u8]| {
                     let numbers = bytes.as_chunks::<4>().0.iter();
                     numbers.fold(true, |all, &v| all & f32::from_le_bytes(v).is_finite())
@@ -184,8 +185,8 @@ impl AccessorView<'_> {
         ))
     }
 
-    /// What `make` makes of every element, whose numbers `read` reads, and whether the bytes of all are `valid`. Several
-    /// cores do it.
+    /// The results of `make` for every element, whose numbers `read` decodes, and true if the bytes of all elements are
+    /// `valid`. Runs on several threads.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -250,7 +251,7 @@ impl AccessorView<'_> {
         Ok(made)
     }
 
-    /// Whether the elements are so many unsigned integers each.
+    /// Refuses elements that are not `expected` unsigned integers each.
     fn check_unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
         let kind = self.component;
         let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);

@@ -1,4 +1,5 @@
 //! Buffers, their views and images: in the GLB file, in data URIs, in files of the same folder.
+
 use std::borrow::Cow;
 use std::io;
 use std::ops::Range;
@@ -211,12 +212,13 @@ impl<'a> Resources<'a> {
     }
 }
 
-/// Whether a view's bytes are decompressed from others.
+/// True if the bytes of a view are decompressed from others.
 fn is_compressed(BufferView { extensions, .. }: &BufferView) -> bool {
     extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
 }
 
-/// Whether every buffer holds nothing but arrays that are decoded from their bytes as they stand: these need not be in memory.
+/// True if every buffer holds nothing but accessors that are decoded from its bytes as they are: such a buffer need not
+/// be in memory.
 fn buffers_hold_only_accessors(root: &Root) -> bool {
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     root.images.iter().all(|image| image.buffer_view.is_none())
@@ -228,7 +230,7 @@ fn buffers_hold_only_accessors(root: &Root) -> bool {
         && primitives.all(|primitive| primitive.extensions.draco.is_none())
 }
 
-/// The error of bytes that cannot be read, or no longer.
+/// The error of bytes that cannot be read.
 pub(crate) fn read_error(path: &Path, source: io::Error) -> FormatError {
     FormatError::Io {
         path: path.into(),
@@ -261,7 +263,7 @@ fn view_header(view: &MeshoptView) -> Result<ViewHeader, String> {
     })
 }
 
-/// The bytes a URI stands for: in itself, or in a file of the same folder.
+/// The bytes of a URI: its own data, or a file of the same folder.
 pub(crate) fn read_uri(
     source: &InputFile,
     uri: &str,

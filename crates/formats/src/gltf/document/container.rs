@@ -1,4 +1,5 @@
 //! The two containers: GLB chunks (glTF 2.0, chapter 4), and plain JSON.
+
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;

@@ -1,4 +1,5 @@
 //! Notices of an import, each message once with the first place that it is about.
+
 use std::collections::HashMap;
 use std::path::Path;
 

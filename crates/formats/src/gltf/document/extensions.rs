@@ -1,4 +1,5 @@
 //! Which extensions are read.
+
 use std::path::Path;
 
 use crate::error::FormatError;

@@ -1,4 +1,5 @@
 //! Memory that decoding may take, in proportion to the bytes that were read.
+
 use std::path::Path;
 
 use crate::error::FormatError;

@@ -45,7 +45,7 @@ impl Document<'_> {
         ))
     }
 
-    /// What an index written at `place` refers to.
+    /// The item at an index that is written at `place`.
     pub(crate) fn get<'b, T>(
         &self,
         all: &'b [T],

@@ -1,4 +1,5 @@
 //! The JSON of glTF's extensions, materials apart.
+
 use std::collections::BTreeMap;
 
 use serde::Deserialize;

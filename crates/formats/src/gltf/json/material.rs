@@ -1,4 +1,5 @@
 //! The JSON of glTF's materials and of their extensions.
+
 use serde::Deserialize;
 
 use crate::gltf::json::texture_info::TextureInfo;

@@ -82,7 +82,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// What is wrong with its transform, where a picture can be made of it all the same.
+    /// The notice about a faulty transform that can be read all the same.
     pub(crate) fn transform_warning(&self) -> Option<&'static str> {
         let parts = self.translation.is_some() || self.rotation.is_some() || self.scale.is_some();
         let square: f64 = (self.rotation).map_or(1.0, |xyzw| xyzw.iter().map(|v| v * v).sum());

@@ -1,4 +1,5 @@
 //! References to textures, with `KHR_texture_transform`.
+
 use raycam_scene::animation::UvTransform;
 use serde::Deserialize;
 

@@ -1,4 +1,5 @@
-//! Where a primitive's attributes and indices come from: accessors, or a Draco stream.
+//! Sources of the attributes and indices of a primitive: accessors, or a Draco stream.
+
 use crate::codec::draco;
 use crate::error::FormatError;
 use crate::gltf::document::Document;
@@ -108,8 +109,8 @@ impl<'a> AttributeSource<'a> {
         }))
     }
 
-    /// Which vertices the primitive's corners are, in order and `N` at a time, and how many are left over; `count`
-    /// vertices there are.
+    /// The vertices of the corners of the primitive, in order and `N` at a time, and the number of corners left over;
+    /// `count` is the number of vertices.
     pub(crate) fn corners<const N: usize>(
         &'a self,
         count: usize,

@@ -1,4 +1,5 @@
 //! Vertex data that materials need.
+
 use raycam_scene::Mesh;
 
 use crate::error::FormatError;

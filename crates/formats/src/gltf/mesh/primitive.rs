@@ -1,4 +1,5 @@
 //! Primitives of triangles as meshes.
+
 use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 

@@ -1,4 +1,5 @@
 //! Morph targets and joints of a primitive's vertices.
+
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
 use crate::error::FormatError;
@@ -9,7 +10,7 @@ use crate::gltf::json::extensions::Attributes;
 use crate::gltf::mesh::tangent::resample;
 use crate::gltf::mesh::vertex_window::VertexWindow;
 
-/// What bends a mesh: a [`DeformableMesh`] without its mesh.
+/// Morph targets and joints of vertices: a [`DeformableMesh`] without its mesh.
 #[derive(Default)]
 pub(crate) struct SkinMorph {
     targets: Vec<MorphTarget>,
@@ -17,7 +18,7 @@ pub(crate) struct SkinMorph {
 }
 
 impl VertexWindow<'_> {
-    /// What bends the vertices.
+    /// The morph targets and joints of the vertices.
     pub(crate) fn skin_morph(
         &self,
         place: &str,
@@ -89,7 +90,7 @@ impl VertexWindow<'_> {
 }
 
 impl SkinMorph {
-    /// Makes each joint count once for a vertex (3.7.3.3), and its weights add up to 1, over all sets.
+    /// Merges repeated joints of a vertex (3.7.3.3), and normalises its weights to the sum 1 over all sets.
     fn normalize(&mut self) {
         let count = self.joints.first().map_or(0, |(joints, _)| joints.len());
         for vertex in 0..count {
@@ -118,7 +119,7 @@ impl SkinMorph {
         }
     }
 
-    /// For vertices that were split: which vertex each one was.
+    /// Repeats the data of split vertices: `sources` holds the source of each vertex.
     pub(crate) fn resample(&mut self, sources: &[u32]) {
         for target in &mut self.targets {
             target
@@ -145,7 +146,7 @@ impl SkinMorph {
         }
     }
 
-    /// That of several primitives with so many vertices one after the other; `None` where none bends.
+    /// The concatenation of several primitives, each with its number of vertices; `None` where none is deformed.
     pub(crate) fn concat(parts: &[(usize, Self)]) -> Option<Self> {
         let targets = parts.iter().map(|(_, part)| part.targets.len()).max()?;
         let sets = parts.iter().map(|(_, part)| part.joints.len()).max()?;
@@ -180,7 +181,7 @@ impl SkinMorph {
     }
 }
 
-/// One array of all parts, zeros where a part has none; `None` where no part has any.
+/// The concatenation of one array of all parts, zeros where a part has none; `None` where no part has any.
 fn gather_or_zero<T: Copy + Default>(
     parts: &[(usize, SkinMorph)],
     of: impl Fn(&SkinMorph) -> Option<&Vec<T>>,

@@ -1,5 +1,6 @@
 //! Tangents where a file has none (glTF 2.0, section 3.7.2.1): MikkTSpace (Mikkelsen, "Simulation of Wrinkled Surfaces
 //! Revisited", 2008), by `bevy_mikktspace`.
+
 use std::collections::HashMap;
 
 use bevy_mikktspace::{Geometry, TangentSpace};

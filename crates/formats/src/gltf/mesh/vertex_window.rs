@@ -1,4 +1,5 @@
 //! The range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
+
 use crate::error::FormatError;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;
@@ -9,7 +10,7 @@ use crate::gltf::mesh::attributes::AttributeSource;
 pub(crate) struct VertexWindow<'a> {
     pub(crate) document: &'a Document<'a>,
     pub(crate) source: &'a AttributeSource<'a>,
-    /// AccessorView of its accessors.
+    /// Number of elements of each accessor.
     pub(crate) count: usize,
     pub(crate) first: usize,
     pub(crate) length: usize,

@@ -1,4 +1,5 @@
 //! Animations, `KHR_animation_pointer` included.
+
 use std::sync::Arc;
 
 use raycam_scene::animation::{
@@ -44,7 +45,7 @@ impl Builder<'_, '_> {
         Ok(animations)
     }
 
-    /// What a channel moves, all of the same kind; nothing, with a notice, where nothing of it moves here.
+    /// The targets of a channel, all of the same kind; empty, with a notice, where raycam animates none of them.
     fn channel_targets(
         &mut self,
         place: &str,
@@ -69,7 +70,7 @@ impl Builder<'_, '_> {
                                 .note(place, format!("{pointer} is not animated"));
                         }
                         let mut found = found.unwrap_or_default();
-                        // Of a mesh without morph targets.
+                        // Weights of a mesh without morph targets have no effect.
                         found.retain(|target| {
                             !matches!(target, AnimationTarget::Weights(i) if nodes[*i].weights.is_empty())
                         });

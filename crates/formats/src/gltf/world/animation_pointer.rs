@@ -1,4 +1,5 @@
-//! `KHR_animation_pointer`: what a path into the document moves here.
+//! `KHR_animation_pointer`: targets of JSON pointers into the document.
+
 use MaterialProperty as P;
 use TextureSlotKind as T;
 use raycam_scene::animation::{
@@ -267,13 +268,13 @@ pub(crate) const UV_PROPERTIES: &[(&str, UvProperty)] = &[
     ("/extensions/KHR_texture_transform/scale", UvProperty::Scale),
 ];
 
-/// Where the lights of a document are.
+/// Path of the lights of a document.
 pub(crate) const LIGHT_PATH: &str = "/extensions/KHR_lights_punctual/lights/";
 
 /// The target of a camera's definition.
 pub(crate) type CameraTarget = fn(usize) -> AnimationTarget;
 
-/// What moves of a camera, by its path.
+/// Animated properties of a camera, by their paths below it.
 pub(crate) const CAMERA_PROPERTIES: &[(&str, CameraTarget)] = &[
     ("perspective/yfov", AnimationTarget::FieldOfView),
     ("orthographic/xmag", |camera| {
@@ -292,14 +293,14 @@ pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
     ("spot/outerConeAngle", LightProperty::OuterAngle),
 ];
 
-/// A number and what follows it.
+/// An index and the path after it.
 fn split_index(rest: &str) -> Option<(usize, &str)> {
     let (number, rest) = rest.split_once('/')?;
     Some((number.parse().ok()?, rest))
 }
 
 impl Document<'_> {
-    /// What a pointer that is none of a node's moves; `None` where that is nothing that moves here.
+    /// The targets of a pointer to anything but a node; `None` where raycam does not animate it.
     pub(crate) fn resolve_pointer(&self, pointer: &str) -> Option<Vec<AnimationTarget>> {
         let row = |found: bool, target| found.then(|| vec![target]);
         if let Some((mesh, "weights")) = pointer.strip_prefix("/meshes/").and_then(split_index) {
@@ -334,7 +335,7 @@ fn property(path: &str) -> Option<MaterialProperty> {
 }
 
 impl Builder<'_, '_> {
-    /// The materials that channels move, as they are when nothing has moved.
+    /// The materials that channels animate, in their state at rest.
     pub(crate) fn animated_materials(
         &self,
         targets: impl Iterator<Item = AnimationTarget>,

@@ -1,4 +1,5 @@
 //! State of an import: the world under construction, and the meshes and textures of the document that are read already.
+
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
 //! Cameras. Those of glTF look along -z with y up and have an aspect ratio; ours have pixels, as many as 640 x 480.
+
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
 use raycam_scene::{Camera, PixelCenter};

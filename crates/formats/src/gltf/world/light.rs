@@ -2,6 +2,7 @@
 //!
 //! Its lights are photometric, in candela and lux; ours are radiometric. One of theirs is one of ours, as one nit of an
 //! emissive material is one W/(m² sr): all by the same factor, which is an exposure.
+
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;

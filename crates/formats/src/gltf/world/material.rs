@@ -1,4 +1,5 @@
 //! Materials: metallic-roughness and the extensions that add to it.
+
 use raycam_scene::material::principled::{NormalMap, Principled, Textured};
 use raycam_scene::material::{Alpha, Material, MaterialModel};
 use raycam_scene::texture::TextureSlot;

@@ -1,4 +1,5 @@
 //! ImportedMeshes: their primitives as one mesh with a material slot for each.
+
 use std::sync::Arc;
 
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart};

@@ -1,4 +1,5 @@
 //! Nodes: the tree of transforms, and what hangs on it.
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
@@ -219,7 +220,7 @@ impl Builder<'_, '_> {
                     }
                 }
             }
-            // What bends has a mesh of its own: the first object takes the one that is there.
+            // A deformed object has a mesh of its own: the first object takes the imported one.
             if let Some(shape) = shape
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {

@@ -1,4 +1,5 @@
 //! Skins.
+
 use glam::{DAffine3, DMat4};
 use raycam_scene::animation::Skin;
 

@@ -3,6 +3,7 @@
 //! `KHR_materials_ior` has the conversion: a dielectric of infinite index (0) reflects exactly its specular colour at
 //! normal incidence, so that nothing has to be solved for, and textures stay as they are. Only roughness, one minus
 //! glossiness, becomes a texture of its own.
+
 use std::sync::Arc;
 
 use raycam_scene::material::Material;

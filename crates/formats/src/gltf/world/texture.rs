@@ -1,4 +1,5 @@
 //! ImportedTextures: which image, how it is looked up, and where on it.
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use crate::image::decode_image;
 use crate::image::decoder::ColorUse;
 
 impl Builder<'_, '_> {
-    /// Where a material takes a value from; `place` is that of the reference.
+    /// The texture slot of a reference at `place`.
     pub(crate) fn slot(
         &mut self,
         place: &str,

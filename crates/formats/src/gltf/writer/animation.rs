@@ -1,4 +1,5 @@
 //! Animations: channels of nodes, and `KHR_animation_pointer` for the rest.
+
 use std::collections::HashMap;
 use std::sync::Arc;
 

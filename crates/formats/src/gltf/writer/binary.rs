@@ -1,10 +1,11 @@
-//! The binary chunk: buffer views and accessors. Bytes that are there already are not written again.
+//! The binary chunk with its buffer views and accessors. Equal bytes are written once.
+
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use serde_json::{Map, Value, json};
 
-/// What a buffer view is for (3.6.2.2).
+/// Use of a buffer view (3.6.2.2).
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum BufferTarget {
     Vertices,
@@ -13,20 +14,20 @@ pub(super) enum BufferTarget {
 }
 
 /// Start, length and index of a view.
-type Known = (usize, usize, usize);
+type ViewSpan = (usize, usize, usize);
 
 /// Everything in the chunk.
 #[derive(Default)]
-pub(super) struct Binary {
+pub(super) struct BinaryChunk {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
     /// Views by what they hold. Accessors of different types may not share one (3.6.2.4).
-    known: HashMap<(u64, BufferTarget, String), Vec<Known>>,
+    known: HashMap<(u64, BufferTarget, String), Vec<ViewSpan>>,
     known_accessors: HashMap<String, usize>,
 }
 
-impl Binary {
+impl BinaryChunk {
     /// A view of these bytes.
     pub(super) fn view(&mut self, data: &[u8], target: BufferTarget) -> usize {
         self.view_for(data, target, String::new())

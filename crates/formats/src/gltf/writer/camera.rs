@@ -1,4 +1,5 @@
 //! Cameras: perspective and orthographic, with what glTF has no words for told.
+
 use glam::DAffine3;
 use raycam_scene::camera::NamedCamera;
 use raycam_scene::camera::{Center, Lens, intrinsics_from_focal};

@@ -1,4 +1,5 @@
 //! State of an export: the lists of the document, and the meshes and textures that are written already.
+
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -6,12 +7,12 @@ use raycam_scene::texture::TextureSampler;
 use raycam_scene::{Image, Mesh, World};
 use serde_json::{Map, Value, json};
 
-use crate::gltf::writer::binary::Binary;
+use crate::gltf::writer::binary::BinaryChunk;
 
 /// A document under construction.
 pub(crate) struct Writer<'a> {
     pub(crate) world: &'a World,
-    pub(crate) binary: Binary,
+    pub(crate) binary: BinaryChunk,
     /// The document's lists, by key.
     pub(crate) lists: BTreeMap<&'static str, Vec<Value>>,
     pub(crate) lights: Vec<Value>,

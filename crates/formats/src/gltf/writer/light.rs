@@ -1,4 +1,5 @@
 //! Lights as `KHR_lights_punctual`: one W/sr is one candela there, one W/m² one lux, as the reader has it.
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};

@@ -1,4 +1,5 @@
 //! Materials: metallic-roughness with the extensions that they need.
+
 use std::sync::Arc;
 
 use raycam_scene::material::principled::{NormalMap, Principled, Textured};
@@ -244,7 +245,7 @@ impl Writer<'_> {
         let slot = match (m, r) {
             (None, None) => return Ok(()),
             (m, r) if m == r => return self.texture(json, KEY, m, Data),
-            // What a texture has in the other channel does not matter where nothing is left of it.
+            // The other channel of the texture has no effect where its factor is 0.
             (Some(slot), None) if roughness.value == 0.0 => slot,
             (None, Some(slot)) if metallic.value == 0.0 => slot,
             (Some(slot), other) | (None, other @ Some(slot)) => {

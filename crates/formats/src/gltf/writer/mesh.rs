@@ -1,4 +1,5 @@
 //! Meshes: a primitive for each material slot, with what its vertices carry.
+
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -123,7 +124,7 @@ impl Writer<'_> {
         let normals = mesh.normals.as_ref();
         let normals = normals.filter(|all| corners.iter().any(|&i| all[i as usize] != [0.0; 3]));
         let flat = normals.is_some_and(|all| corners.iter().any(|&i| all[i as usize] == [0.0; 3]));
-        // What a face has of its own needs vertices of its own.
+        // Flat normals and colours of faces need vertices of their own.
         let apart = flat || mesh.face_colors.is_some();
         let (sources, indices) = match (apart, whole) {
             (true, _) => (corners.clone(), None),

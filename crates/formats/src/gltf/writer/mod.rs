@@ -19,7 +19,7 @@ use raycam_scene::render_options::RenderOptions;
 use raycam_scene::{Up, World};
 use serde_json::{Map, Value, json};
 
-use self::binary::Binary;
+use self::binary::BinaryChunk;
 use self::document::{Writer, WrittenMeshes, WrittenTextures};
 use crate::error::FormatError;
 
@@ -33,7 +33,7 @@ use crate::error::FormatError;
 pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>), FormatError> {
     let mut writer = Writer {
         world,
-        binary: Binary::default(),
+        binary: BinaryChunk::default(),
         lists: BTreeMap::new(),
         lights: Vec::new(),
         extensions: BTreeSet::new(),

@@ -1,4 +1,5 @@
 //! Nodes: what stands where. A world that moves keeps the tree it moves by; others are flat.
+
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -81,7 +82,8 @@ impl Writer<'_> {
         roots
     }
 
-    /// What moves the world, where it is as its animations find it: another moment is written as it stands.
+    /// The node tree, if the world is in its state at rest. Another moment of the animation is written without it, with
+    /// a notice.
     pub(super) fn rig(&mut self) -> Option<Arc<NodeTree>> {
         let rig = self.world.node_tree.clone()?;
         let rested = self.world.clone().at_rest().ok();
@@ -228,7 +230,7 @@ impl Writer<'_> {
         index
     }
 
-    /// What materials an object has in the variants, by slot.
+    /// The materials of an object in the variants, by slot.
     fn variants(&self, object: usize) -> SlotVariants {
         let mut found = SlotVariants::new();
         for (number, variant) in self.world.variants.iter().enumerate() {

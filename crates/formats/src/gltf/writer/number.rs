@@ -1,4 +1,5 @@
 //! Float32 numbers as short decimals.
+
 use serde_json::Value;
 
 /// The shortest decimal that is this number again as float32.

@@ -1,4 +1,5 @@
 //! How surfaces reflect, in the terms of glTF.
+
 use raycam_scene::Material;
 use raycam_scene::material::MaterialModel;
 use raycam_scene::material::principled::Principled;

@@ -1,4 +1,5 @@
 //! Textures: images as PNG in the binary chunk, samplers, and where materials take what from.
+
 use std::sync::Arc;
 
 use raycam_scene::color::srgb_from_linear;

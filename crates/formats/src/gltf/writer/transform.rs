@@ -1,4 +1,5 @@
 //! Transforms as nodes have them: translation * rotation * scale (3.5.3).
+
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Map, Value, json};
 

@@ -4,7 +4,7 @@ use raycam_formats::{Budget, load, read_model};
 use raycam_scene::color::linear_from_srgb;
 use raycam_scene::{Alpha, MaterialModel, MeshFile, Texels, Wrap};
 
-use crate::common::{folder, message, rgb};
+use crate::support::{folder, message, rgb};
 
 /// A triangle with a material of this file, in a new folder with a texture.
 fn model(mtl: &str) -> Result<MeshFile, String> {

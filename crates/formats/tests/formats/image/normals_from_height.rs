@@ -5,7 +5,7 @@ use raycam_formats::encode::png::{Samples, encode};
 use raycam_formats::{Budget, read_model};
 use raycam_scene::{MeshFile, Texels};
 
-use crate::common::folder;
+use crate::support::folder;
 
 const SIDE: usize = 64;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use raycam_formats::codec::meshopt::{Filter, Mode, ViewHeader, decode};
 use raycam_formats::{Budget, FormatError};
 
-use crate::common::data;
+use crate::support::data;
 
 /// A stream of meshoptimizer's own encoder, and what its own decoder makes of it.
 struct Case {

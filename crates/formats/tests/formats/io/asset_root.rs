@@ -4,7 +4,7 @@ use std::path::Path;
 use raycam_formats::{AssetRoot, Budget, FormatError, load};
 use raycam_scene::{AssetLoader, Wrap};
 
-use crate::common::folder;
+use crate::support::folder;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use raycam_formats::codec::draco::{Attribute, ComponentType, DecodedMesh, decode};
 use raycam_formats::{Budget, FormatError};
 
-use crate::common::data;
+use crate::support::data;
 
 /// Streams of Google's own encoder, each with what Google's own decoder makes of it.
 fn cases() -> Vec<(String, Vec<u8>, DecodedMesh)> {
@@ -142,7 +142,7 @@ fn a_mesh_larger_than_the_budget_is_refused() {
 /// Found by fuzzing: with its faces, so many points were more than 64 bits count.
 #[test]
 fn more_points_than_can_be_counted_are_refused() {
-    let error = read(include_bytes!("../data/draco/points_overflow.drc")).unwrap_err();
+    let error = read(include_bytes!("../../data/draco/points_overflow.drc")).unwrap_err();
     let error = error.to_string();
     assert!(error.contains("vertices and face corners"), "{error}");
 }

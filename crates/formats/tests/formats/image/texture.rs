@@ -6,7 +6,7 @@ use raycam_formats::encode::png::{Samples, encode};
 use raycam_formats::{Budget, FormatError, decode_texture, read_texture};
 use raycam_scene::{Texels, Texture};
 
-use crate::common::{data, file, folder, message, rgb};
+use crate::support::{data, file, folder, message, rgb};
 
 fn read(name: &str, bytes: impl AsRef<[u8]>) -> (Texture, Vec<String>) {
     read_texture(&file(name, bytes), &Budget::default()).unwrap()

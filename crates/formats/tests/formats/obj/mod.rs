@@ -1,6 +1,10 @@
+mod mtl;
+
 use raycam_formats::{Budget, read_model};
 
-use crate::common::{area, data, error, mesh, message, model, mutations, truncations, vector_area};
+use crate::support::{
+    area, data, error, mesh, message, model, mutations, truncations, vector_area,
+};
 
 const CUBE: &str = "\
 v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use raycam_formats::{Budget, FormatError, decode, extensions, load, read_model};
 
-use crate::common::{data, file, folder, message};
 use crate::gltf;
+use crate::support::{data, file, folder, message};
 
 /// A triangle in every format of the table.
 fn triangle(extension: &str) -> Vec<u8> {

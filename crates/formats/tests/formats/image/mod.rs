@@ -1,3 +1,11 @@
+mod bmp;
+mod hdr;
+mod jpeg;
+mod normals_from_height;
+mod texture;
+mod tga;
+mod webp;
+
 use std::fs;
 use std::path::Path;
 
@@ -5,7 +13,7 @@ use raycam_formats::{Budget, ColorUse, FormatError, decode_image};
 use raycam_scene::color::linear_from_srgb;
 use raycam_scene::{Image, Texels};
 
-use crate::common::data;
+use crate::support::data;
 
 /// A small image of every kind, and what others make of it: for PNG what was written, for JPEG, WebP, BMP and TGA
 /// Pillow, for KTX2 Basis Universal, for EXR OpenEXR, for HDR OpenCV.

@@ -1,0 +1,2 @@
+mod draco;
+mod meshopt;

@@ -1,0 +1,3 @@
+mod exr;
+mod mask;
+mod png;
