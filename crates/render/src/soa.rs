@@ -1,7 +1,7 @@
 //! Structure-of-arrays types: one field of all lanes is contiguous, as SIMD registers hold it.
 //! [`raycam_bvh::vectorized`] runs the loops over lanes; a lane's result does not depend on the other lanes.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Lanes of a batch: two registers of float64, one of float32 (AVX-512).
 pub(crate) const LANES: usize = 16;
@@ -51,4 +51,10 @@ pub(crate) fn get_triangle<const N: usize>([a, b, c]: &TriangleXN<N>, lane: usiz
         lane_dvec3(b, lane),
         lane_dvec3(c, lane),
     ]
+}
+
+/// The float32 vector of a lane.
+#[inline(always)]
+pub(crate) fn lane_vec3<const N: usize>(lanes: &Vec3xN<f32, N>, lane: usize) -> Vec3 {
+    Vec3::from(get_lane(lanes, lane))
 }

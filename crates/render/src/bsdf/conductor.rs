@@ -1,13 +1,13 @@
-//! Metals by their index of refraction.
+//! Conductors by their complex index of refraction.
 
 use glam::Vec3;
 use raycam_scene::Metal;
 
-use crate::bsdf::layered::LayerStack;
+use crate::bsdf::layer_stack::LayerStack;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
-/// What it reflects, multiplied by a base colour.
+/// The reflectance of a metal, multiplied by a base colour.
 pub(crate) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
     Fresnel::Conductor {
         ior: metal.ior.into(),
@@ -16,7 +16,7 @@ pub(crate) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
     }
 }
 
-/// A metal whose reflection is multiplied by a base colour.
+/// The layers of a metal: an interface alone.
 pub(crate) fn layer_stack(metal: &Metal, base: Vec3) -> LayerStack<'static> {
     let fresnel = fresnel(metal, base);
     LayerStack {

@@ -1,25 +1,36 @@
-//! Glass: Fresnel's equations, refraction, and panes.
+//! Glass: solid dielectrics, and panes of two parallel interfaces.
 
 use glam::Vec3;
 use raycam_scene::Glass;
 
-use crate::bsdf::layered::LayerStack;
-use crate::bsdf::principled::{absorption_coefficient, ior_of_channel};
+use crate::bsdf::layer_stack::LayerStack;
+use crate::bsdf::material_hit::MaterialHit;
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
+use crate::lobes::classify::ior_of_channel;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
-/// The index of the other side relative to the viewer's, where that of what is around the glass is `around`; a pane's own.
-pub(crate) fn eta(glass: &Glass, front: bool, channel: Option<usize>, around: f32) -> f32 {
+/// The index of the far side relative to the viewer's side; a pane's own index.
+pub(crate) fn eta(glass: &Glass, hit: &MaterialHit) -> f32 {
+    eta_of_side(glass, hit.is_front, hit.channel, hit.outside_ior)
+}
+
+/// [`eta`] of a side, for a colour channel and an index outside.
+pub(crate) fn eta_of_side(
+    glass: &Glass,
+    is_front: bool,
+    channel: Option<usize>,
+    outside_ior: f32,
+) -> f32 {
     let ior = ior_of_channel(glass.ior, glass.dispersion, channel);
-    match (glass.thin, front) {
+    match (glass.thin, is_front) {
         (true, _) => ior,
-        (false, true) => ior / around,
-        (false, false) => around / ior,
+        (false, true) => ior / outside_ior,
+        (false, false) => outside_ior / ior,
     }
 }
 
-/// What its interface reflects, or a whole pane.
+/// The reflectance of an interface, or of a whole pane.
 pub(crate) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
     if glass.thin {
         Fresnel::ThinDielectric(eta)
@@ -28,17 +39,17 @@ pub(crate) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
     }
 }
 
-/// The index of the other side relative to the viewer's.
+/// The index by which light is refracted: 1 for a pane.
 pub(crate) fn relative_ior(glass: &Glass, eta: f32) -> f32 {
     if glass.thin { 1.0 } else { eta }
 }
 
-/// Glass whose base colour tints what passes its surface.
+/// The layers of glass: an interface alone, whose base colour tints transmitted light.
 pub(crate) fn layer_stack<'a>(
     glass: &Glass,
     eta: f32,
     base: Vec3,
-    interface: Option<&'a DielectricAlbedo>,
+    dielectric_albedo: Option<&'a DielectricAlbedo>,
 ) -> LayerStack<'a> {
     let fresnel = fresnel(glass, eta);
     LayerStack {
@@ -49,14 +60,8 @@ pub(crate) fn layer_stack<'a>(
         diffuse_transmission: Vec3::ZERO,
         transmission: base,
         eta: relative_ior(glass, eta),
-        dielectric_albedo: interface,
+        dielectric_albedo,
         coat: None,
         sheen: None,
     }
-}
-
-/// Its absorption per metre, where it has an inside.
-pub(crate) fn interior_absorption(glass: &Glass) -> Option<Vec3> {
-    (!glass.thin)
-        .then(|| absorption_coefficient(glass.attenuation_color, glass.attenuation_distance))
 }

@@ -1,66 +1,91 @@
-//! Matte surfaces without anything else to them: most of what there is.
+//! Lambertian reflection, which most surfaces are: one point, and many.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use raycam_bvh::WithSimd;
+use raycam_bvh::{Hit, WithSimd};
+use raycam_scene::MaterialModel;
 
 use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::guiding::cones::{GuidingCones, mixture_weight};
+use crate::interaction::ray_cone::Footprint;
 use crate::lobes::shading_frame::{
     ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere, to_world_around,
 };
+use crate::prepare::geometry::Geometry;
+use crate::prepare::material::PreparedMaterial;
 use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 
-/// One point of such a surface.
+/// A diffuse point, and the direction that its sampling returns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Diffuse<'a> {
     pub albedo: Vec3,
-    /// Where it scatters to, drawn by [`SampleCosineHemisphere`].
+    /// Drawn by [`SampleCosineHemisphere`], or by guiding.
     pub sampled_direction: Vec3,
-    /// Where its rays are aimed: in which lane.
+    /// The cones that guide a lane's samples.
     pub guiding: Option<(&'a GuidingCones<LANES>, usize)>,
+}
+
+/// The albedo of a hit whose material is diffuse but for emission, without a normal map.
+#[inline]
+pub(crate) fn diffuse_albedo(
+    geometry: &Geometry,
+    prepared: &PreparedMaterial,
+    hit: &Hit,
+    footprint: &Footprint,
+) -> Option<Vec3> {
+    let MaterialModel::Phong { diffuse, .. } = prepared.material.model else {
+        return None;
+    };
+    (prepared.phong_lobe.is_none() && prepared.material.normal_map.is_none())
+        .then(|| geometry.base_color_with(prepared, hit, footprint) * diffuse)
+}
+
+/// The value of Lambertian reflection, times the cosine.
+#[inline(always)]
+pub(crate) fn lambert(albedo: Vec3, cosine: f32) -> Vec3 {
+    albedo * FRAC_1_PI * cosine
 }
 
 impl Diffuse<'_> {
     #[inline(always)]
-    fn pdf(&self, direction: Vec3, cosine: f32) -> f32 {
+    fn pdf(&self, wi: Vec3, cosine: f32) -> f32 {
         match self.guiding {
-            Some((aims, lane)) => aims.pdf(lane, direction, cosine),
+            Some((cones, lane)) => cones.pdf(lane, wi, cosine),
             None => cosine_hemisphere_pdf(cosine),
         }
     }
 }
 
 impl BsdfModel for Diffuse<'_> {
-    /// A triangle sends light back on the viewer's side, whatever the smooth surface says.
+    /// The triangle reflects on the viewer's side alone, whatever its shading normal.
     #[inline]
-    fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
-        let cosine = frame.normal.dot(light);
-        if frame.geometric.dot(light) <= 0.0 || cosine <= 0.0 {
+    fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
+        let cosine = frame.normal.dot(wi);
+        if frame.geometric.dot(wi) <= 0.0 || cosine <= 0.0 {
             return BsdfEval::default();
         }
         BsdfEval {
-            value: self.albedo * FRAC_1_PI * cosine,
-            pdf: self.pdf(light, cosine),
+            value: lambert(self.albedo, cosine),
+            pdf: self.pdf(wi, cosine),
         }
     }
 
     #[inline]
     fn sample(&self, frame: &ShadingFrame, _: [f32; 3]) -> Option<BsdfSample> {
-        let direction = self.sampled_direction;
-        if frame.geometric.dot(direction) <= 0.0 {
+        let wi = self.sampled_direction;
+        if frame.geometric.dot(wi) <= 0.0 {
             return None;
         }
-        let cosine = frame.normal.dot(direction);
-        let pdf = self.pdf(direction, cosine);
+        let cosine = frame.normal.dot(wi);
+        let pdf = self.pdf(wi, cosine);
         let weight = match self.guiding {
             Some(_) => self.albedo * mixture_weight(cosine, pdf),
-            // Exactly: value and density differ by the albedo alone.
+            // Exact: value and density differ by the albedo alone.
             None => self.albedo,
         };
         Some(BsdfSample {
-            wi: direction,
+            wi,
             weight,
             pdf,
             is_specular: false,
@@ -85,7 +110,7 @@ impl BsdfModel for Diffuse<'_> {
     }
 }
 
-/// Draws directions of many matte points, by two numbers each.
+/// Samples the cosine-weighted hemisphere of every lane.
 pub(crate) struct SampleCosineHemisphere<'a, const N: usize> {
     pub normals: &'a Vec3xN<f32, N>,
     pub random: &'a [[f32; N]; 2],
@@ -96,11 +121,8 @@ impl<const N: usize> WithSimd for SampleCosineHemisphere<'_, N> {
     #[inline(always)]
     fn run(self) {
         for lane in 0..N {
-            let random = [self.random[0][lane], self.random[1][lane]];
-            let direction = to_world_around(
-                get_lane(self.normals, lane).into(),
-                sample_cosine_hemisphere(random),
-            );
+            let local = sample_cosine_hemisphere([self.random[0][lane], self.random[1][lane]]);
+            let direction = to_world_around(get_lane(self.normals, lane).into(), local);
             set_lane(self.out, lane, direction.to_array());
         }
     }

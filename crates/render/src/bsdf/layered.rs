@@ -1,137 +1,125 @@
-//! Layers over a base: metal, glass and glTF's principled material are this with other numbers.
+//! A BSDF of layers: metal, glass and glTF's principled material are layers with other numbers.
 //!
-//! From above: a clear coat, a sheen, a rough interface, and below it a diffuse base that sends light back and on, or
-//! refraction. The interface and the base share energy by their albedos (C. Kelemen and L. Szirmay-Kalos, "A Microfacet
-//! Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless where the base is white.
+//! From above: a clear coat, a sheen, a rough interface, and below the interface either a diffuse base that reflects and
+//! transmits, or refraction. The interface and the base share energy by their albedos (C. Kelemen and L. Szirmay-Kalos,
+//! "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless over a white base.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
 use crate::bsdf::BsdfEval;
-use crate::bsdf::layered_sampling::{
-    DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, LOBE_COUNT, SPECULAR,
-};
+use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::multiscatter_dielectric::MultiscatterDielectric;
-use crate::lobes::albedo_dielectric::DielectricAlbedo;
-use crate::lobes::albedo_tables::{Albedo, DirectionalAlbedo};
-use crate::lobes::clearcoat::Clearcoat;
+use crate::lobes::albedo_tables::{Albedo, DirectionalAlbedo, albedo_tables, multi_scatter_lobe};
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
-use crate::lobes::sheen::Sheen;
 
-/// What a point is made of.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LayerStack<'a> {
-    /// Of the interface: what it reflects, and what it keeps from the base.
-    pub fresnel: Fresnel,
-    pub base_fresnel: Fresnel,
-    pub ggx: Ggx,
-    /// What the base reflects, and what it lets through, diffusely.
-    pub diffuse: Vec3,
-    pub diffuse_transmission: Vec3,
-    /// What is left of light that is refracted.
-    pub transmission: Vec3,
-    /// The index of the other side relative to the viewer's; 1 for thin walls.
-    pub eta: f32,
-    /// What a solid's roughness loses, where that is known.
-    pub dielectric_albedo: Option<&'a DielectricAlbedo>,
-    pub coat: Option<Clearcoat>,
-    pub sheen: Option<Sheen>,
-}
+/// The number of lobes, and their indices in `lobe_probabilities`.
+pub(crate) const LOBE_COUNT: usize = 5;
+/// The interface; a rough one that refracts is both reflection and refraction.
+pub(crate) const SPECULAR: usize = 0;
+pub(crate) const DIFFUSE_REFLECTION: usize = 1;
+pub(crate) const DIFFUSE_TRANSMISSION: usize = 2;
+/// Refraction at a smooth interface.
+pub(crate) const REFRACTION: usize = 3;
+pub(crate) const COAT: usize = 4;
 
-impl LayerStack<'_> {
-    /// Whether it is the interface alone.
-    pub fn is_interface_only(&self) -> bool {
-        self.diffuse == Vec3::ZERO
-            && self.diffuse_transmission == Vec3::ZERO
-            && self.coat.is_none()
-            && self.sheen.is_none()
-    }
-}
-
-/// Layers seen from a direction.
+/// Layers seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
-    /// In coordinates along tangent, bitangent and normal.
     pub(crate) wo: Vec3,
     directional_albedo: DirectionalAlbedo,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
-    /// What the interface leaves for the base: from here, and in the mean.
+    /// Fraction of light that the interface passes to the base: from `wo`, and in the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
     mean_base_transmittance: f32,
-    /// The coat's share of the view.
+    /// Albedo of the coat from `wo`.
     pub(crate) coat_albedo: f32,
-    /// How often each lobe is sampled.
     pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
 }
 
+/// The coupled diffuse base of albedo 1, times the cosine of `wi`: by the interface's transmittance from `wo` and `wi`, and
+/// by the mean transmittance.
+#[inline(always)]
+pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
+    wo * wi / mean * (cosine * FRAC_1_PI)
+}
+
+/// The probability of reflection at a microfacet that reflects and refracts, by the colours of both.
+#[inline(always)]
+pub(crate) fn reflect_probability(reflected: Vec3, refracted: Vec3) -> f32 {
+    let reflected = reflected.element_sum();
+    let both = reflected + refracted.element_sum();
+    if both > 0.0 { reflected / both } else { 1.0 }
+}
+
 impl<'a> LayeredBsdf<'a> {
-    pub fn new(layers: LayerStack<'a>, frame: &ShadingFrame) -> Self {
-        let view = frame.to_local(frame.wo);
-        let energy = DirectionalAlbedo::new(&layers.ggx);
-        let coated = layers
+    pub fn new(stack: LayerStack<'a>, frame: &ShadingFrame) -> Self {
+        let wo = frame.to_local(frame.wo);
+        let directional_albedo = DirectionalAlbedo::new(&stack.ggx);
+        let coat_albedo = stack
             .coat
-            .map_or(0.0, |coat| coat.albedo(coat.frame.to_local(frame.wo).z));
+            .map_or(0.0, |coat| coat.albedo(albedo_tables(), coat.wo().z));
         let mut this = Self {
-            stack: layers,
-            wo: view,
-            directional_albedo: energy,
-            multiscatter: MultiscatterDielectric::new(&layers, energy, view),
+            stack,
+            wo,
+            directional_albedo,
+            multiscatter: MultiscatterDielectric::new(&stack, directional_albedo, wo),
             base_transmittance: 0.0,
             mean_base_transmittance: 1.0,
-            coat_albedo: coated,
+            coat_albedo,
             lobe_probabilities: [0.0; LOBE_COUNT],
         };
         if this.has_diffuse_base() {
-            this.base_transmittance = this.left(view);
-            this.mean_base_transmittance = this.left_mean();
+            this.base_transmittance = this.base_transmittance(wo);
+            this.mean_base_transmittance = this.mean_base_transmittance();
         }
         this.lobe_probabilities = this.compute_lobe_probabilities();
         this
     }
 
-    /// Whether there is anything diffuse below the interface.
     fn has_diffuse_base(&self) -> bool {
         self.stack.diffuse != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
-    /// What the interface reflects of light from a direction.
-    pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, direction: Vec3) -> Albedo {
+    /// The albedo of the interface with one of its reflectances.
+    pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, w: Vec3) -> Albedo {
         if self.stack.ggx.effectively_smooth() {
             return Albedo {
-                single_scatter: fresnel.reflectance(direction.z),
+                single_scatter: fresnel.reflectance(w.z),
                 multi_scatter: Vec3::ZERO,
             };
         }
         if let Fresnel::Schlick { eta: None, .. } = fresnel {
-            return self.directional_albedo.albedo(fresnel.f0_f90(), direction);
+            return self.directional_albedo.albedo(fresnel.f0_f90(), w);
         }
-        let lost = self.directional_albedo.energy_loss(direction);
+        let loss = self.directional_albedo.energy_loss(w);
         Albedo {
-            single_scatter: fresnel.reflectance(direction.z) * (1.0 - lost),
+            single_scatter: fresnel.reflectance(w.z) * (1.0 - loss),
             multi_scatter: self
                 .directional_albedo
                 .multi_scatter_color(fresnel.f0_f90())
-                * lost,
+                * loss,
         }
     }
 
-    /// What the interface leaves for the base of light from a direction.
-    fn left(&self, direction: Vec3) -> f32 {
-        self.interface_albedo(&self.stack.base_fresnel, direction)
+    /// The fraction of light that the interface passes to the base.
+    fn base_transmittance(&self, w: Vec3) -> f32 {
+        self.interface_albedo(&self.stack.base_fresnel, w)
             .base_transmittance()
             .max(0.0)
     }
 
-    /// The same in the mean over the hemisphere, weighed by the cosine.
-    fn left_mean(&self) -> f32 {
-        if let Fresnel::Schlick { eta: None, .. } = self.stack.base_fresnel {
+    /// The cosine-weighted mean of [`LayeredBsdf::base_transmittance`] over the hemisphere.
+    fn mean_base_transmittance(&self) -> f32 {
+        let fresnel = &self.stack.base_fresnel;
+        if let Fresnel::Schlick { eta: None, .. } = fresnel {
             return self
                 .directional_albedo
-                .albedo_mean(self.stack.base_fresnel.f0_f90())
+                .albedo_mean(fresnel.f0_f90())
                 .base_transmittance()
                 .max(1e-6);
         }
@@ -140,169 +128,156 @@ impl<'a> LayeredBsdf<'a> {
             .map(|i| {
                 let cos2 = (i as f32 + 0.5) / POINTS as f32;
                 let across = ((1.0 - cos2) / 2.0).sqrt();
-                self.left(Vec3::new(across, across, cos2.sqrt()))
+                self.base_transmittance(Vec3::new(across, across, cos2.sqrt()))
             })
             .sum();
         (sum / POINTS as f32).max(1e-6)
     }
 
-    /// What the coat and the sheen leave of light that goes both ways.
-    pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, light: Vec3) -> (f32, f32) {
+    /// The fractions of light that the coat and the sheen pass on the way in and out.
+    pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, wi_world: Vec3) -> (f32, f32) {
         let coat = self.stack.coat.map_or(1.0, |coat| {
-            let cosine = coat.frame.normal.dot(light).abs();
-            1.0 - self.coat_albedo.max(coat.albedo(cosine))
+            coat.transmittance(albedo_tables(), self.coat_albedo, wi_world)
         });
         let sheen = self.stack.sheen.map_or(1.0, |sheen| {
-            let cosine = frame.normal.dot(light).abs();
-            sheen
-                .base_transmittance(self.wo.z)
-                .min(sheen.base_transmittance(cosine))
+            let cosine = frame.normal.dot(wi_world).abs();
+            let from_wo = sheen.base_transmittance(self.wo.z);
+            from_wo.min(sheen.base_transmittance(cosine))
         });
         (coat, sheen)
     }
 
-    pub fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
-        let l = frame.to_local(light);
-        let up = frame.geometric.dot(light) > 0.0;
-        if up != (l.z > 0.0) || l.z == 0.0 {
+    pub fn eval(&self, frame: &ShadingFrame, wi_world: Vec3) -> BsdfEval {
+        let wi = frame.to_local(wi_world);
+        let is_reflection = frame.geometric.dot(wi_world) > 0.0;
+        if is_reflection != (wi.z > 0.0) || wi.z == 0.0 {
             return BsdfEval::default();
         }
-        let (coat, sheen) = self.cover_transmittance(frame, light);
-        if !up {
-            let BsdfEval { value, pdf } = self.eval_transmission(l);
+        let (coat, sheen) = self.cover_transmittance(frame, wi_world);
+        if !is_reflection {
+            let BsdfEval { value, pdf } = self.eval_transmission(wi);
             return BsdfEval {
                 value: value * (coat * sheen),
                 pdf,
             };
         }
-        let mut found = self.eval_reflection(l);
-        found.value *= sheen;
+        let mut eval = self.eval_reflection(wi);
+        eval.value *= sheen;
         if let Some(sheen) = &self.stack.sheen {
-            found.value += sheen.eval(self.wo, l);
+            eval.value += sheen.eval(self.wo, wi);
         }
-        found.value *= coat;
+        eval.value *= coat;
         if let Some(coat) = &self.stack.coat {
-            let BsdfEval { value, pdf } = coat.eval(frame.wo, light);
-            found.value += value;
-            found.pdf += pdf * self.lobe_probabilities[LOBE_COUNT - 1];
+            let (value, pdf) = coat.eval(coat.wo(), wi_world);
+            eval.value += value;
+            eval.pdf += pdf * self.lobe_probabilities[COAT];
         }
-        found
+        eval
     }
 
     /// The interface and the base, on the viewer's side.
-    fn eval_reflection(&self, l: Vec3) -> BsdfEval {
-        let (layers, v) = (&self.stack, self.wo);
+    fn eval_reflection(&self, wi: Vec3) -> BsdfEval {
+        let (stack, wo) = (&self.stack, self.wo);
         let mut value = Vec3::ZERO;
-        let mut pdf = cosine_hemisphere_pdf(l.z) * self.lobe_probabilities[DIFFUSE_REFLECTION];
-        if !layers.ggx.effectively_smooth() {
-            let MicrofacetEval {
-                cosine,
-                weight: seen,
-                pdf: density,
-            } = MicrofacetEval::new(&layers.ggx, v, l);
-            value += layers.fresnel.reflectance(cosine) * seen;
-            pdf += density * (self.reflect_probability(cosine) * self.lobe_probabilities[SPECULAR]);
-            let lost = self.directional_albedo.mean_energy_loss();
-            if lost > 1e-6 {
-                let lost = self.directional_albedo.energy_loss(v)
-                    * self.directional_albedo.energy_loss(l)
-                    / lost;
-                value += self
-                    .directional_albedo
-                    .multi_scatter_color(layers.fresnel.f0_f90())
-                    * (lost * l.z * FRAC_1_PI);
-            }
+        let mut pdf = cosine_hemisphere_pdf(wi.z) * self.lobe_probabilities[DIFFUSE_REFLECTION];
+        if !stack.ggx.effectively_smooth() {
+            let facets = MicrofacetEval::reflection(&stack.ggx, wo, wi);
+            value += stack.fresnel.reflectance(facets.cosine) * facets.weight;
+            let probability = self.reflect_probability(facets.cosine);
+            pdf += facets.pdf * (probability * self.lobe_probabilities[SPECULAR]);
+            value += multi_scatter_lobe(
+                self.directional_albedo
+                    .multi_scatter_color(stack.fresnel.f0_f90()),
+                [wo, wi].map(|w| self.directional_albedo.energy_loss(w)),
+                self.directional_albedo.mean_energy_loss(),
+                wi.z,
+            );
         }
-        value += layers.diffuse * self.eval_base(l) + self.between(l);
+        value += stack.diffuse * self.eval_base(wi) + self.eval_multiscatter(wi);
         BsdfEval { value, pdf }
     }
 
-    /// The base of albedo 1, times the cosine.
-    fn eval_base(&self, light: Vec3) -> f32 {
-        self.base_transmittance * self.left(light) / self.mean_base_transmittance
-            * (light.z * FRAC_1_PI)
+    /// The diffuse base of albedo 1, times the cosine of `wi`, which lies above the surface.
+    fn eval_base(&self, wi: Vec3) -> f32 {
+        let from_wi = self.base_transmittance(wi);
+        base_lobe(
+            self.base_transmittance,
+            from_wi,
+            self.mean_base_transmittance,
+            wi.z,
+        )
     }
 
-    /// What leaves after several microfacets, times the cosine.
-    fn between(&self, l: Vec3) -> Vec3 {
-        self.multiscatter.map_or(Vec3::ZERO, |between| {
-            between.eval(l) * self.stack.transmission
+    /// Light that leaves after several microfacets, times the cosine of `wi`.
+    fn eval_multiscatter(&self, wi: Vec3) -> Vec3 {
+        self.multiscatter.map_or(Vec3::ZERO, |multiscatter| {
+            multiscatter.eval(wi) * self.stack.transmission
         })
     }
 
-    /// The base and refraction, on the other side.
-    fn eval_transmission(&self, l: Vec3) -> BsdfEval {
-        let (layers, v) = (&self.stack, self.wo);
-        let mut found = BsdfEval {
-            value: layers.diffuse_transmission * self.eval_base(Vec3::new(l.x, l.y, -l.z))
-                + self.between(l),
-            pdf: cosine_hemisphere_pdf(-l.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
+    /// The base and refraction, on the far side.
+    fn eval_transmission(&self, wi: Vec3) -> BsdfEval {
+        let (stack, wo) = (&self.stack, self.wo);
+        let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
+        let mut eval = BsdfEval {
+            value: stack.diffuse_transmission * self.eval_base(mirrored)
+                + self.eval_multiscatter(wi),
+            pdf: cosine_hemisphere_pdf(-wi.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
         };
-        if layers.transmission == Vec3::ZERO || layers.ggx.effectively_smooth() {
-            return found;
+        if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
+            return eval;
         }
-        let ggx = &layers.ggx;
-        if layers.eta == 1.0 {
-            // Thin walls: the reflection, seen from behind.
-            let l = Vec3::new(l.x, l.y, -l.z);
-            let h = (v + l).normalize();
-            let cosine = v.dot(h);
-            let rest = (Vec3::ONE - layers.base_fresnel.reflectance(cosine)) * layers.transmission;
-            found.value += rest * (ggx.d(h) * ggx.g(v, l) / (4.0 * v.z));
-            let refracts = 1.0 - self.reflect_probability(cosine);
-            found.pdf +=
-                ggx.pdf(v, h) / (4.0 * cosine) * (refracts * self.lobe_probabilities[SPECULAR]);
-            return found;
-        }
-        let sum = v + l * layers.eta;
-        let h = sum.normalize_or_zero();
-        let h = if h.z < 0.0 { -h } else { h };
-        let (seen, lit) = (v.dot(h), l.dot(h));
-        if seen <= 0.0 || lit >= 0.0 {
-            return found;
-        }
-        let rest = (Vec3::ONE - layers.base_fresnel.reflectance(seen)) * layers.transmission;
-        let squeeze = -lit / (seen + layers.eta * lit).powi(2);
-        let down = Vec3::new(l.x, l.y, -l.z);
-        let shape = ggx.d(h) * ggx.g(v, down) * seen / v.z;
-        found.value += rest * (shape * squeeze);
-        let density = ggx.pdf(v, h) * layers.eta * layers.eta * squeeze;
-        found.pdf +=
-            density * ((1.0 - self.reflect_probability(seen)) * self.lobe_probabilities[SPECULAR]);
-        found
+        let facets = if stack.eta == 1.0 {
+            thin_wall_facets(&stack.ggx, wo, mirrored)
+        } else {
+            MicrofacetEval::refraction(&stack.ggx, stack.eta, wo, wi)
+        };
+        let refracted =
+            (Vec3::ONE - stack.base_fresnel.reflectance(facets.cosine)) * stack.transmission;
+        eval.value += refracted * facets.weight;
+        let probability = 1.0 - self.reflect_probability(facets.cosine);
+        eval.pdf += facets.pdf * (probability * self.lobe_probabilities[SPECULAR]);
+        eval
     }
 
+    /// The directional albedo, at most 1.
     pub fn albedo(&self) -> Vec3 {
-        let layers = &self.stack;
-        let Albedo {
-            single_scatter: single,
-            multi_scatter: multiple,
-        } = self.interface_albedo(&layers.fresnel, self.wo);
-        let below = (Vec3::ONE - layers.base_fresnel.reflectance(self.wo.z)) * layers.transmission;
-        let inner = single
-            + multiple
-            + (layers.diffuse + layers.diffuse_transmission) * self.base_transmittance
+        let stack = &self.stack;
+        let interface = self.interface_albedo(&stack.fresnel, self.wo);
+        let below = (Vec3::ONE - stack.base_fresnel.reflectance(self.wo.z)) * stack.transmission;
+        let inner = interface.single_scatter
+            + interface.multi_scatter
+            + (stack.diffuse + stack.diffuse_transmission) * self.base_transmittance
             + below;
-        let (sheen, left) = layers.sheen.map_or((Vec3::ZERO, 1.0), |sheen| {
-            (
-                sheen.albedo_color(self.wo.z),
-                sheen.base_transmittance(self.wo.z),
-            )
+        let (sheen, passed) = stack.sheen.map_or((Vec3::ZERO, 1.0), |sheen| {
+            let cosine = self.wo.z;
+            (sheen.albedo_color(cosine), sheen.base_transmittance(cosine))
         });
         let coat = Vec3::splat(self.coat_albedo);
-        (coat + (inner * left + sheen) * (1.0 - self.coat_albedo)).min(Vec3::ONE)
+        (coat + (inner * passed + sheen) * (1.0 - self.coat_albedo)).min(Vec3::ONE)
     }
 
     pub fn is_transmissive(&self) -> bool {
         self.stack.transmission != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
-    /// Whether light sampling finds something of it: it is not mirror and smooth glass alone.
+    /// True if the layers are more than mirrors and smooth refraction, so that light sampling is worth it.
     pub fn is_non_specular(&self) -> bool {
-        let rough = |ggx: &Ggx| !ggx.effectively_smooth();
-        rough(&self.stack.ggx)
-            || self.stack.coat.is_some_and(|coat| rough(&coat.ggx))
+        let is_rough = |ggx: &Ggx| !ggx.effectively_smooth();
+        is_rough(&self.stack.ggx)
+            || self.stack.coat.is_some_and(|coat| is_rough(&coat.ggx))
             || self.lobe_probabilities[DIFFUSE_REFLECTION] > 0.0
             || self.lobe_probabilities[DIFFUSE_TRANSMISSION] > 0.0
+    }
+}
+
+/// Microfacets of a thin wall: reflection, seen from behind. `mirrored` is the direction of the light above the surface.
+fn thin_wall_facets(ggx: &Ggx, wo: Vec3, mirrored: Vec3) -> MicrofacetEval {
+    let wm = (wo + mirrored).normalize();
+    let cosine = wo.dot(wm);
+    MicrofacetEval {
+        cosine,
+        weight: ggx.d(wm) * ggx.g(wo, mirrored) / (4.0 * wo.z),
+        pdf: ggx.pdf(wo, wm) / (4.0 * cosine),
     }
 }

@@ -1,121 +1,153 @@
-//! Light that leaves a rough interface which lets light through only after several of its microfacets.
+//! Light that leaves a rough refracting interface after several of its microfacets.
 //!
-//! One lobe on each side returns what one microfacet alone loses (C. Kulla and A. Conty, "Revisiting Physically Based
-//! Shading at Imageworks", 2017), with the shares of the sides as detailed balance asks for: with a the loss by
-//! direction, A its mean and n the index of a side, light from v to l is a(v) a(l) n(l)^2 / sum(n^2 A), whatever sides
-//! they are on. That is reciprocal, and loses nothing.
+//! One lobe on each side returns the energy that one microfacet loses (C. Kulla and A. Conty, "Revisiting Physically Based
+//! Shading at Imageworks", 2017). Detailed balance divides it between the sides: with the loss a by direction, its mean A
+//! and the index n of a side, light from v to l is a(v) a(l) n(l)^2 / sum(n^2 A), whatever the sides of v and l. That is
+//! reciprocal and lossless.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use crate::bsdf::layered::LayerStack;
+use crate::bsdf::layer_stack::LayerStack;
 use crate::lobes::albedo_dielectric::EnergyLoss;
 use crate::lobes::albedo_tables::DirectionalAlbedo;
 use crate::lobes::fresnel::Fresnel;
 
-/// The lobes of a surface seen from a direction.
+/// The energy that single scattering loses of light from `wo`, and the sides on which it returns.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MultiscatterDielectric<'a> {
-    directional_albedo: DirectionalAlbedo,
-    /// Of solids, whose sides differ; thin walls lose the same on both.
-    loss_tables: Option<EnergyLoss<'a>>,
-    starts_inside: bool,
-    f0_f90: (Vec3, Vec3),
-    /// The share of what reflection alone would lose that the interface's own lobe gives back.
-    compensation: Vec3,
-    /// What is lost of the view.
-    view_loss: Vec3,
-    /// Over the sides in the mean, by their squared indices relative to the viewer's.
-    mean_loss: Vec3,
-    /// How much of it leaves on the viewer's side.
-    reflected_fraction: f32,
+pub(crate) struct MultiscatterTerms {
+    /// Loss from `wo`.
+    pub view_loss: Vec3,
+    /// Mean loss over both sides, each times its squared index relative to the viewer's side. At least 1e-9.
+    pub mean_loss: Vec3,
+    /// Fraction that leaves on the viewer's side.
+    pub reflected_fraction: f32,
+    /// False where next to nothing is lost.
+    pub is_significant: bool,
 }
 
-impl<'a> MultiscatterDielectric<'a> {
-    /// `None` where nothing is lost, or nobody knows how much.
-    pub fn new(layers: &LayerStack<'a>, energy: DirectionalAlbedo, view: Vec3) -> Option<Self> {
-        let thin = layers.eta == 1.0;
-        if layers.transmission == Vec3::ZERO || layers.ggx.effectively_smooth() {
-            return None;
+impl MultiscatterTerms {
+    /// From the loss of light from `wo`, the mean losses on the viewer's side and on the far side, and the index of the far
+    /// side relative to the viewer's side.
+    #[inline(always)]
+    pub fn new(view_loss: Vec3, [near, far]: [Vec3; 2], eta: f32) -> Self {
+        let mean_loss = near + far * (eta * eta);
+        let is_significant = mean_loss.max_element() >= 1e-6;
+        let mean_loss = mean_loss.max(Vec3::splat(1e-9));
+        Self {
+            view_loss,
+            mean_loss,
+            reflected_fraction: (near / mean_loss).element_sum() / 3.0,
+            is_significant,
         }
-        let known = layers.dielectric_albedo.filter(|interface| {
-            interface.matches_eta(layers.eta)
-                && layers.ggx.is_isotropic()
-                && !matches!(layers.base_fresnel, Fresnel::ThinFilm { .. })
-        });
-        if !thin && known.is_none() {
-            return None;
-        }
-        let ends = layers.base_fresnel.f0_f90();
-        let mut this = Self {
-            directional_albedo: energy,
-            loss_tables: known
-                .filter(|_| !thin)
-                .map(|known| known.at_roughness(&layers.ggx)),
-            starts_inside: layers.eta < 1.0,
-            f0_f90: ends,
-            compensation: energy.multi_scatter_color(ends),
-            view_loss: Vec3::ZERO,
-            mean_loss: Vec3::ZERO,
-            reflected_fraction: 0.5,
-        };
-        this.view_loss = this.energy_loss(view, false);
-        let up = this.mean_energy_loss(false);
-        this.mean_loss = up + this.mean_energy_loss(true) * (layers.eta * layers.eta);
-        if this.mean_loss.max_element() < 1e-6 {
-            return None;
-        }
-        this.mean_loss = this.mean_loss.max(Vec3::splat(1e-9));
-        this.reflected_fraction = (up / this.mean_loss).element_sum() / 3.0;
-        Some(this)
     }
 
-    /// What is lost of light from a direction above its side.
-    fn energy_loss(&self, direction: Vec3, other: bool) -> Vec3 {
-        let reflected = self.directional_albedo.energy_loss(direction);
-        let all = match &self.loss_tables {
-            None => Vec3::splat(reflected),
-            Some(losses) => {
-                let [up, down] =
-                    losses.albedo(self.starts_inside != other, direction.z, self.f0_f90);
-                Vec3::ONE - up - down
-            }
-        };
-        (all - self.compensation * reflected).max(Vec3::ZERO)
+    /// The value at a loss from `wi`, times the absolute cosine of `wi`, without absorption.
+    #[inline(always)]
+    pub fn eval(&self, loss: Vec3, cosine: f32) -> Vec3 {
+        self.view_loss * loss / self.mean_loss * (cosine * FRAC_1_PI)
     }
 
-    fn mean_energy_loss(&self, other: bool) -> Vec3 {
-        let reflected = self.directional_albedo.mean_energy_loss();
-        let all = match &self.loss_tables {
-            None => Vec3::splat(reflected),
-            Some(losses) => losses.mean_loss(self.starts_inside != other, self.f0_f90),
-        };
-        (all - self.compensation * reflected).max(Vec3::ZERO)
-    }
-
-    /// The value of light from a direction, where nothing is absorbed.
-    pub fn eval(&self, l: Vec3) -> Vec3 {
-        let height = l.z.abs();
-        let lost = self.energy_loss(Vec3::new(l.x, l.y, height), l.z < 0.0);
-        self.view_loss * lost / self.mean_loss * (height * FRAC_1_PI)
-    }
-
-    /// How much one microfacet reflects and refracts of light from a direction, where that is known better than by its
-    /// angle to the surface.
-    pub fn single_scatter_albedo(&self, direction: Vec3) -> Option<[f32; 2]> {
-        let kept = self
-            .loss_tables
-            .map(|losses| losses.albedo(self.starts_inside, direction.z, self.f0_f90));
-        kept.map(|kept| kept.map(|share| share.element_sum() / 3.0))
-    }
-
-    /// How much light it returns on the viewer's side, and on the other.
+    /// The energy returned on the viewer's side and on the far side.
+    #[inline(always)]
     pub fn lobe_probabilities(&self) -> [f32; 2] {
         let view = self.view_loss.element_sum() / 3.0;
         [
             view * self.reflected_fraction,
             view * (1.0 - self.reflected_fraction),
         ]
+    }
+}
+
+/// The lobes on both sides of a surface seen from one direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MultiscatterDielectric<'a> {
+    directional_albedo: DirectionalAlbedo,
+    /// Losses of a solid, whose sides differ; `None` for thin walls, which lose the same on both.
+    loss_tables: Option<EnergyLoss<'a>>,
+    starts_inside: bool,
+    f0_f90: (Vec3, Vec3),
+    /// Fraction of the loss of reflection alone that the interface's own multi-scatter lobe returns.
+    compensation: Vec3,
+    terms: MultiscatterTerms,
+}
+
+impl<'a> MultiscatterDielectric<'a> {
+    /// `None` where next to nothing is lost, or no table has the loss.
+    pub fn new(
+        stack: &LayerStack<'a>,
+        directional_albedo: DirectionalAlbedo,
+        wo: Vec3,
+    ) -> Option<Self> {
+        let is_thin = stack.eta == 1.0;
+        if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
+            return None;
+        }
+        let table = stack.dielectric_albedo.filter(|table| {
+            table.matches_eta(stack.eta)
+                && stack.ggx.is_isotropic()
+                && !matches!(stack.base_fresnel, Fresnel::ThinFilm { .. })
+        });
+        if !is_thin && table.is_none() {
+            return None;
+        }
+        let f0_f90 = stack.base_fresnel.f0_f90();
+        let mut this = Self {
+            directional_albedo,
+            loss_tables: table
+                .filter(|_| !is_thin)
+                .map(|table| table.at_roughness(&stack.ggx)),
+            starts_inside: stack.eta < 1.0,
+            f0_f90,
+            compensation: directional_albedo.multi_scatter_color(f0_f90),
+            terms: MultiscatterTerms::new(Vec3::ZERO, [Vec3::ZERO; 2], 1.0),
+        };
+        let view_loss = this.energy_loss(wo, false);
+        let mean_losses = [this.mean_energy_loss(false), this.mean_energy_loss(true)];
+        this.terms = MultiscatterTerms::new(view_loss, mean_losses, stack.eta);
+        this.terms.is_significant.then_some(this)
+    }
+
+    /// The loss of light from a direction above its own side.
+    fn energy_loss(&self, w: Vec3, is_far_side: bool) -> Vec3 {
+        let reflected = self.directional_albedo.energy_loss(w);
+        let loss = match &self.loss_tables {
+            None => Vec3::splat(reflected),
+            Some(tables) => {
+                let [up, down] = tables.albedo(self.starts_inside != is_far_side, w.z, self.f0_f90);
+                Vec3::ONE - up - down
+            }
+        };
+        (loss - self.compensation * reflected).max(Vec3::ZERO)
+    }
+
+    fn mean_energy_loss(&self, is_far_side: bool) -> Vec3 {
+        let reflected = self.directional_albedo.mean_energy_loss();
+        let loss = match &self.loss_tables {
+            None => Vec3::splat(reflected),
+            Some(tables) => tables.mean_loss(self.starts_inside != is_far_side, self.f0_f90),
+        };
+        (loss - self.compensation * reflected).max(Vec3::ZERO)
+    }
+
+    /// The value times the absolute cosine of `wi`, without absorption.
+    pub fn eval(&self, wi: Vec3) -> Vec3 {
+        let cosine = wi.z.abs();
+        let loss = self.energy_loss(Vec3::new(wi.x, wi.y, cosine), wi.z < 0.0);
+        self.terms.eval(loss, cosine)
+    }
+
+    /// The albedo of one reflection and of one refraction, for a solid.
+    pub fn single_scatter_albedo(&self, w: Vec3) -> Option<[f32; 2]> {
+        let albedo = self
+            .loss_tables
+            .map(|tables| tables.albedo(self.starts_inside, w.z, self.f0_f90));
+        albedo.map(|albedo| albedo.map(|color| color.element_sum() / 3.0))
+    }
+
+    /// The energy returned on the viewer's side and on the far side.
+    pub fn lobe_probabilities(&self) -> [f32; 2] {
+        self.terms.lobe_probabilities()
     }
 }

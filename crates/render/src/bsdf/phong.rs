@@ -1,4 +1,4 @@
-//! The lecture's material: Lambert plus modified Phong. Matte is its diffuse part alone.
+//! Lambertian reflection plus the modified Phong lobe.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -9,19 +9,19 @@ use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::lobes::phong_lobe::PhongLobe;
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere};
 
-/// Its shares at a point.
+/// Albedos and lobe of a point.
 #[derive(Clone, Debug)]
 pub(crate) struct ModifiedPhong<'a> {
     /// Albedo of the diffuse part.
     pub diffuse: Vec3,
     /// Albedo of the specular part at normal incidence.
     pub specular: Vec3,
-    /// Its lobe; `None` where `specular` is 0.
+    /// `None` where `specular` is 0.
     pub lobe: Option<&'a PhongLobe>,
 }
 
 impl ModifiedPhong<'_> {
-    /// How often the specular lobe is sampled.
+    /// The probability of sampling the specular lobe.
     fn specular_probability(&self) -> f32 {
         if self.lobe.is_none() {
             return 0.0;
@@ -34,19 +34,19 @@ impl ModifiedPhong<'_> {
         }
     }
 
-    /// Of light on the viewer's side.
+    /// The value of light from the viewer's side.
     #[inline]
-    fn eval_reflection(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
-        let cosine = frame.normal.dot(light);
+    fn eval_reflection(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
+        let cosine = frame.normal.dot(wi);
         if cosine <= 0.0 {
             return BsdfEval::default();
         }
         let mut reflected = self.diffuse * FRAC_1_PI;
         let mut pdf = cosine_hemisphere_pdf(cosine);
         if let Some(lobe) = self.lobe {
-            reflected += self.specular * lobe.eval(frame.normal, frame.wo, light);
-            let share = self.specular_probability();
-            pdf += (lobe.pdf(frame.normal, frame.wo, light) - pdf) * share;
+            reflected += self.specular * lobe.eval(frame.normal, frame.wo, wi);
+            let probability = self.specular_probability();
+            pdf += (lobe.pdf(frame.normal, frame.wo, wi) - pdf) * probability;
         }
         BsdfEval {
             value: reflected * cosine,
@@ -56,11 +56,11 @@ impl ModifiedPhong<'_> {
 }
 
 impl BsdfModel for ModifiedPhong<'_> {
-    /// A triangle sends light back on the viewer's side, whatever the smooth surface says.
+    /// The triangle reflects on the viewer's side alone, whatever its shading normal.
     #[inline]
-    fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
-        if frame.geometric.dot(light) > 0.0 {
-            self.eval_reflection(frame, light)
+    fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
+        if frame.geometric.dot(wi) > 0.0 {
+            self.eval_reflection(frame, wi)
         } else {
             BsdfEval::default()
         }
@@ -68,27 +68,27 @@ impl BsdfModel for ModifiedPhong<'_> {
 
     #[inline]
     fn sample(&self, frame: &ShadingFrame, [choice, x, y]: [f32; 3]) -> Option<BsdfSample> {
-        let direction = match self.lobe {
+        let wi = match self.lobe {
             Some(lobe) if choice < self.specular_probability() => {
                 lobe.sample(frame.normal, frame.wo, [x, y])
             }
             _ => frame.to_world(sample_cosine_hemisphere([x, y])),
         };
-        if frame.geometric.dot(direction) <= 0.0 {
+        if frame.geometric.dot(wi) <= 0.0 {
             return None;
         }
         if self.lobe.is_none() {
             let albedo = self.diffuse;
-            let matte = Diffuse {
+            let diffuse = Diffuse {
                 albedo,
-                sampled_direction: direction,
+                sampled_direction: wi,
                 guiding: None,
             };
-            return matte.sample(frame, [choice, x, y]);
+            return diffuse.sample(frame, [choice, x, y]);
         }
-        let BsdfEval { value, pdf } = self.eval_reflection(frame, direction);
+        let BsdfEval { value, pdf } = self.eval_reflection(frame, wi);
         (pdf > 0.0).then(|| BsdfSample {
-            wi: direction,
+            wi,
             weight: value / pdf,
             pdf,
             is_specular: false,

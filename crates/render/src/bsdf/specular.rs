@@ -1,37 +1,32 @@
-//! Mirrors and clear glass: light goes one of two ways.
+//! Mirrors and clear dielectrics: light takes one of two directions.
 
 use glam::Vec3;
-use raycam_bvh::Hit;
-use raycam_scene::{Material, MaterialModel};
+use raycam_scene::MaterialModel;
 
-use crate::bsdf::dielectric;
-use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample, conductor, is_dispersive, principled};
-use crate::interaction::SurfaceInteraction;
+use crate::bsdf::material_hit::MaterialHit;
+use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
+use crate::lobes::classify::is_smooth;
 use crate::lobes::fresnel::{Fresnel, refract};
-use crate::lobes::ggx::Ggx;
 use crate::lobes::shading_frame::ShadingFrame;
-use crate::prepare::geometry::Geometry;
-use crate::prepare::material::PreparedMaterial;
 
-/// One point of such a surface: [`crate::bsdf::LayeredBsdf`] of a smooth interface alone, with the same samples.
+/// A smooth interface without other layers. Its samples equal those of [`crate::bsdf::layered::LayeredBsdf`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularBsdf {
-    /// In coordinates along tangent, bitangent and normal.
     wo: Vec3,
+    /// Reflectance and transmittance.
     reflected: Vec3,
-    /// What is left of the light that goes on, and whether any ever does.
     refracted: Vec3,
-    transmissive: bool,
-    /// How often each is followed.
+    is_transmissive: bool,
+    /// Probabilities of following the reflection and the refraction; their sum exceeds 1 where a path may follow both.
     probabilities: [f32; 2],
-    /// The index of the other side relative to the viewer's; 1 for thin walls.
+    /// Index of the far side relative to the viewer's side; 1 for thin walls.
     eta: f32,
 }
 
-/// The number that chooses what passes, where any does.
+/// The random number that chooses refraction, if any light is refracted.
 pub(crate) const FORCE_TRANSMISSION: f32 = f32::INFINITY;
 
-/// Where light goes on, if it does: what [`SpecularBsdf::sample`] says, without branches.
+/// A sample, or none, without branches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularSample {
     pub is_valid: bool,
@@ -42,14 +37,14 @@ pub(crate) struct SpecularSample {
 
 impl SpecularBsdf {
     fn from_fresnel(fresnel: &Fresnel, transmission: Vec3, eta: f32, frame: &ShadingFrame) -> Self {
-        let view = frame.to_local(frame.wo);
-        Self::new(view, fresnel.reflectance(view.z), transmission, eta, 1.0)
+        let wo = frame.to_local(frame.wo);
+        Self::new(wo, fresnel.reflectance(wo.z), transmission, eta, 1.0)
     }
 
-    /// By the view in coordinates along tangent, bitangent and normal, and what is reflected of it. Each way is followed
-    /// so many times as often as its share of the light, and at most always.
+    /// From the local direction towards the viewer and the reflectance there. Each branch is followed `oversampling` times
+    /// as often as its fraction of the light, and at most always.
     #[inline(always)]
-    pub fn new(view: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, often: f32) -> Self {
+    pub fn new(wo: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, oversampling: f32) -> Self {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let passed = mean(transmission);
         let below = if passed > 0.0 {
@@ -61,46 +56,50 @@ impl SpecularBsdf {
         let sum = weights[0] + weights[1];
         let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         Self {
-            wo: view,
+            wo,
             reflected,
             refracted: (Vec3::ONE - reflected) * transmission,
-            transmissive: transmission != Vec3::ZERO,
-            probabilities: weights.map(|weight| (weight * scale * often).min(1.0)),
+            is_transmissive: transmission != Vec3::ZERO,
+            probabilities: weights.map(|weight| (weight * scale * oversampling).min(1.0)),
             eta,
         }
     }
 
-    /// Whether by a number both ways are followed; [`FORCE_TRANSMISSION`] is the other then.
+    /// True if a random number follows both branches: `choice` itself the reflection, [`FORCE_TRANSMISSION`] the refraction.
     #[inline(always)]
     pub(crate) fn is_split(&self, choice: f32) -> bool {
         let [up, down] = self.probabilities;
         (choice < up) & (choice >= 1.0 - down)
     }
 
-    /// By a number that chooses between both ways.
+    /// Samples the branch that a random number chooses.
     #[inline(always)]
     pub(crate) fn sample_branch(&self, frame: &ShadingFrame, choice: f32) -> SpecularSample {
-        let (v, [up, down]) = (self.wo, self.probabilities);
-        let back = (choice < up) | (down == 0.0);
-        let through = refract(v, Vec3::Z, self.eta);
-        let there = if back { up != 0.0 } else { through.is_some() };
-        let l = if back {
-            Vec3::new(-v.x, -v.y, v.z)
+        let (wo, [up, down]) = (self.wo, self.probabilities);
+        let is_reflection = (choice < up) | (down == 0.0);
+        let refracted = refract(wo, Vec3::Z, self.eta);
+        let is_possible = if is_reflection {
+            up != 0.0
         } else {
-            through.unwrap_or(Vec3::Z)
+            refracted.is_some()
         };
-        let squeezed = self.refracted / (down * self.eta * self.eta);
-        let direction = frame.to_world(l);
-        let above = frame.geometric.dot(direction);
+        let wi = if is_reflection {
+            Vec3::new(-wo.x, -wo.y, wo.z)
+        } else {
+            refracted.unwrap_or(Vec3::Z)
+        };
+        let refracted_weight = self.refracted / (down * self.eta * self.eta);
+        let wi_world = frame.to_world(wi);
+        let side = frame.geometric.dot(wi_world);
         SpecularSample {
-            is_valid: there & ((above > 0.0) == (l.z > 0.0)),
-            wi: direction,
-            weight: if back { self.reflected / up } else { squeezed },
-            eta_scale: if above < 0.0 {
-                self.eta * self.eta
+            is_valid: is_possible & ((side > 0.0) == (wi.z > 0.0)),
+            wi: wi_world,
+            weight: if is_reflection {
+                self.reflected / up
             } else {
-                1.0
+                refracted_weight
             },
+            eta_scale: if side < 0.0 { self.eta * self.eta } else { 1.0 },
         }
     }
 }
@@ -109,76 +108,30 @@ impl SpecularSample {
     #[inline(always)]
     pub fn sample(self) -> Option<BsdfSample> {
         self.is_valid.then_some(BsdfSample {
-            wi: self.wi,
-            weight: self.weight,
-            pdf: 0.0,
-            is_specular: true,
             eta_scale: self.eta_scale,
+            ..BsdfSample::specular(self.wi, self.weight)
         })
     }
 }
 
-/// Whether a material is a smooth metal or clear glass and no more, where its textures do not say otherwise: of one index of
-/// refraction for all colours, without normals or light of its own.
-pub(crate) fn is_specular_material(material: &Material) -> bool {
-    let clear = match &material.model {
-        MaterialModel::Metal(metal) => is_smooth(metal.roughness),
-        MaterialModel::Glass(glass) => is_smooth(glass.roughness),
-        MaterialModel::Principled(p) => principled::is_specular(p),
-        _ => return false,
-    };
-    clear
-        && !is_dispersive(material)
-        && material.normal_map.is_none()
-        && material.emission.value == [0.0; 3]
-}
-
-impl PreparedMaterial {
-    /// A hit of a smooth metal or of clear glass without a normal map, and the directions there. The rest is as for
-    /// [`crate::bsdf::Scatter::new`].
+impl SpecularBsdf {
+    /// The BSDF of a smooth metal or of clear glass without a normal map, and its frame.
     #[inline]
-    pub fn specular_bsdf(
-        &self,
-        world: &Geometry,
-        hit: &Hit,
-        place: &SurfaceInteraction,
-        direction: Vec3,
-        channel: Option<usize>,
-        around: f32,
-    ) -> Option<(SpecularBsdf, ShadingFrame)> {
-        let reflectance = match &self.material.model {
-            _ if self.material.normal_map.is_some() => return None,
-            MaterialModel::Metal(metal) if is_smooth(metal.roughness) => Ok(metal),
-            MaterialModel::Glass(glass) if is_smooth(glass.roughness) => Err(glass),
+    pub fn at_hit(hit: &MaterialHit) -> Option<(Self, ShadingFrame)> {
+        let material = &hit.material.material;
+        let roughness = match &material.model {
+            MaterialModel::Metal(metal) => metal.roughness,
+            MaterialModel::Glass(glass) => glass.roughness,
             _ => return None,
         };
-        let base = world.base_color_with(self, hit, &place.footprint);
-        let frame = place.shading_frame(direction).with_own_normal();
-        let smooth = match reflectance {
-            Ok(metal) => SpecularBsdf::from_fresnel(
-                &conductor::fresnel(metal, base),
-                Vec3::ZERO,
-                1.0,
-                &frame,
-            ),
-            Err(glass) => {
-                let eta = dielectric::eta(glass, place.is_front, channel, around);
-                let fresnel = dielectric::fresnel(glass, eta);
-                SpecularBsdf::from_fresnel(
-                    &fresnel,
-                    base,
-                    dielectric::relative_ior(glass, eta),
-                    &frame,
-                )
-            }
-        };
-        Some((smooth, frame))
+        if material.normal_map.is_some() || !is_smooth(roughness) {
+            return None;
+        }
+        let stack = hit.layer_stack()?;
+        let frame = hit.unmapped_frame.with_own_normal();
+        let bsdf = Self::from_fresnel(&stack.fresnel, stack.transmission, stack.eta, &frame);
+        Some((bsdf, frame))
     }
-}
-
-/// Whether a lobe of this perceptual roughness is a mirror.
-pub(crate) fn is_smooth(roughness: f32) -> bool {
-    Ggx::isotropic(roughness).effectively_smooth()
 }
 
 impl BsdfModel for SpecularBsdf {
@@ -200,7 +153,7 @@ impl BsdfModel for SpecularBsdf {
     }
 
     fn is_transmissive(&self) -> bool {
-        self.transmissive
+        self.is_transmissive
     }
 
     fn needs_lobe_sample(&self) -> bool {
@@ -214,9 +167,10 @@ mod tests {
 
     use super::*;
     use crate::bsdf::layered::LayeredBsdf;
+    use crate::bsdf::{conductor, dielectric};
 
     #[test]
-    fn mirrors_and_clear_glass_have_the_samples_of_their_layers() {
+    fn samples_equal_those_of_layers() {
         let gold = Metal::named("gold").unwrap();
         let base = Vec3::new(0.9, 0.8, 0.5);
         let mut refracted = 0;
@@ -237,7 +191,7 @@ mod tests {
                     thin,
                     ..Glass::default()
                 };
-                let eta = dielectric::eta(&clear, front, None, 1.0);
+                let eta = dielectric::eta_of_side(&clear, front, None, 1.0);
                 let fresnel = dielectric::fresnel(&clear, eta);
                 pairs.push((
                     LayeredBsdf::new(dielectric::layer_stack(&clear, eta, base, None), &frame),
@@ -270,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_that_are_followed_more_often_bring_as_much() {
+    fn oversampled_branches_keep_their_energy() {
         const CHOICES: u32 = 4000;
         let base = Vec3::new(0.9, 0.8, 0.5);
         let mut both = 0;
@@ -287,7 +241,7 @@ mod tests {
                 thin,
                 ..Glass::default()
             };
-            let eta = dielectric::eta(&clear, front, None, 1.0);
+            let eta = dielectric::eta_of_side(&clear, front, None, 1.0);
             let reflected = dielectric::fresnel(&clear, eta).reflectance(cos);
             let beyond = dielectric::relative_ior(&clear, eta);
             let [mut up, mut down] = [Vec3::ZERO; 2];

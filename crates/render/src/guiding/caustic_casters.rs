@@ -1,57 +1,59 @@
-//! Objects that gather light: mirrors, clear glass and what is nearly so, behind which lights shine that only a path which
-//! meets them finds. Rays of matte surfaces are aimed at them.
+//! Caustic casters: mirrors, clear glass and nearly specular objects, which focus light on diffuse surfaces.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::principled::has_interior;
+use crate::lobes::classify::has_interior;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::instance::PreparedInstance;
 
-/// Such an object, and a sphere around it.
+/// An object that casts caustics, and its bounding sphere.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CausticCaster {
-    /// Its number in the world.
+    /// Index into the world's instances.
     pub instance: u32,
-    /// Scene-local.
+    /// Scene-local centre.
     pub center: DVec3,
     pub radius: f64,
 }
 
-/// The largest that count: each takes time at every matte surface.
+/// The largest casters that count: each costs time at every diffuse hit.
 pub(crate) const MAX_CASTERS: usize = 4;
-/// Rougher ones gather little, and light that is sampled where they are met finds it.
+/// Rougher objects focus little, and light sampling at their surfaces finds it.
 const MAX_CONDUCTOR_ROUGHNESS: f32 = 0.45;
 const MAX_DIELECTRIC_ROUGHNESS: f32 = 0.35;
 
-/// Those of a world.
-pub(crate) fn find_caustic_casters(world: &Geometry) -> Vec<CausticCaster> {
-    let gathers = |(_, object): &(usize, &PreparedInstance)| {
+/// The caustic casters of a world, largest first.
+pub(crate) fn find_caustic_casters(geometry: &Geometry) -> Vec<CausticCaster> {
+    let casts = |(_, object): &(usize, &PreparedInstance)| {
         let slots = object.mesh.mesh.slot_count().max(1);
-        let of_slot = |&material: &usize| casts_caustics(&world.materials[material].material);
-        object.materials.iter().take(slots).all(of_slot)
+        let casts_caustics =
+            |&material: &usize| casts_caustics(&geometry.materials[material].material);
+        object.materials.iter().take(slots).all(casts_caustics)
     };
-    let mut all: Vec<_> = world
+    let mut all: Vec<_> = geometry
         .instances
         .iter()
         .enumerate()
-        .filter(gathers)
-        .map(|(number, object)| CausticCaster::bounding_sphere(number as u32, object, world.origin))
+        .filter(casts)
+        .map(|(index, object)| {
+            CausticCaster::bounding_sphere(index as u32, object, geometry.origin)
+        })
         .collect();
-    // In the order of the world where they are of one size.
+    // A stable sort: the order of the world among equal sizes.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
     all.truncate(MAX_CASTERS);
     all
 }
 
 impl CausticCaster {
-    fn bounding_sphere(number: u32, object: &PreparedInstance, origin: DVec3) -> Self {
+    fn bounding_sphere(index: u32, object: &PreparedInstance, origin: DVec3) -> Self {
         let placed = |point| object.world_from_mesh.transform_point3(point);
         let center = placed(object.mesh.center);
         let vertices = object.mesh.mesh.vertices.iter();
         let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
         Self {
-            instance: number,
+            instance: index,
             center: center - origin,
             radius: vertices.map(away).fold(0.0, f64::max).sqrt(),
         }
@@ -145,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn they_are_what_gathers_light() {
+    fn casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
             .guiding
@@ -165,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_aimed_at_them_find_the_same_light_with_less_noise() {
+    fn guiding_keeps_the_light_and_reduces_noise() {
         let mut prepared = world(1..2);
         let size = [48, 24];
         let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();

@@ -1,10 +1,10 @@
-//! Rays of matte surfaces aimed at what gathers light, many at a time.
+//! Guiding cones: a mixture of cosine-weighted and cone sampling for diffuse surfaces.
 //!
-//! Light that a mirror or a lens throws on a matte surface is found by rays that happen to meet it, and few do. So a share of
-//! a surface's rays goes evenly into the cones that the spheres around such objects fill, a larger one, where that is known,
-//! into the cones of the balls in which thrown light has left them, and the rest as ever; every direction has the density
-//! that all of these have together (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods for Light
-//! Transport Simulation", 1997, section 9.2.4).
+//! Light that a mirror or a lens casts on a diffuse surface is found by BSDF samples that happen to hit the caster. A
+//! fraction of the samples therefore goes uniformly into the cones of the casters' bounding spheres, and a larger one, where
+//! caustic maps have them, into the cones of the regions that photons came from. Every direction has the density of the
+//! whole mixture (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods for Light Transport
+//! Simulation", 1997, section 9.2.4).
 
 use std::f32::consts::TAU;
 
@@ -14,19 +14,19 @@ use crate::guiding::caustic_casters::MAX_CASTERS;
 use crate::lobes::shading_frame::cosine_hemisphere_pdf;
 use crate::soa::{Vec3xN, get_lane};
 
-/// The most cones.
+/// Cones of a lane, at most: one for each caster and one for each map.
 const MAX_CONES: usize = 2 * MAX_CASTERS;
-/// Cones of every lane. Each lane is computed as it would be alone.
+
+/// The cones of every lane.
 #[derive(Clone, Debug)]
 pub(crate) struct GuidingCones<const N: usize> {
-    /// How many cones there are.
     pub(crate) count: usize,
     pub(crate) axis: [Vec3xN<f32, N>; MAX_CONES],
-    /// 1 - cos of the angle.
+    /// 1 - cosine of the half angle.
     pub(crate) one_minus_cos: [[f32; N]; MAX_CONES],
-    /// Of the rays.
+    /// Fraction of the samples.
     pub(crate) weight: [[f32; N]; MAX_CONES],
-    /// What share is not aimed.
+    /// Fraction of the samples that follow the cosine.
     pub(crate) cosine_weight: [f32; N],
 }
 
@@ -43,17 +43,17 @@ impl<const N: usize> Default for GuidingCones<N> {
 }
 
 impl<const N: usize> GuidingCones<N> {
-    /// Aims at nothing.
+    /// Removes all cones.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Whether any ray may be aimed.
+    /// True if samples may be guided.
     pub fn has_cones(&self) -> bool {
         self.count > 0
     }
 
-    /// The density of a lane's direction, whose cosine to the normal is this.
+    /// The density of a direction in a lane, by its cosine to the normal.
     #[inline(always)]
     pub fn pdf(&self, lane: usize, direction: Vec3, cosine: f32) -> f32 {
         let mut density = cosine_hemisphere_pdf(cosine);
@@ -66,7 +66,7 @@ impl<const N: usize> GuidingCones<N> {
         density
     }
 
-    /// The same for all lanes.
+    /// [`GuidingCones::pdf`] of every lane.
     #[inline(always)]
     pub fn pdfs(&self, directions: &Vec3xN<f32, N>, cosines: &[f32; N]) -> [f32; N] {
         let mut densities = cosines.map(cosine_hemisphere_pdf);
@@ -85,7 +85,7 @@ impl<const N: usize> GuidingCones<N> {
 
     #[inline(always)]
     fn cone_pdf(&self, k: usize, lane: usize, direction: Vec3) -> f32 {
-        // 1 - cos = |a - b|^2 / 2, without cancellation.
+        // 1 - cosine = |a - b|^2 / 2, without cancellation.
         let off = direction - Vec3::from(get_lane(&self.axis[k], lane));
         let height = self.one_minus_cos[k][lane];
         let density = self.weight[k][lane] / (TAU * height);
@@ -97,7 +97,7 @@ impl<const N: usize> GuidingCones<N> {
     }
 }
 
-/// The share that rays of a cosine's density have in this density; none where nothing goes.
+/// The ratio of the cosine-weighted density to the density of the mixture; 0 where the mixture has none.
 #[inline(always)]
 pub(crate) fn mixture_weight(cosine: f32, density: f32) -> f32 {
     let share = cosine_hemisphere_pdf(cosine) / density;
@@ -154,7 +154,7 @@ mod tests {
         places
     }
 
-    /// One before the floor, one that it cuts, one that holds all places, one too far away to matter.
+    /// A caster above the floor, one that the floor cuts, one around all points, one too far away.
     fn some() -> Vec<CausticCaster> {
         [
             (DVec3::new(1.5, 0.0, 1.0), 0.4),
@@ -170,7 +170,7 @@ mod tests {
         .into()
     }
 
-    /// What two of them throw.
+    /// The maps of two of them.
     fn thrown() -> Vec<CausticMap> {
         let balls = [(DVec3::new(0.3, 0.2, -0.5), 0.2), (DVec3::ZERO, 0.4)];
         let throws = |(i, mirror)| match balls.get(i) {
@@ -190,7 +190,7 @@ mod tests {
         dispatch_simd(SampleGuided {
             casters: &some(),
             maps: thrown,
-            places,
+            interactions: places,
             active: &active,
             random: &random,
             cones: &mut aims,
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn every_lane_is_what_it_is_alone() {
+    fn batch_equals_scalar() {
         let world = floor();
         let whole = places::<LANES>(&world, 0);
         let thrown = thrown();

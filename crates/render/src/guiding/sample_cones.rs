@@ -1,4 +1,4 @@
-//! Which cones rays of matte surfaces are aimed into, and where in them, many at a time.
+//! Guided sampling of diffuse surfaces, many at a time.
 
 use glam::Vec3;
 use raycam_bvh::WithSimd;
@@ -10,82 +10,82 @@ use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::shading_frame::{sincos_turns, to_world_around};
 use crate::soa::{Vec3xN, get_lane, lane_dvec3, set_lane};
 
-/// The largest share of a surface's rays that is aimed.
+/// Fraction of a surface's samples that casters may have, at most.
 const MAX_GUIDED_WEIGHT: f32 = 0.2;
-/// How many times as densely as others rays are aimed, at most.
+/// Density of samples to a caster relative to uniform samples of the hemisphere, at most.
 const MAX_DENSITY_RATIO: f32 = 16.0;
-/// The same of those that are aimed at where thrown light comes from, and what part of the others stays then.
+/// Weight and density of the regions of caustic maps, and the fraction of the casters' weight that remains beside a map.
 const MAX_MAP_WEIGHT: f32 = 0.2;
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
-/// Smaller cones are not worth it: 1 - cos of the angle.
+/// Smallest cone that is sampled: 1 - cosine of the half angle.
 const MIN_CONE: f32 = 1e-6;
 
-/// The directions to a ball.
+/// The directions to a sphere.
 struct TargetCone {
     axis: Vec3,
     one_minus_cos: f32,
-    /// What part of the half sphere above a matte surface it is, at most; 0 where it is nothing to aim at.
+    /// Upper bound of its fraction of the hemisphere above a surface; 0 for a cone that is not sampled.
     max_fraction: f32,
 }
 
 impl TargetCone {
     #[inline(always)]
-    fn new(way: Vec3, radius: f32, normal: Vec3) -> Self {
-        let distance2 = way.length_squared();
+    fn new(direction: Vec3, radius: f32, normal: Vec3) -> Self {
+        let distance2 = direction.length_squared();
         let sin2 = radius * radius / distance2;
-        let height = sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt());
-        let axis = way / distance2.sqrt();
+        let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt());
+        let axis = direction / distance2.sqrt();
         let up = normal.dot(axis) + sin2.sqrt();
-        let apt = (sin2 < 0.999) & (height > MIN_CONE) & (up > 0.0);
-        let part = 2.0 * height * up.clamp(0.0, 1.0);
+        let is_sampled = (sin2 < 0.999) & (one_minus_cos > MIN_CONE) & (up > 0.0);
+        let fraction = 2.0 * one_minus_cos * up.clamp(0.0, 1.0);
         Self {
             axis,
-            one_minus_cos: if apt { height } else { 1.0 },
-            max_fraction: if apt { part } else { 0.0 },
+            one_minus_cos: if is_sampled { one_minus_cos } else { 1.0 },
+            max_fraction: if is_sampled { fraction } else { 0.0 },
         }
     }
 }
 
 impl<const N: usize> GuidingCones<N> {
-    /// Sets the cone of a lane, and the share that it would have alone.
+    /// Sets the cone of a lane, and the weight that it would have alone.
     #[inline(always)]
-    fn set_cone(&mut self, k: usize, lane: usize, cone: &TargetCone, denser: f32) {
+    fn set_cone(&mut self, k: usize, lane: usize, cone: &TargetCone, density_ratio: f32) {
         set_lane(&mut self.axis[k], lane, cone.axis.to_array());
         self.one_minus_cos[k][lane] = cone.one_minus_cos;
-        self.weight[k][lane] = (denser * cone.max_fraction).min(1.0);
+        self.weight[k][lane] = (density_ratio * cone.max_fraction).min(1.0);
     }
 
-    /// Lessens the shares of some cones where together they are more than this; what is left of the rest.
+    /// Scales the weights of some cones down to this sum, and reduces the cosine's weight by the result.
     #[inline(always)]
-    fn limit_weights(&mut self, cones: std::ops::Range<usize>, most: &[f32; N]) {
+    fn limit_weights(&mut self, cones: std::ops::Range<usize>, max: &[f32; N]) {
         let mut all = [0.0; N];
-        for shares in &self.weight[cones.clone()] {
-            for (all, share) in all.iter_mut().zip(shares) {
-                *all += share;
+        for weights in &self.weight[cones.clone()] {
+            for (all, weight) in all.iter_mut().zip(weights) {
+                *all += weight;
             }
         }
         let mut scale = [1.0; N];
         for lane in 0..N {
-            let (all, most) = (all[lane], most[lane]);
-            scale[lane] = if all > most { most / all } else { 1.0 };
+            let (all, max) = (all[lane], max[lane]);
+            scale[lane] = if all > max { max / all } else { 1.0 };
             self.cosine_weight[lane] -= all * scale[lane];
         }
-        for shares in &mut self.weight[cones] {
-            for (share, scale) in shares.iter_mut().zip(&scale) {
-                *share *= scale;
+        for weights in &mut self.weight[cones] {
+            for (weight, scale) in weights.iter_mut().zip(&scale) {
+                *weight *= scale;
             }
         }
     }
 }
 
-/// Finds the cones, and draws a direction for every lane by two numbers.
+/// Computes the cones, and samples a direction for every lane.
 pub(crate) struct SampleGuided<'a, const N: usize> {
     pub casters: &'a [CausticCaster],
-    /// What each of them throws, where that is known.
+    /// One for each caster, or none.
     pub maps: &'a [CausticMap],
-    pub places: &'a SurfaceInteractions<N>,
-    /// Whose rays are aimed.
+    pub interactions: &'a SurfaceInteractions<N>,
+    /// Lanes whose samples are guided.
     pub active: &'a [bool; N],
     pub random: &'a [[f32; N]; 2],
     pub cones: &'a mut GuidingCones<N>,
@@ -96,84 +96,115 @@ impl<const N: usize> WithSimd for SampleGuided<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
-            casters: mirrors,
-            maps: thrown,
-            places,
+            casters,
+            maps,
+            interactions,
             active,
-            random: [first, second],
-            cones: aims,
+            random,
+            cones,
             out,
         } = self;
-        let mirrors = &mirrors[..mirrors.len().min(MAX_CASTERS)];
-        let whole = mirrors.len();
-        let mut most = active.map(|active| if active { MAX_GUIDED_WEIGHT } else { 0.0 });
-        let most_thrown = active.map(|active| if active { MAX_MAP_WEIGHT } else { 0.0 });
-        aims.count = whole;
-        for (k, mirror) in mirrors.iter().enumerate() {
+        let casters = &casters[..casters.len().min(MAX_CASTERS)];
+        cones.set_targets(casters, maps, interactions, active);
+        cones.sample(interactions.shading_normals(), random, out);
+    }
+}
+
+impl<const N: usize> GuidingCones<N> {
+    /// Sets the cones to the casters and to the regions of their maps, and the weights of all.
+    #[inline(always)]
+    fn set_targets(
+        &mut self,
+        casters: &[CausticCaster],
+        maps: &[CausticMap],
+        interactions: &SurfaceInteractions<N>,
+        active: &[bool; N],
+    ) {
+        let mut max_casters = active.map(|active| if active { MAX_GUIDED_WEIGHT } else { 0.0 });
+        let max_maps = active.map(|active| if active { MAX_MAP_WEIGHT } else { 0.0 });
+        self.count = casters.len();
+        for (k, caster) in casters.iter().enumerate() {
             for lane in 0..N {
-                let way = (mirror.center - lane_dvec3(places.positions(), lane)).as_vec3();
-                let cone = TargetCone::new(way, mirror.radius as f32, places.shading_normal(lane));
-                aims.set_cone(k, lane, &cone, MAX_DENSITY_RATIO);
+                let position = lane_dvec3(interactions.positions(), lane);
+                let direction = (caster.center - position).as_vec3();
+                let normal = interactions.shading_normal(lane);
+                let cone = TargetCone::new(direction, caster.radius as f32, normal);
+                self.set_cone(k, lane, &cone, MAX_DENSITY_RATIO);
             }
         }
-        for (mirror, thrown) in mirrors.iter().zip(thrown) {
-            for (lane, most) in most.iter_mut().enumerate() {
-                let from = (lane_dvec3(places.positions(), lane) - mirror.center) / mirror.radius;
-                let from = from.as_vec3();
-                let exit = thrown.lookup(from);
-                let way = Vec3::from(exit.center) - from;
-                let cone = TargetCone::new(way, exit.radius, places.shading_normal(lane));
-                aims.set_cone(aims.count, lane, &cone, MAX_MAP_DENSITY_RATIO);
-                let beside = most.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
-                *most = if cone.max_fraction > 0.0 {
+        for (caster, map) in casters.iter().zip(maps) {
+            for (lane, max_casters) in max_casters.iter_mut().enumerate() {
+                let position = lane_dvec3(interactions.positions(), lane);
+                let point = ((position - caster.center) / caster.radius).as_vec3();
+                let target = map.lookup(point);
+                let direction = Vec3::from(target.center) - point;
+                let normal = interactions.shading_normal(lane);
+                let cone = TargetCone::new(direction, target.radius, normal);
+                self.set_cone(self.count, lane, &cone, MAX_MAP_DENSITY_RATIO);
+                let beside = max_casters.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
+                *max_casters = if cone.max_fraction > 0.0 {
                     beside
                 } else {
-                    *most
+                    *max_casters
                 };
             }
-            aims.count += 1;
+            self.count += 1;
         }
-        aims.cosine_weight = [1.0; N];
-        aims.limit_weights(0..whole, &most);
-        aims.limit_weights(whole..aims.count, &most_thrown);
-        // Where the first number lies says which cone it is; what is left of it is as good as new.
-        let mut from = [0.0; N];
-        let mut height = [1.0; N];
-        let mut number = [0.0; N];
-        let mut aimed = [false; N];
-        let mut axis = *places.shading_normals();
-        for k in 0..aims.count {
+        self.cosine_weight = [1.0; N];
+        self.limit_weights(0..casters.len(), &max_casters);
+        self.limit_weights(casters.len()..self.count, &max_maps);
+    }
+
+    /// Samples a direction for every lane. The first random number chooses the cone; its remainder is again uniform.
+    #[inline(always)]
+    fn sample(
+        &self,
+        normals: &Vec3xN<f32, N>,
+        [first, second]: &[[f32; N]; 2],
+        out: &mut Vec3xN<f32, N>,
+    ) {
+        let mut begin = [0.0; N];
+        let mut one_minus_cos = [1.0; N];
+        let mut remainder = [0.0; N];
+        let mut is_guided = [false; N];
+        let mut axis = *normals;
+        for k in 0..self.count {
             for lane in 0..N {
-                let share = aims.weight[k][lane];
-                let at = first[lane] - from[lane];
-                let here = (at >= 0.0) & (at < share);
-                for (axis, other) in axis.iter_mut().zip(&aims.axis[k]) {
-                    axis[lane] = if here { other[lane] } else { axis[lane] };
+                let weight = self.weight[k][lane];
+                let offset = first[lane] - begin[lane];
+                let is_chosen = (offset >= 0.0) & (offset < weight);
+                for (axis, cone) in axis.iter_mut().zip(&self.axis[k]) {
+                    axis[lane] = if is_chosen { cone[lane] } else { axis[lane] };
                 }
-                height[lane] = if here {
-                    aims.one_minus_cos[k][lane]
+                one_minus_cos[lane] = if is_chosen {
+                    self.one_minus_cos[k][lane]
                 } else {
-                    height[lane]
+                    one_minus_cos[lane]
                 };
-                number[lane] = if here { at / share } else { number[lane] };
-                aimed[lane] |= here;
-                from[lane] += share;
+                remainder[lane] = if is_chosen {
+                    offset / weight
+                } else {
+                    remainder[lane]
+                };
+                is_guided[lane] |= is_chosen;
+                begin[lane] += weight;
             }
         }
         for lane in 0..N {
-            let rest = (first[lane] - from[lane]) / aims.cosine_weight[lane];
-            let x = if aimed[lane] { number[lane] } else { rest };
+            let is_guided = is_guided[lane];
+            let rest = (first[lane] - begin[lane]) / self.cosine_weight[lane];
+            let x = if is_guided { remainder[lane] } else { rest };
             let x = x.clamp(0.0, 1.0);
-            let cap = x * height[lane];
-            let sin2 = if aimed[lane] { cap * (2.0 - cap) } else { x };
-            let cos = if aimed[lane] {
+            let cap = x * one_minus_cos[lane];
+            let sin2 = if is_guided { cap * (2.0 - cap) } else { x };
+            let cosine = if is_guided {
                 1.0 - cap
             } else {
                 (1.0 - x).sqrt()
             };
-            let (turn_sin, turn_cos) = sincos_turns(second[lane]);
+            let (sin, cos) = sincos_turns(second[lane]);
             let radius = sin2.sqrt();
-            let local = Vec3::new(radius * turn_cos, radius * turn_sin, cos);
+            let local = Vec3::new(radius * cos, radius * sin, cosine);
             let direction = to_world_around(get_lane(&axis, lane).into(), local);
             set_lane(out, lane, direction.to_array());
         }

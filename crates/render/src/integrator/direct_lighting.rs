@@ -1,184 +1,200 @@
-//! The light of lights at a surface: what is asked for by shadow rays (next event estimation).
+//! Direct lighting of one point: next-event estimation with shadow rays.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Ray;
 
 use crate::bsdf::BsdfModel;
-use crate::bsdf::ShadingPoint;
-use crate::integrator::batch::hits::HitView;
-use crate::integrator::nested_dielectrics::InterfaceTransition;
-use crate::integrator::path::{PathState, WavefrontQueues};
-use crate::integrator::shade::PathTracer;
+use crate::bsdf::shading_point::ShadingPoint;
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
+use crate::integrator::path_state::{HitView, PathState, WavefrontQueues};
+use crate::integrator::path_tracer::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::samples::{LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
 use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::sampling::dimension::Dimension;
 
+/// One of this many shadow rays is traced that must cross the border of a closed body, and counts for all of them. Not
+/// none: light passes where parts of a mesh are turned inside out.
+const INTERIOR_SHADOW_RATE: f32 = 16.0;
+
 impl PathTracer<'_> {
-    /// How lights are chosen where a path is scattered.
-    pub(crate) fn light_sampling(&self, path: &PathState) -> LightSampling {
-        if self.split_lights && path.is_camera_ray {
-            LightSampling::Split
-        } else {
-            self.settings.light_sampling
-        }
-    }
-
-    /// The same for all paths that nothing has let through before.
-    pub(crate) fn light_sampling_of_bounce(&self) -> LightSampling {
-        if self.split_lights && self.bounce == 0 {
-            LightSampling::Split
-        } else {
-            self.settings.light_sampling
-        }
-    }
-
-    /// The numbers of the lights that may be sampled at surfaces of this turn.
-    pub(crate) fn light_sample_indices(&self) -> impl Iterator<Item = usize> {
-        let (split, count) = match self.light_sampling_of_bounce() {
+    /// The indices of the light samples that a point may have at this bounce.
+    pub fn light_sample_indices(&self) -> impl Iterator<Item = usize> {
+        let (is_split, count) = match self.light_sampling_of_bounce() {
             LightSampling::Split => (true, MAX_SPLIT_SAMPLES),
             _ => (false, self.settings.light_samples),
         };
-        (0..count).filter(move |&i| !split || self.lights.may_use_index(i))
+        (0..count).filter(move |&i| !is_split || self.lights.may_use_index(i))
     }
 
-    /// Asks for the light of one or more lights at a surface.
+    /// Samples lights at a point, and queues their shadow rays.
     #[inline]
-    pub(crate) fn sample_lights<S: BsdfModel>(
+    pub fn sample_lights<B: BsdfModel>(
         &self,
         path: &PathState,
-        surface: &ShadingPoint<S>,
-        skin: InterfaceTransition,
-        meeting: &HitView,
-        wave: &mut WavefrontQueues,
+        point: &ShadingPoint<B>,
+        transition: InterfaceTransition,
+        view: &HitView,
+        queues: &mut WavefrontQueues,
         out: &mut Vec3,
     ) {
-        if !surface.bsdf.is_non_specular() {
+        if !point.bsdf.is_non_specular() {
+            return;
+        }
+        self.add_ambient(path, point, queues, out);
+        if !self.modes.has_light_samples() {
+            return;
+        }
+        if let Some(sample) = &view.single_light_sample {
+            self.queue_light_sample(path, point, transition, sample, &mut queues.shadow_rays[0]);
             return;
         }
         let sampler = &self.samplers[path.ray_index];
-        if let Some(within) = self.settings.ambient_term
-            && self.lights.ambient != Vec3::ZERO
-        {
-            let ambient =
-                path.throughput * self.lights.ambient * surface.bsdf.albedo(&surface.frame);
-            match within {
-                None => *out += ambient,
-                Some(distance) => {
-                    let direction = to_world_around(
-                        surface.interaction.geometric_normal,
-                        sample_cosine_hemisphere(sampler.get_2d(Dimension::AmbientOcclusion)),
-                    );
-                    let ray = surface.interaction.spawn_ray(direction, distance);
-                    wave.bsdf_shadow_rays.push(ray, path.ray_index, ambient);
-                }
-            }
-        }
-        if !self.has_light_samples {
-            return;
-        }
-        let from = surface.light_sample_context();
-        let [_, choice] = if self.needs_light_choice {
+        let [_, choice] = if self.modes.needs_light_choice() {
             sampler.get_2d(Dimension::LobeAndLight(self.bounce))
         } else {
             [0.0; 2]
         };
         let random = |index| match index {
-            0 => meeting.light_random,
+            0 => view.light_random,
             _ => sampler.get_2d(Dimension::Light(self.bounce, index)).into(),
         };
-        if let Some(sample) = &meeting.single_light_sample {
-            self.add_light_sample(path, surface, skin, sample, &mut wave.shadow_rays[0]);
-            return;
-        }
-        let tell = |index: usize, sample: LightLiSample| {
-            self.add_light_sample(path, surface, skin, &sample, &mut wave.shadow_rays[index]);
+        let emit = |index: usize, sample: LightLiSample| {
+            let queue = &mut queues.shadow_rays[index];
+            self.queue_light_sample(path, point, transition, &sample, queue);
         };
-        self.for_each_light_sample(
-            self.light_sampling(path),
-            &(&from).into(),
-            choice,
-            random,
-            tell,
-        );
+        let context = point.light_sample_context();
+        let sampling = self.light_sampling(path);
+        self.for_each_light_sample(sampling, &(&context).into(), choice, random, emit);
     }
 
-    /// Tells of the samples of lights at a point with their numbers, each with the density of all of its kind together.
-    /// `by` knows what lights may matter to the point, `which` chooses among them, and `random` gives where on each.
-    #[inline(always)]
-    pub(crate) fn for_each_light_sample(
+    /// Adds the ambient term, occluded by what is near.
+    fn add_ambient<B: BsdfModel>(
         &self,
-        choice: LightSampling,
-        by: &LightSampleContexts,
-        which: f32,
-        random: impl Fn(usize) -> LightRandom,
-        mut tell: impl FnMut(usize, LightLiSample),
+        path: &PathState,
+        point: &ShadingPoint<B>,
+        queues: &mut WavefrontQueues,
+        out: &mut Vec3,
     ) {
-        let (lights, world) = (self.lights, self.world);
-        if let Some(light) = self.single_light {
-            if let Some(sample) = light.sample(by.from, random(0).random) {
-                tell(0, sample);
+        let Some(max_distance) = self.settings.ambient_term else {
+            return;
+        };
+        if self.lights.ambient == Vec3::ZERO {
+            return;
+        }
+        let ambient = path.throughput * self.lights.ambient * point.bsdf.albedo(&point.frame);
+        match max_distance {
+            None => *out += ambient,
+            Some(distance) => {
+                let sampler = &self.samplers[path.ray_index];
+                let local = sample_cosine_hemisphere(sampler.get_2d(Dimension::AmbientOcclusion));
+                let direction = to_world_around(point.interaction.geometric_normal, local);
+                let ray = point.interaction.spawn_ray(direction, distance);
+                queues.bsdf_shadow_rays.push(ray, path.ray_index, ambient);
+            }
+        }
+    }
+
+    /// Emits the light samples of a point with their indices. Densities include the choice among all lights. `choice` is the
+    /// random number that chooses lights, `random` returns those for a position on a light.
+    #[inline(always)]
+    pub fn for_each_light_sample(
+        &self,
+        sampling: LightSampling,
+        contexts: &LightSampleContexts,
+        choice: f32,
+        random: impl Fn(usize) -> LightRandom,
+        mut emit: impl FnMut(usize, LightLiSample),
+    ) {
+        let (lights, geometry) = (self.lights, self.geometry);
+        if let Some(light) = self.modes.single_light() {
+            if let Some(sample) = light.sample(contexts.from, random(0).random) {
+                emit(0, sample);
             }
             return;
         }
-        if choice == LightSampling::Split {
-            lights.sample_split(by, &world.geometry, which, random, tell);
+        if sampling == LightSampling::Split {
+            lights.sample_split(contexts, geometry, choice, random, emit);
             return;
         }
         let count = self.settings.light_samples;
         for index in 0..count {
-            let which = (which + index as f32) / count as f32;
-            if let Some(mut sample) =
-                lights.sample(by, &world.geometry, choice, which, &random(index))
-            {
+            let choice = (choice + index as f32) / count as f32;
+            let random = random(index);
+            if let Some(mut sample) = lights.sample(contexts, geometry, sampling, choice, &random) {
                 sample.pdf *= count as f32;
-                tell(index, sample);
+                emit(index, sample);
             }
         }
     }
 
-    /// Asks for the light of a sample.
+    /// Queues the shadow ray of a light sample, unless the sample contributes nothing.
     #[inline]
-    fn add_light_sample<S: BsdfModel>(
+    fn queue_light_sample<B: BsdfModel>(
         &self,
         path: &PathState,
-        surface: &ShadingPoint<S>,
-        skin: InterfaceTransition,
+        point: &ShadingPoint<B>,
+        transition: InterfaceTransition,
         sample: &LightLiSample,
-        shadows: &mut ShadowRayQueue,
+        queue: &mut ShadowRayQueue,
     ) {
-        let pdf = sample.pdf;
+        let (wi, pdf) = (sample.direction, sample.pdf);
         let radiance = match sample.p_light {
             None if !sample.is_delta => self.environment_without_ambient(false, sample.radiance),
             _ => sample.radiance,
         };
-        let scattered = surface.bsdf.eval(&surface.frame, sample.direction);
+        let scattered = point.bsdf.eval(&point.frame, wi);
         let mut light = path.throughput * scattered.value * (radiance / pdf);
-        if !sample.is_delta && self.mis_with_bsdf {
+        if !sample.is_delta && self.modes.mis_with_bsdf {
+            // The balance heuristic.
             light /= 1.0 + scattered.pdf / pdf;
         }
         if light == Vec3::ZERO {
             return;
         }
-        let media = skin.medium_towards(surface.frame.geometric, sample.direction);
-        let start = surface.interaction.offset_ray_origin(sample.direction);
-        let end = sample.p_light.unwrap_or(DVec3::INFINITY);
-        light *= self.arrives(path.ray_index, media, start, end);
+        let interior_list = transition.medium_towards(point.frame.geometric, wi);
+        let origin = point.interaction.offset_ray_origin(wi);
+        let p_light = sample.p_light.unwrap_or(DVec3::INFINITY);
+        light *= self.shadow_transmittance(path.ray_index, interior_list, origin, p_light);
         if light == Vec3::ZERO {
             return;
         }
         let ray = match sample.p_light {
-            None => surface
-                .interaction
-                .spawn_ray(sample.direction, f32::INFINITY),
-            Some(end) => Ray {
-                direction: (end - start).as_vec3().to_array(),
-                ..surface
-                    .interaction
-                    .spawn_ray(sample.direction, ONE_MINUS_SHADOW_EPSILON)
+            None => point.interaction.spawn_ray(wi, f32::INFINITY),
+            Some(p_light) => Ray {
+                direction: (p_light - origin).as_vec3().to_array(),
+                ..point.interaction.spawn_ray(wi, ONE_MINUS_SHADOW_EPSILON)
             },
         };
-        shadows.push(ray, path.ray_index, light);
+        queue.push(ray, path.ray_index, light);
+    }
+
+    /// The transmittance of the media between a point and a light for an unoccluded shadow ray; zero if no ray is to be
+    /// traced. `p_light` is scene-local, or infinite.
+    #[inline]
+    pub fn shadow_transmittance(
+        &self,
+        ray_index: usize,
+        interior_list: InteriorList,
+        origin: DVec3,
+        p_light: DVec3,
+    ) -> Vec3 {
+        if interior_list.is_empty() {
+            return Vec3::ONE;
+        }
+        let mut transmittance = Vec3::ONE;
+        if interior_list.light_outside_closed_body(self.geometry, p_light) {
+            let random = self.samplers[ray_index].get_1d_random(self.bounce);
+            if random * INTERIOR_SHADOW_RATE >= 1.0 {
+                return Vec3::ZERO;
+            }
+            transmittance *= INTERIOR_SHADOW_RATE;
+        }
+        if p_light.x < f64::INFINITY {
+            let distance = (p_light - origin).length() as f32;
+            transmittance *= (-interior_list.absorption(self.geometry) * distance).exp();
+        }
+        transmittance
     }
 }

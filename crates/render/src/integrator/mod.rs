@@ -1,128 +1,124 @@
-//! From hits to radiance: the closed set of integrators, each a chain of stages over a batch of rays.
+//! Integrators: from camera rays and their hits to radiance.
+//!
+//! `flat` ([`unlit`]) and `ao` shade the first hit. `path` and `direct` share [`path`], a wavefront path tracer after pbrt-v4
+//! (M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition, chapter 15): all paths of a tile advance
+//! one bounce at a time, so that rays are traced and BSDFs evaluated in batches.
+//!
+//! * [`path_state`]: the state of a path, and the queues of rays that a bounce fills.
+//! * [`path_tracer`]: what all paths share, and the steps that do not depend on a BSDF: escaped rays, emission, the
+//!   continuation of a path. Light is found by light sampling and by BSDF sampling, weighed by the balance heuristic of
+//!   multiple importance sampling (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
+//!   9.2.2). Russian roulette ends dim paths after some segments, by the throughput times `eta_scale`.
+//! * [`direct_lighting`]: next-event estimation, one shadow ray for each light sample.
+//! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
+//! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).
+//! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
+//! * [`shade`]: one hit of any material.
+//! * [`photon_pass`]: photons from lights over caustic casters, which fill the caustic maps that guide diffuse samples.
+//!
+//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting <- shade <-
+//! batch <- path`. The folder uses `bsdf`, `light`, `guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
+pub(crate) mod camera_ray_batch;
 pub(crate) mod direct_lighting;
 pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
+pub(crate) mod path_state;
+pub(crate) mod path_tracer;
 pub(crate) mod photon_pass;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
 
-use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, INVALID_ID, Scene};
+use glam::Vec3;
 
 use crate::control::Control;
 use crate::error::RenderError;
-pub(crate) use crate::integrator::photon_pass::build_caustic_maps;
-use crate::interaction::ray_cone::RayCone;
+use crate::integrator::camera_ray_batch::CameraRayBatch;
+use crate::integrator::path::PathScratch;
+use crate::integrator::path_tracer::PathSettings;
 use crate::light::light_sampling::LightSampling;
 use crate::light::lights::Lights;
 use crate::prepare::world::PreparedWorld;
-use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
-pub(crate) use path::PathScratch;
 
-/// Rays of one tile and what they met, entry by entry.
-pub(crate) struct CameraRayBatch<'a> {
-    /// What rays that go on are traced against.
-    pub scene: &'a Scene,
-    /// Scene-local.
-    pub origins: &'a [DVec3],
-    /// How wide the rays are.
-    pub ray_cone: RayCone,
-    /// Unit length.
-    pub directions: &'a [Vec3],
-    pub hits: &'a [Hit],
-    pub samplers: &'a [Sampler],
-}
+/// Light samples that `direct` takes at a point, at most.
+const MAX_LIGHT_SAMPLES: usize = 64;
 
-/// What one picture's paths do.
-#[derive(Clone, Copy, Debug)]
-struct PathSettings<'a> {
-    /// What lights them.
-    pub lights: &'a Lights,
-    /// The most segments of a path, the camera's ray included.
-    pub max_depth: u32,
-    /// Whether mirrors and smooth glass cost no segment.
-    pub free_specular_bounces: bool,
-    /// How many lights are sampled at a point.
-    pub light_samples: usize,
-    /// How they are chosen.
-    pub light_sampling: LightSampling,
-    /// Whether surfaces that the camera sees sample more than one where there are several.
-    pub split_lights: bool,
-    /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
-    pub ambient_term: Option<Option<f32>>,
-    /// Leaves the sky out where the camera sees it.
-    pub hide_environment: bool,
-}
-
-/// The radiance that arrives along every ray of the batch, and whether what the camera sees there is the sky.
+/// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is scattered.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
     batch: &CameraRayBatch,
     control: &Control,
-    room: &mut PathScratch,
-    radiance: &mut [Vec3],
-    sky: &mut [bool],
+    scratch: &mut PathScratch,
+    (radiance, is_background): (&mut [Vec3], &mut [bool]),
 ) -> Result<(), RenderError> {
     let integrator = settings.integrator;
-    let lights = integrator.effective_lights(world);
-    let reach = settings.ambient_occlusion;
     match integrator {
-        Integrator::Flat => unlit::radiance(world, batch, radiance, sky),
+        Integrator::Flat => unlit::radiance(world, batch, radiance, is_background),
         Integrator::Ao => {
-            let distance = reach.unwrap_or(f64::INFINITY) as f32;
-            ao::radiance(world, distance, batch, radiance, sky);
+            let distance = settings.ambient_occlusion.unwrap_or(f64::INFINITY) as f32;
+            ao::radiance(world, distance, batch, radiance, is_background);
         }
-        Integrator::Direct => {
-            let rules = PathSettings {
-                lights,
-                max_depth: 2,
-                free_specular_bounces: true,
-                light_samples: lights.count().clamp(1, MAX_LIGHT_SAMPLES),
-                light_sampling: if lights.count() <= MAX_LIGHT_SAMPLES {
-                    LightSampling::Uniform
-                } else {
-                    LightSampling::Importance
-                },
-                split_lights: false,
-                ambient_term: match reach {
-                    None => Some(None),
-                    // Occluded at any distance, the sky is a light like others.
-                    Some(distance) if distance.is_infinite() => None,
-                    Some(distance) => Some(Some(distance as f32)),
-                },
-                hide_environment: settings.transparent,
+        Integrator::Direct | Integrator::Path => {
+            let lights = integrator.effective_lights(world);
+            let path_settings = match integrator {
+                Integrator::Direct => direct_settings(settings, lights),
+                _ => path_settings(settings, lights),
             };
-            path::radiance(world, &rules, batch, control, room, radiance, sky)?;
-        }
-        Integrator::Path => {
-            let rules = PathSettings {
-                lights,
-                max_depth: settings.max_depth.unwrap_or(u32::MAX),
-                free_specular_bounces: false,
-                light_samples: 1,
-                light_sampling: LightSampling::Importance,
-                split_lights: true,
-                ambient_term: None,
-                hide_environment: settings.transparent,
-            };
-            path::radiance(world, &rules, batch, control, room, radiance, sky)?;
+            let out = (&mut *radiance, &mut *is_background);
+            path::radiance(world, &path_settings, batch, control, scratch, out)?;
         }
     }
     if settings.transparent && matches!(integrator, Integrator::Flat | Integrator::Ao) {
-        for (radiance, _) in radiance.iter_mut().zip(&*sky).filter(|(_, sky)| **sky) {
+        let rays = radiance.iter_mut().zip(&*is_background);
+        for (radiance, _) in rays.filter(|(_, is_background)| **is_background) {
             *radiance = Vec3::ZERO;
         }
     }
     Ok(())
 }
 
-/// What [`radiance`] is of a camera's ray that meets nothing, where that is known without tracing it.
+fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
+    PathSettings {
+        lights,
+        max_depth: settings.max_depth.unwrap_or(u32::MAX),
+        free_specular_bounces: false,
+        light_samples: 1,
+        light_sampling: LightSampling::Importance,
+        split_lights: true,
+        ambient_term: None,
+        hide_environment: settings.transparent,
+    }
+}
+
+/// One bounce behind specular surfaces, where every light is sampled and constant environments are an ambient term.
+fn direct_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {
+    PathSettings {
+        lights,
+        max_depth: 2,
+        free_specular_bounces: true,
+        light_samples: lights.count().clamp(1, MAX_LIGHT_SAMPLES),
+        light_sampling: if lights.count() <= MAX_LIGHT_SAMPLES {
+            LightSampling::Uniform
+        } else {
+            LightSampling::Importance
+        },
+        split_lights: false,
+        ambient_term: match settings.ambient_occlusion {
+            None => Some(None),
+            // An environment occluded at any distance is a light like others.
+            Some(distance) if distance.is_infinite() => None,
+            Some(distance) => Some(Some(distance as f32)),
+        },
+        hide_environment: settings.transparent,
+    }
+}
+
+/// The radiance along a camera ray that hits nothing, where it is the same for all rays.
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
@@ -130,16 +126,13 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
             .effective_lights(world)
             .constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
-        // Rays may pick up lights without a mesh on their way.
+        // A ray may cross lights without a mesh.
         Integrator::Direct | Integrator::Path => None,
     }
 }
 
-/// The most lights that `direct` samples at a point.
-const MAX_LIGHT_SAMPLES: usize = 64;
-
 impl Integrator {
-    /// The lights it works with: a world without any gets some where light is needed to see anything.
+    /// The lights of a world, or default lights where an integrator needs light and the world has none.
     pub(crate) fn effective_lights(self, world: &PreparedWorld) -> &Lights {
         match &world.lighting.default_lights {
             Some(lights) if self.needs_light() => lights,
@@ -147,7 +140,7 @@ impl Integrator {
         }
     }
 
-    /// Whether its rays go on from where they meet something.
+    /// True if rays continue from the first hit.
     pub(crate) fn traces_secondary_rays(self) -> bool {
         self != Self::Flat
     }
@@ -156,7 +149,7 @@ impl Integrator {
         matches!(self, Self::Direct | Self::Path)
     }
 
-    /// What the one who looks at the picture should know.
+    /// Remarks on a picture of a world.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
         if self.needs_light() && world.lighting.default_lights.is_some() {
             let besides = match world.lighting.lights.has_emissive_triangles() {
@@ -170,8 +163,4 @@ impl Integrator {
             vec![]
         }
     }
-}
-
-fn is_miss(hit: &Hit) -> bool {
-    hit.instance == INVALID_ID
 }

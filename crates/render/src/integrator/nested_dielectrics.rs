@@ -1,28 +1,20 @@
-//! What clear matter a path is inside of: glass in water, water in a glass.
+//! Nested dielectrics: the media that a path is in, such as glass in water.
 //!
-//! C. M. Schmidt and B. Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002:
-//! where closed meshes overlap, the one of the highest priority is there, and the surfaces of the others are not. Among
-//! equals, the one that was entered last is there: matter that lies within other matter displaces it.
+//! C. M. Schmidt and B. Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002. Where
+//! closed meshes overlap, the material of the highest priority fills the space, and surfaces of the others are false
+//! intersections. Among equal priorities, the material that was entered last wins: an inner body displaces the outer one.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
-use crate::bsdf::ShadingPoint;
-use crate::bsdf::{BsdfModel, ior};
-use crate::integrator::path::{PathState, WavefrontQueues};
-use crate::integrator::shade::PathTracer;
-use crate::prepare::world::PreparedWorld;
+use crate::lobes::classify::interior_ior;
+use crate::prepare::geometry::Geometry;
 
-/// How many a path remembers; of more, the one it entered first is forgotten.
+/// Entries of an interior list. A deeper nesting forgets the material that was entered first.
 const MAX_NESTING: usize = 6;
 const EMPTY: u32 = u32::MAX;
 
-/// Of so many shadow rays that should meet the border of a body one is asked for, and counts as all of them: not none, for
-/// where parts of a mesh are turned inside out light does come that way.
-const INTERIOR_SHADOW_RATE: f32 = 16.0;
-
-/// Materials in the order in which they were entered. No material twice where one mesh is inside of itself: each skin
-/// that is crossed counts.
+/// Materials in the order in which a path entered them. A material occurs once for each of its surfaces crossed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InteriorList([u32; MAX_NESTING]);
 
@@ -32,49 +24,50 @@ impl Default for InteriorList {
     }
 }
 
-/// What a surface of clear matter separates.
+/// The media on both sides of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InterfaceTransition {
-    /// Where the ray comes from, and where it goes if it passes.
-    pub outside: InteriorList,
-    pub inside: InteriorList,
-    /// Whether something of a higher priority is on both sides: nothing happens to light here.
+    /// Media on the side that the ray comes from, and behind the surface.
+    pub near_side: InteriorList,
+    pub far_side: InteriorList,
+    /// True if a material of a higher priority fills both sides: the surface does nothing to light.
     pub is_false_intersection: bool,
-    /// The index of refraction outside of the surface's own matter.
+    /// Index of refraction outside of the surface's own interior.
     pub outside_ior: f32,
 }
 
 impl InterfaceTransition {
-    /// That of a hit surface.
+    /// The transition at a hit.
     #[inline]
     pub fn at_hit(
-        world: &PreparedWorld,
+        geometry: &Geometry,
         media: InteriorList,
         hit: &Hit,
-        front: bool,
+        is_front: bool,
         channel: Option<usize>,
     ) -> Self {
-        let index = world.geometry.material_index(hit.instance, hit.triangle);
-        match world.geometry.materials[index].absorption {
+        let index = geometry.material_index(hit.instance, hit.triangle);
+        match geometry.materials[index].absorption {
             None => Self::no_interface(media),
-            Some(_) => media.transition(world, index, front, channel),
+            Some(_) => media.transition(geometry, index, is_front, channel),
         }
     }
 
-    /// What light in a direction from the surface goes through.
+    /// The media in a direction from the surface.
+    #[inline]
     pub fn medium_towards(&self, normal: Vec3, direction: Vec3) -> InteriorList {
         if normal.dot(direction) < 0.0 {
-            self.inside
+            self.far_side
         } else {
-            self.outside
+            self.near_side
         }
     }
 
-    /// A surface that is no border of clear matter.
+    /// The transition at a surface that borders no medium.
     pub fn no_interface(media: InteriorList) -> Self {
         Self {
-            outside: media,
-            inside: media,
+            near_side: media,
+            far_side: media,
             is_false_intersection: false,
             outside_ior: 1.0,
         }
@@ -86,83 +79,83 @@ impl InteriorList {
         self.0[0] == EMPTY
     }
 
-    /// What a ray meets at the surface of a material that has an inside. One that leaves what it never entered has begun
-    /// there.
+    /// The transition at a surface of a material with an interior. A path that leaves a material without having entered it
+    /// began there.
     fn transition(
         self,
-        world: &PreparedWorld,
+        geometry: &Geometry,
         material: usize,
-        front: bool,
+        is_front: bool,
         channel: Option<usize>,
     ) -> InterfaceTransition {
         let [first, second, ..] = self.0;
-        // Nearly always: nothing else is there. Word by word: what was just written is not compared as a whole.
-        if first == if front { EMPTY } else { material as u32 } && second == EMPTY {
-            let mut after = Self::default();
-            after.0[0] = if front { material as u32 } else { EMPTY };
+        // The frequent case, no other medium. Compared word by word: a whole comparison would stall on the words just stored.
+        if first == if is_front { EMPTY } else { material as u32 } && second == EMPTY {
+            let mut far = Self::default();
+            far.0[0] = if is_front { material as u32 } else { EMPTY };
             return InterfaceTransition {
-                outside: self,
-                inside: after,
+                near_side: self,
+                far_side: far,
                 is_false_intersection: false,
                 outside_ior: 1.0,
             };
         }
-        self.transition_among(world, material, front, channel)
+        self.transition_among(geometry, material, is_front, channel)
     }
 
-    /// The same whatever else is there.
+    /// [`InteriorList::transition`] among other media.
     fn transition_among(
         self,
-        world: &PreparedWorld,
+        geometry: &Geometry,
         material: usize,
-        front: bool,
+        is_front: bool,
         channel: Option<usize>,
     ) -> InterfaceTransition {
         let material = material as u32;
-        let (before, after) = if front {
+        let (near, far) = if is_front {
             (self, self.push(material))
         } else if self.0.contains(&material) {
-            (self, self.without(material))
+            (self, self.remove(material))
         } else {
-            (self.beneath(material), self)
+            (self.push_bottom(material), self)
         };
-        let outside = if front { before } else { after };
+        let outside = if is_front { near } else { far };
         InterfaceTransition {
-            outside: before,
-            inside: after,
-            is_false_intersection: before.current(world) == after.current(world),
-            outside_ior: outside.current(world).map_or(1.0, |there| {
-                ior(&world.geometry.materials[there].material, channel)
+            near_side: near,
+            far_side: far,
+            is_false_intersection: near.current(geometry) == far.current(geometry),
+            outside_ior: outside.current(geometry).map_or(1.0, |there| {
+                interior_ior(&geometry.materials[there].material, channel)
             }),
         }
     }
 
-    /// What is lost per metre.
-    pub fn absorption(&self, world: &PreparedWorld) -> Vec3 {
-        self.current(world)
-            .and_then(|there| world.geometry.materials[there].absorption)
+    /// The absorption per metre.
+    pub fn absorption(&self, geometry: &Geometry) -> Vec3 {
+        self.current(geometry)
+            .and_then(|there| geometry.materials[there].absorption)
             .unwrap_or(Vec3::ZERO)
     }
 
-    /// Whether what is within is a closed body, and a light with this end is not within its box.
-    fn light_outside_closed_body(&self, world: &PreparedWorld, end: DVec3) -> bool {
+    /// True if the path is in a closed body and a light lies outside of the body's bounds.
+    pub fn light_outside_closed_body(&self, geometry: &Geometry, p_light: DVec3) -> bool {
         let body = self
-            .current(world)
-            .and_then(|there| world.geometry.dielectric_bounds[there]);
-        body.is_some_and(|[lower, upper]| end.cmplt(lower).any() || end.cmpgt(upper).any())
+            .current(geometry)
+            .and_then(|there| geometry.dielectric_bounds[there]);
+        body.is_some_and(|[lower, upper]| p_light.cmplt(lower).any() || p_light.cmpgt(upper).any())
     }
 
-    /// Of which material it is where the path is.
+    /// The material that fills the space, by its index.
     #[inline]
-    fn current(&self, world: &PreparedWorld) -> Option<usize> {
+    fn current(&self, geometry: &Geometry) -> Option<usize> {
         if self.0[1] == EMPTY {
             return (!self.is_empty()).then_some(self.0[0] as usize);
         }
         let known = self.0.iter().take_while(|&&material| material != EMPTY);
-        // Of equals, `max_by_key` takes the last.
+        // Among equals `max_by_key` returns the last.
         known
             .map(|&material| material as usize)
-            .max_by_key(|&material| world.geometry.materials[material].material.priority)
+            .max_by_key(|&material| geometry.materials[material].material.priority)
     }
 
     fn push(mut self, material: u32) -> Self {
@@ -175,7 +168,7 @@ impl InteriorList {
         self
     }
 
-    fn without(mut self, material: u32) -> Self {
+    fn remove(mut self, material: u32) -> Self {
         if let Some(at) = self.0.iter().rposition(|&known| known == material) {
             self.0[at] = EMPTY;
             self.0[at..].rotate_left(1);
@@ -183,65 +176,11 @@ impl InteriorList {
         self
     }
 
-    /// As if it had been entered before all others.
-    fn beneath(mut self, material: u32) -> Self {
+    /// Adds a material as the one entered first.
+    fn push_bottom(mut self, material: u32) -> Self {
         self.0.rotate_right(1);
         self.0[0] = material;
         self
-    }
-}
-
-impl PathTracer<'_> {
-    /// What is lost on a way through clear matter.
-    #[inline]
-    pub(crate) fn absorb(&self, path: &mut PathState, distance: f64) {
-        let absorption = path.interior_list.absorption(self.world);
-        if absorption != Vec3::ZERO {
-            path.throughput *= (-absorption * distance as f32).exp();
-        }
-    }
-
-    /// The share of a light at `end` (scene-local, infinite where it is infinitely far away) that clear matter lets through to
-    /// `start`, per channel, for a shadow ray that no surface stops; zero where none is asked for.
-    #[inline]
-    pub(crate) fn arrives(
-        &self,
-        ray: usize,
-        media: InteriorList,
-        start: DVec3,
-        end: DVec3,
-    ) -> Vec3 {
-        if media.is_empty() {
-            return Vec3::ONE;
-        }
-        let mut part = Vec3::ONE;
-        if media.light_outside_closed_body(self.world, end) {
-            if self.samplers[ray].get_1d_random(self.bounce) * INTERIOR_SHADOW_RATE >= 1.0 {
-                return Vec3::ZERO;
-            }
-            part *= INTERIOR_SHADOW_RATE;
-        }
-        if end.x < f64::INFINITY {
-            let way = (end - start).length() as f32;
-            part *= (-media.absorption(self.world) * way).exp();
-        }
-        part
-    }
-
-    /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds
-    /// behind counts in full.
-    pub(crate) fn go_on<S: BsdfModel>(
-        &self,
-        path: &mut PathState,
-        surface: &ShadingPoint<S>,
-        skin: InterfaceTransition,
-        wave: &mut WavefrontQueues,
-    ) {
-        wave.next_rays
-            .push(surface.interaction.spawn_ray(path.direction, f32::INFINITY));
-        path.prev_context = surface.light_sample_context();
-        path.bsdf_pdf = f32::INFINITY;
-        path.interior_list = skin.inside;
     }
 }
 
@@ -251,9 +190,10 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn what_is_alone_is_met_as_among_others() {
+    fn the_shortcut_equals_the_general_case() {
         let mut world = World::default();
         for priority in [0, 3] {
             let material = Material {
@@ -272,8 +212,8 @@ mod tests {
             nothing.push(0).push(1),
         ] {
             for (material, front) in [(0, true), (0, false), (1, true), (1, false)] {
-                let met = media.transition(&world, material, front, None);
-                let among = media.transition_among(&world, material, front, None);
+                let met = media.transition(&world.geometry, material, front, None);
+                let among = media.transition_among(&world.geometry, material, front, None);
                 assert_eq!(format!("{met:?}"), format!("{among:?}"));
             }
         }

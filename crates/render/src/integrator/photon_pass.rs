@@ -1,4 +1,4 @@
-//! Light on its way from lamps through mirrors and lenses to where it falls.
+//! The photon pass: photons from lights over caustic casters to diffuse receivers, which fill the caustic maps.
 
 use std::f64::consts::TAU;
 
@@ -7,12 +7,13 @@ use raycam_bvh::{Coherence, Hit, Ray};
 use rayon::prelude::*;
 
 use crate::bsdf::BsdfModel;
-use crate::bsdf::ShadingPoint;
+use crate::bsdf::material_hit::MaterialHit;
+use crate::bsdf::shading_point::ShadingPoint;
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
-use crate::integrator::batch::hits::MIN_CAUSTIC_SEGMENTS;
-use crate::integrator::is_miss;
+use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
+use crate::integrator::path_tracer::MIN_CAUSTIC_SEGMENTS;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling};
@@ -23,73 +24,73 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// How many are sent to each object that throws light, and how many at a time.
+/// Photons emitted to each caustic caster, and those traced together.
 const PHOTONS_PER_CASTER: u32 = 1 << 14;
 const PHOTON_BATCH: u32 = 1 << 11;
-/// Surfaces that one meets at most.
+/// Surfaces that a photon may meet.
 const MAX_BOUNCES: u32 = 8;
 
-/// Light on its way.
 #[derive(Clone, Copy)]
 struct Photon {
     sampler: Sampler,
     direction: Vec3,
     power: f64,
     interior_list: InteriorList,
-    /// Which object it has left last, and where.
+    /// Index of the caster that the photon left last, and the point.
     last_exit: Option<(usize, DVec3)>,
 }
 
-/// Finds what guides the paths of pictures, once for a world, where any are long enough to be guided.
+/// Builds the caustic maps of a world once, if the paths of a picture are long enough to be guided.
 pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
     let lights = settings.integrator.effective_lights(world);
-    let long = settings
+    let is_long = settings
         .max_depth
-        .is_none_or(|most| most > MIN_CAUSTIC_SEGMENTS);
-    let guided = settings.integrator == Integrator::Path && long && lights.can_cast_caustics();
-    if guided
+        .is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
+    let is_guided =
+        settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
+    if is_guided
         && !world.guiding.caustic_casters.is_empty()
         && world.guiding.caustic_maps.get().is_none()
     {
-        // Not while others wait for it: a thread that does so takes up work of other pictures.
+        // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
         let _ = world.guiding.caustic_maps.set(build_maps(world, lights));
     }
 }
 
-/// What each of a world's mirrors throws. It guides paths alone: what is left out of it makes noise and no error.
-pub(crate) fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticMap> {
-    let mirrors = &world.guiding.caustic_casters;
-    let batches: Vec<_> = (0..mirrors.len())
-        .flat_map(|mirror| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (mirror, batch)))
+/// The caustic map of every caster. Maps guide paths only: light that they lack adds noise and no bias.
+fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticMap> {
+    let casters = &world.guiding.caustic_casters;
+    let batches: Vec<_> = (0..casters.len())
+        .flat_map(|caster| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (caster, batch)))
         .collect();
-    let fallen: Vec<_> = batches
+    let deposits: Vec<_> = batches
         .into_par_iter()
-        .map(|(mirror, batch)| {
-            let sampler = Sampler::for_pixel(0, mirror as u32, [0, 0]);
-            let samplers =
-                (batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH).map(|i| sampler.with_sample(i));
-            trace_photons(world, lights, &mirrors[mirror], samplers)
+        .map(|(caster, batch)| {
+            let sampler = Sampler::for_pixel(0, caster as u32, [0, 0]);
+            let samples = batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH;
+            let samplers = samples.map(|i| sampler.with_sample(i));
+            trace_photons(world, lights, &casters[caster], samplers)
         })
         .collect();
-    let thrown = |(number, mirror)| {
-        let all = fallen.iter().flatten();
-        let by_it = all.filter(|(by, _)| *by == number);
-        CausticMap::new(mirror, by_it.map(|(_, fallen)| *fallen))
+    let map = |(index, caster)| {
+        let all = deposits.iter().flatten();
+        let own = all.filter(|(last_caster, _)| *last_caster == index);
+        CausticMap::new(caster, own.map(|(_, deposit)| *deposit))
     };
-    mirrors.iter().enumerate().map(thrown).collect()
+    casters.iter().enumerate().map(map).collect()
 }
 
-/// Sends photons to a mirror; those that have fallen on something else, and which mirror they left last.
+/// Emits photons to a caster; returns their deposits, each with the caster that the photon left last.
 fn trace_photons(
     world: &PreparedWorld,
     lights: &Lights,
-    mirror: &CausticCaster,
+    caster: &CausticCaster,
     samplers: impl Iterator<Item = Sampler>,
 ) -> Vec<(usize, PhotonDeposit)> {
-    let sent = samplers.filter_map(|sampler| emit_photon(world, lights, mirror, sampler));
-    let (mut photons, mut rays): (Vec<_>, Vec<_>) = sent.unzip();
-    let (mut hits, mut fallen) = (vec![], vec![]);
-    for turn in 0..MAX_BOUNCES {
+    let emitted = samplers.filter_map(|sampler| emit_photon(world, lights, caster, sampler));
+    let (mut photons, mut rays): (Vec<_>, Vec<_>) = emitted.unzip();
+    let (mut hits, mut deposits) = (vec![], vec![]);
+    for bounce in 0..MAX_BOUNCES {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         world
@@ -100,42 +101,43 @@ fn trace_photons(
         let mut hits = hits.iter();
         photons.retain_mut(|photon| {
             let hit = hits.next().filter(|hit| !is_miss(hit));
-            let ray = hit.and_then(|hit| photon.bounce(world, hit, turn, &mut fallen));
+            let ray = hit.and_then(|hit| photon.bounce(world, hit, bounce, &mut deposits));
             rays.extend(ray);
             ray.is_some()
         });
     }
-    fallen
+    deposits
 }
 
-/// From a light to a place in the sphere around a mirror.
+/// Emits a photon from a light to a point in the bounding sphere of a caster.
 fn emit_photon(
     world: &PreparedWorld,
     lights: &Lights,
-    mirror: &CausticCaster,
+    caster: &CausticCaster,
     sampler: Sampler,
 ) -> Option<(Photon, Ray)> {
     let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
-    let [radius, which] = sampler.get_2d(Dimension::LobeAndLight(0));
-    let on_light = sampler.get_2d(Dimension::Light(0, 0));
+    let [radius, choice] = sampler.get_2d(Dimension::LobeAndLight(0));
+    let light_random = sampler.get_2d(Dimension::Light(0, 0));
     let z = 2.0 * height - 1.0;
     let (sin, cos) = (TAU * turn).sin_cos();
     let across = (1.0 - z * z).sqrt();
     let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
-    let from = LightSampleContext {
-        position: mirror.center + mirror.radius * within,
+    let context = LightSampleContext {
+        position: caster.center + caster.radius * within,
         normal: Vec3::ZERO,
     };
-    let by = LightSampleContexts::from(&from);
+    let contexts = LightSampleContexts::from(&context);
+    let sampling = LightSampling::Importance;
     let sample = lights.sample(
-        &by,
+        &contexts,
         &world.geometry,
-        LightSampling::Importance,
-        which,
-        &on_light.into(),
+        sampling,
+        choice,
+        &light_random.into(),
     )?;
-    // Those without a size are not found through mirrors, those all around shine on all of them.
-    let end = sample.p_light.filter(|_| !sample.is_delta)?;
+    // BSDF samples never find delta lights, and find infinite lights from every caster.
+    let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
     let photon = Photon {
         sampler,
         direction: -sample.direction,
@@ -143,7 +145,8 @@ fn emit_photon(
         interior_list: InteriorList::default(),
         last_exit: None,
     };
-    let origin = from.position + (end - from.position) * f64::from(ONE_MINUS_SHADOW_EPSILON);
+    let epsilon = f64::from(ONE_MINUS_SHADOW_EPSILON);
+    let origin = context.position + (p_light - context.position) * epsilon;
     let ray = Ray {
         origin: origin.as_vec3().to_array(),
         direction: photon.direction.to_array(),
@@ -153,53 +156,45 @@ fn emit_photon(
 }
 
 impl Photon {
-    /// Goes on from a mirror; elsewhere it has fallen, if it has been at one.
+    /// Scatters the photon at a caster; elsewhere a photon that has met a caster is deposited.
     fn bounce(
         &mut self,
         world: &PreparedWorld,
         hit: &Hit,
-        turn: u32,
-        fallen: &mut Vec<(usize, PhotonDeposit)>,
+        bounce: u32,
+        deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
-        let place = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
-        let mut mirrors = world.guiding.caustic_casters.iter();
-        let Some(mirror) = mirrors.position(|mirror| mirror.instance == hit.instance) else {
-            fallen.extend(self.last_exit.map(|(mirror, left)| {
-                let (at, power) = (place.position, self.power);
-                (
-                    mirror,
-                    PhotonDeposit {
-                        exit_point: left,
-                        landing_point: at,
-                        power,
-                    },
-                )
+        let interaction = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
+        let mut casters = world.guiding.caustic_casters.iter();
+        let Some(caster) = casters.position(|caster| caster.instance == hit.instance) else {
+            deposits.extend(self.last_exit.map(|(caster, exit_point)| {
+                let deposit = PhotonDeposit {
+                    exit_point,
+                    landing_point: interaction.position,
+                    power: self.power,
+                };
+                (caster, deposit)
             }));
             return None;
         };
-        let skin =
-            InterfaceTransition::at_hit(world, self.interior_list, hit, place.is_front, None);
-        if skin.is_false_intersection {
-            self.interior_list = skin.inside;
-            return Some(place.spawn_ray(self.direction, f32::INFINITY));
+        let (media, is_front) = (self.interior_list, interaction.is_front);
+        let transition = InterfaceTransition::at_hit(&world.geometry, media, hit, is_front, None);
+        if transition.is_false_intersection {
+            self.interior_list = transition.far_side;
+            return Some(interaction.spawn_ray(self.direction, f32::INFINITY));
         }
-        let surface = ShadingPoint::new(
-            &world.geometry,
-            &place,
-            self.direction,
-            hit,
-            None,
-            skin.outside_ior,
-        );
-        let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(turn + 1));
-        let [x, y] = self.sampler.get_2d(Dimension::Bsdf(turn));
-        let sample = surface.bsdf.sample(&surface.frame, [choice, x, y])?;
+        let material_hit = MaterialHit::new(&world.geometry, hit, &interaction, self.direction)
+            .seen_by(None, transition.outside_ior);
+        let point = ShadingPoint::new(&interaction, &material_hit);
+        let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(bounce + 1));
+        let [x, y] = self.sampler.get_2d(Dimension::Bsdf(bounce));
+        let sample = point.bsdf.sample(&point.frame, [choice, x, y])?;
         self.power *= f64::from(sample.weight.element_sum() / 3.0);
-        self.interior_list = skin.medium_towards(surface.frame.geometric, sample.wi);
+        self.interior_list = transition.medium_towards(point.frame.geometric, sample.wi);
         self.direction = sample.wi;
-        self.last_exit = Some((mirror, place.position));
-        let shines = self.power > 0.0 && self.power.is_finite();
-        shines.then(|| place.spawn_ray(self.direction, f32::INFINITY))
+        self.last_exit = Some((caster, interaction.position));
+        let is_alive = self.power > 0.0 && self.power.is_finite();
+        is_alive.then(|| interaction.spawn_ray(self.direction, f32::INFINITY))
     }
 }
 
@@ -257,7 +252,7 @@ mod tests {
         }
     }
 
-    /// What the ball throws on a place of the world: the middle of where it left, and how far from there.
+    /// The target of the ball's map for a point of the world: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
         let thrown = &world.guiding.caustic_maps.get().unwrap()[0];

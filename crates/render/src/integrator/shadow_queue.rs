@@ -1,18 +1,18 @@
-//! Light on its way to the rays of a batch, unless something stands in between.
+//! Shadow rays, and the light that each contributes if nothing occludes its ray.
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray, Scene};
 
-use crate::integrator::is_miss;
+use crate::integrator::camera_ray_batch::is_miss;
 use crate::interaction::SurfaceInteraction;
-use crate::prepare::world::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 
-/// Shadow rays, and what arrives along each.
+/// Shadow rays in the order in which they were pushed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ShadowRayQueue {
     rays: Vec<Ray>,
     occluded: Vec<bool>,
-    /// Which ray of the batch it is for, and how much.
+    /// Index of the camera ray, and the light that the shadow ray adds to its radiance.
     contribution: Vec<(usize, Vec3)>,
 }
 
@@ -22,31 +22,28 @@ impl ShadowRayQueue {
         self.contribution.push((index, light));
     }
 
-    /// Answers everything asked since the last time.
+    /// Traces all rays, adds the light of unoccluded ones to `radiance`, and empties the queue.
     pub fn trace(
         &mut self,
-        world: &PreparedWorld,
+        geometry: &Geometry,
         scene: &Scene,
         coherence: Coherence,
         radiance: &mut [Vec3],
     ) {
-        // All are written; what they were does not matter.
+        // Every entry is overwritten.
         self.occluded.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.occluded, coherence);
-        for (&(index, light), dark) in self.contribution.iter().zip(&self.occluded) {
-            if !dark {
+        for (&(index, light), occluded) in self.contribution.iter().zip(&self.occluded) {
+            if !occluded {
                 radiance[index] += light;
             }
         }
-        if world.geometry.has_transparency {
-            let is_dark = || {
-                let mut dark = self.occluded.iter();
-                move || dark.next() == Some(&true)
-            };
-            let (mut of_ray, mut of_light) = (is_dark(), is_dark());
-            self.rays.retain(|_| of_ray());
-            self.contribution.retain(|_| of_light());
-            self.trace_transparent(world, scene, radiance);
+        if geometry.has_transparency {
+            let mut occluded = self.occluded.iter();
+            self.rays.retain(|_| occluded.next() == Some(&true));
+            let mut occluded = self.occluded.iter();
+            self.contribution.retain(|_| occluded.next() == Some(&true));
+            self.trace_transparent(geometry, scene, radiance);
         }
         self.clear();
     }
@@ -56,35 +53,35 @@ impl ShadowRayQueue {
         self.contribution.clear();
     }
 
-    /// What stands in the way may let light through by its opacity: from one surface to the next.
-    fn trace_transparent(&mut self, world: &PreparedWorld, scene: &Scene, radiance: &mut [Vec3]) {
+    /// Traces rays that transparent surfaces may let through, from one surface to the next.
+    fn trace_transparent(&mut self, geometry: &Geometry, scene: &Scene, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {
             hits.clear();
             hits.resize(self.rays.len(), Hit::MISS);
             scene.closest(&self.rays, &mut hits, Coherence::Incoherent);
-            let mut kept = 0;
+            let mut count = 0;
             for (i, hit) in hits.iter().enumerate() {
                 let ((index, light), ray) = (self.contribution[i], self.rays[i]);
                 if is_miss(hit) {
                     radiance[index] += light;
                     continue;
                 }
-                let light = light * (1.0 - world.geometry.opacity(hit));
+                let light = light * (1.0 - geometry.opacity(hit));
                 if light == Vec3::ZERO {
                     continue;
                 }
-                // From the other side of the surface to the same end.
+                // From the far side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let place = SurfaceInteraction::new(&world.geometry, direction / length, hit, 0.0);
+                let interaction = SurfaceInteraction::new(geometry, direction / length, hit, 0.0);
                 let left = (ray.t_max - hit.t) * length;
-                self.rays[kept] = place.spawn_ray(direction / length, left);
-                self.contribution[kept] = (index, light);
-                kept += 1;
+                self.rays[count] = interaction.spawn_ray(direction / length, left);
+                self.contribution[count] = (index, light);
+                count += 1;
             }
-            self.rays.truncate(kept);
-            self.contribution.truncate(kept);
+            self.rays.truncate(count);
+            self.contribution.truncate(count);
         }
     }
 }

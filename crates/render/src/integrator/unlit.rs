@@ -1,23 +1,26 @@
-//! `flat`: the lecture's picture, the base colour of the nearest triangle, whatever the light.
+//! `flat`: the base colour of the nearest triangle, whatever the light.
 
 use glam::Vec3;
 
-use crate::integrator::{CameraRayBatch, is_miss};
+use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::interaction::ray_cone::Footprint;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
 
+/// Sets the base colour along every camera ray, or the radiance of the environment.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     batch: &CameraRayBatch,
     radiance: &mut [Vec3],
-    sky: &mut [bool],
+    is_background: &mut [bool],
 ) {
     let lights = Integrator::Flat.effective_lights(world);
     let rays = batch.hits.iter().zip(batch.directions);
-    for ((hit, &direction), (radiance, sky)) in rays.zip(radiance.iter_mut().zip(sky)) {
-        *sky = is_miss(hit);
-        *radiance = if *sky {
+    for ((hit, &direction), (radiance, is_background)) in
+        rays.zip(radiance.iter_mut().zip(is_background))
+    {
+        *is_background = is_miss(hit);
+        *radiance = if *is_background {
             lights.escaped_radiance(direction, None)
         } else {
             world.geometry.base_color(hit, &Footprint::default())

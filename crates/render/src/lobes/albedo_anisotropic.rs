@@ -1,10 +1,11 @@
-//! The albedos of interfaces that are rougher along one direction: tables made where they are first needed.
+//! Directional albedo of anisotropic interfaces. A block of the table is made when its roughness is first used.
 
 use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use crate::lobes::albedo_tables::{MIN_TABLE_ALPHA, hemisphere_mean, interpolate, schlick_weight};
+use crate::lobes::albedo_grid::{MIN_TABLE_ALPHA, hemisphere_mean, interpolate};
+use crate::lobes::fresnel::schlick_weight;
 use crate::lobes::ggx::Ggx;
 
 /// Entries along the perceptual roughness of the smoother direction, along anisotropy, along the square root of the
@@ -13,11 +14,11 @@ const ROUGHNESS_ROWS: usize = 32;
 const ANISOTROPY_COLUMNS: usize = 24;
 const COSINE_STEPS: usize = 48;
 const AZIMUTH_STEPS: usize = 9;
-/// Points of a quadrature, outwards and around.
+/// Points of the quadrature of an entry.
 const RADIAL_POINTS: u32 = 48;
 const ANGULAR_POINTS: u32 = 48;
 
-/// Albedos as in the isotropic tables, for one roughness and anisotropy.
+/// Table of one roughness and anisotropy: the albedo where f0 = f90 = 1, and the part of it that scales with f0.
 #[derive(Debug)]
 struct AlbedoBlock {
     all: [[f32; COSINE_STEPS]; AZIMUTH_STEPS],
@@ -29,12 +30,12 @@ struct AlbedoBlock {
 static BLOCKS: [[OnceLock<Box<AlbedoBlock>>; ANISOTROPY_COLUMNS]; ROUGHNESS_ROWS] =
     [const { [const { OnceLock::new() }; ANISOTROPY_COLUMNS] }; ROUGHNESS_ROWS];
 
-/// Between which four blocks a roughness lies.
+/// A position between four blocks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AnisotropicAlbedo {
     blocks: [&'static AlbedoBlock; 4],
     fraction: [f32; 2],
-    /// Whether the bitangent is the rougher direction.
+    /// True if the bitangent is the rougher direction.
     swap_axes: bool,
 }
 
@@ -45,13 +46,13 @@ impl AnisotropicAlbedo {
             ggx.alpha_x.max(ggx.alpha_y).min(1.0),
         );
         let strength = ((high - low) / (1.0 - low)).max(0.0).sqrt();
-        let place = |value: f32, count: usize| {
+        let position = |value: f32, count: usize| {
             let position = value.clamp(0.0, 1.0) * (count - 1) as f32;
             let first = (position as usize).min(count - 2);
             (first, position - first as f32)
         };
-        let (row, down) = place(low.sqrt(), ROUGHNESS_ROWS);
-        let (column, right) = place(strength, ANISOTROPY_COLUMNS);
+        let (row, down) = position(low.sqrt(), ROUGHNESS_ROWS);
+        let (column, right) = position(strength, ANISOTROPY_COLUMNS);
         let block = |i: usize| {
             let (row, column) = (row + i / 2, column + i % 2);
             &**BLOCKS[row][column].get_or_init(|| Box::new(AlbedoBlock::new(row, column)))
@@ -70,7 +71,7 @@ impl AnisotropicAlbedo {
         top + (bottom - top) * down
     }
 
-    /// What an interface that reflects all reflects at once, and the share of it that Schlick multiplies by f0.
+    /// The albedo in a local direction where f0 = f90 = 1, and the part of it that scales with f0.
     pub fn albedo_at(&self, direction: Vec3) -> (f32, f32) {
         let [x, y] = [direction.x * direction.x, direction.y * direction.y];
         let share = if x + y > 0.0 { x / (x + y) } else { 0.5 };
@@ -88,7 +89,7 @@ impl AnisotropicAlbedo {
         )
     }
 
-    /// The same in the mean over the hemisphere.
+    /// The cosine-weighted means over the hemisphere.
     pub fn mean_albedo(&self) -> (f32, f32) {
         (
             self.interpolate(|block| block.all_mean),
@@ -129,7 +130,7 @@ impl AlbedoBlock {
     }
 }
 
-/// Over the hemisphere, weighed by the cosine; all azimuths alike, whose squared cosine is not spread evenly.
+/// The cosine-weighted mean over the hemisphere. Azimuths are uniform; the squares of their cosines are not.
 fn hemisphere_mean_of(table: &[[f32; COSINE_STEPS]; AZIMUTH_STEPS]) -> f32 {
     const AZIMUTHS: usize = 64;
     let mut weights = [0.0f64; AZIMUTH_STEPS];

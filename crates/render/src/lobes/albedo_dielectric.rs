@@ -1,33 +1,33 @@
-//! What a rough interface that refracts loses because light is followed to one microfacet alone.
+//! Albedo of rough dielectric interfaces, and the energy that single scattering loses there.
 //!
-//! Tables over cosine and roughness, for both sides of an index of refraction. A row is made by quadrature when a
-//! surface first asks for its roughness: smooth glass asks for none.
+//! Tables over cosine and roughness, for both sides of an index of refraction. A row is made by quadrature when its
+//! roughness is first used.
 
 use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use crate::lobes::albedo_tables::{
-    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of, ggx_of_row, hemisphere_mean, over_visible_normals,
-    roughness_row, schlick_weight, table_position,
+use crate::lobes::albedo_grid::{
+    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of_column, ggx_of_row, hemisphere_mean,
+    mean_over_visible_normals, roughness_row, table_position,
 };
-use crate::lobes::fresnel::{Fresnel, reflect, refract, refracted_cosine};
+use crate::lobes::fresnel::{Fresnel, reflect, refract, refracted_cosine, schlick_weight};
 use crate::lobes::ggx::Ggx;
 
-/// Points of a quadrature, outwards and around.
+/// Points of the quadrature of an entry.
 const RADIAL_POINTS: u32 = 128;
 const ANGULAR_POINTS: u32 = 48;
 
-/// How much is reflected by the angle.
+/// The formula of an interface's reflectance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FresnelModel {
-    /// As Fresnel's equations say.
+    /// Fresnel's equations.
     Exact,
-    /// As Schlick's approximation says, between any two ends.
+    /// Schlick's approximation, for any f0 and f90.
     Schlick,
 }
 
-/// The losses of an index of refraction, by roughness.
+/// The albedo of an index of refraction, by roughness.
 #[derive(Debug)]
 pub(crate) struct DielectricAlbedo {
     ior: f32,
@@ -35,20 +35,20 @@ pub(crate) struct DielectricAlbedo {
     rows: [OnceLock<Box<DielectricAlbedoRow>>; ROUGHNESS_ROWS],
 }
 
-/// Of one roughness: what is lost of light from outside and from inside.
+/// The albedo at one roughness, for light from outside and from inside.
 #[derive(Debug)]
 struct DielectricAlbedoRow([SideAlbedo; 2]);
 
-/// All is linear in what is reflected head on (f0) and at grazing angles (f90): a constant and two factors.
+/// Coefficients of 1, f0 and f90: every albedo is linear in f0 and f90.
 #[derive(Debug)]
 struct SideAlbedo {
-    /// By the cosine, what one microfacet reflects, and what it refracts.
+    /// By the cosine, the albedo of one reflection and of one refraction.
     albedo: [[[f32; 3]; 2]; COSINE_STEPS],
-    /// What is neither, in the mean over the hemisphere, weighed by the cosine.
+    /// The cosine-weighted mean of the fraction that is neither reflected nor refracted.
     mean_loss: [f32; 3],
 }
 
-/// Losses at one roughness.
+/// Albedo and energy loss at one roughness.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnergyLoss<'a> {
     rows: [&'a DielectricAlbedoRow; 2],
@@ -57,7 +57,7 @@ pub(crate) struct EnergyLoss<'a> {
 }
 
 impl DielectricAlbedo {
-    /// `ior` is that of the inside relative to the outside.
+    /// `ior` is the index of the inside relative to the outside.
     pub fn new(ior: f32, curve: FresnelModel) -> Self {
         Self {
             ior,
@@ -66,7 +66,7 @@ impl DielectricAlbedo {
         }
     }
 
-    /// Whether it is what a surface with this index on its other side has.
+    /// True if this table is that of an interface with this relative index.
     pub fn matches_eta(&self, eta: f32) -> bool {
         eta == self.ior || eta == 1.0 / self.ior
     }
@@ -86,7 +86,7 @@ impl DielectricAlbedo {
         DielectricAlbedoRow([self.ior, 1.0 / self.ior].map(|eta| {
             let mut kept = [[[0.0; 3]; 2]; COSINE_STEPS];
             for (column, kept) in kept.iter_mut().enumerate() {
-                *kept = self.side_albedo(&ggx, eta, cosine_of(column));
+                *kept = self.side_albedo(&ggx, eta, cosine_of_column(column));
             }
             let kept_mean = |term: usize| {
                 let of = |part: usize| hemisphere_mean(&kept.map(|parts| parts[part][term]));
@@ -99,23 +99,24 @@ impl DielectricAlbedo {
         }))
     }
 
-    /// What is reflected and refracted by one microfacet.
+    /// The albedo of one reflection and of one refraction.
     fn side_albedo(&self, ggx: &Ggx, eta: f32, cosine: f32) -> [[f32; 3]; 2] {
         if ggx.effectively_smooth() {
             return self.facet_albedo(cosine, eta, 1.0, 1.0);
         }
-        let kept = over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], |v, h| {
-            let up = reflect(v, h).map_or(0.0, |l| ggx.g_given_g1(v, l));
-            let down =
-                refract(v, h, eta).map_or(0.0, |l| ggx.g_given_g1(v, Vec3::new(l.x, l.y, -l.z)));
-            let [[a, b, c], [d, e, f]] = self.facet_albedo(v.dot(h), eta, up, down);
-            [a, b, c, d, e, f]
-        });
+        let kept =
+            mean_over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], |v, h| {
+                let up = reflect(v, h).map_or(0.0, |l| ggx.g_given_g1(v, l));
+                let down = refract(v, h, eta)
+                    .map_or(0.0, |l| ggx.g_given_g1(v, Vec3::new(l.x, l.y, -l.z)));
+                let [[a, b, c], [d, e, f]] = self.facet_albedo(v.dot(h), eta, up, down);
+                [a, b, c, d, e, f]
+            });
         let [a, b, c, d, e, f] = kept;
         [[a, b, c], [d, e, f]]
     }
 
-    /// What a microfacet reflects and refracts, each of which is seen by a share.
+    /// Reflectance and transmittance of a microfacet, of which the fractions `up` and `down` leave the surface.
     fn facet_albedo(&self, cosine: f32, eta: f32, up: f32, down: f32) -> [[f32; 3]; 2] {
         let Some(other) = refracted_cosine(cosine, eta) else {
             return [[up, 0.0, 0.0], [0.0; 3]];
@@ -136,12 +137,11 @@ impl DielectricAlbedo {
 }
 
 impl EnergyLoss<'_> {
-    /// Of light from a side at a cosine, where the interface reflects `f0` to `f90`: what one microfacet reflects, and what
-    /// it refracts.
+    /// The albedo of one reflection and of one refraction, for light from one side at a cosine.
     #[inline(always)]
     pub fn albedo(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
         let (first, part) = table_position::<COSINE_STEPS>(cosine);
-        // Spelled out: the compiler may leave `map` a call.
+        // Not `map`, which the compiler may leave a call.
         let of = |which: usize| {
             self.interpolate(ends, |row, term| {
                 let kept = &row.0[usize::from(inside)].albedo;
@@ -152,7 +152,7 @@ impl EnergyLoss<'_> {
         [of(0), of(1)]
     }
 
-    /// What is lost in the mean over the hemisphere, weighed by the cosine.
+    /// The cosine-weighted mean of the fraction that single scattering loses.
     #[inline(always)]
     pub fn mean_loss(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
         self.interpolate(ends, |row, term| row.0[usize::from(inside)].mean_loss[term])
@@ -170,7 +170,7 @@ impl EnergyLoss<'_> {
             low + (of(high, term) - low) * self.fraction
         };
         match self.fresnel_model {
-            // The others are zero.
+            // The other coefficients are zero.
             FresnelModel::Exact => Vec3::splat(term(0)),
             FresnelModel::Schlick => Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2),
         }

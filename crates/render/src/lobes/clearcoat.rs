@@ -1,50 +1,95 @@
-//! A clear layer on top of the others.
+//! A clear coat of index 1.5 on top of the other layers (`KHR_materials_clearcoat`).
 
 use glam::Vec3;
 
-use crate::bsdf::BsdfEval;
-use crate::lobes::albedo_tables::DirectionalAlbedo;
-use crate::lobes::fresnel::Fresnel;
-use crate::lobes::ggx::{Ggx, eval_reflection};
+use crate::lobes::albedo_tables::{Albedo, AlbedoRow, AlbedoTables};
+use crate::lobes::fresnel::schlick;
+use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// How much of a surface it covers, and how rough it is.
+/// An isotropic coat over a fraction `weight` of the surface, with a normal of its own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clearcoat {
     pub weight: f32,
     pub ggx: Ggx,
-    /// It may have normals of its own.
     pub frame: ShadingFrame,
 }
 
-/// The index of a coat is 1.5.
-pub(crate) const COAT_FRESNEL: Fresnel = Fresnel::Schlick {
-    f0: Vec3::splat(0.04),
-    f90: Vec3::ONE,
-    eta: None,
-};
+/// A direction in which a coat reflects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClearcoatSample {
+    pub is_valid: bool,
+    /// World direction.
+    pub wi: Vec3,
+    /// True for a smooth coat, whose samples have `weight` and no density.
+    pub is_specular: bool,
+    /// Reflectance of a smooth coat divided by the probability of sampling the coat.
+    pub weight: f32,
+}
+
+/// Reflectance of index 1.5 at normal and at grazing incidence.
+const F0_F90: (Vec3, Vec3) = (Vec3::splat(0.04), Vec3::ONE);
 
 impl Clearcoat {
-    /// What it reflects of white light at a cosine.
-    pub fn albedo(&self, cosine: f32) -> f32 {
-        let direction = Vec3::Z * cosine.max(0.0);
-        let energy = DirectionalAlbedo::new(&self.ggx);
-        self.weight
-            * energy
-                .albedo(COAT_FRESNEL.f0_f90(), direction)
-                .single_scatter
-                .x
+    /// The direction towards the viewer, local to the coat.
+    #[inline(always)]
+    pub fn wo(&self) -> Vec3 {
+        self.frame.to_local(self.frame.wo)
     }
 
-    pub fn eval(&self, view: Vec3, light: Vec3) -> BsdfEval {
-        let (v, l) = (self.frame.to_local(view), self.frame.to_local(light));
-        if self.ggx.effectively_smooth() || l.z <= 0.0 || v.z <= 0.0 {
-            return BsdfEval::default();
+    /// The directional albedo at a cosine.
+    #[inline(always)]
+    pub fn albedo(&self, tables: &AlbedoTables, cosine: f32) -> f32 {
+        let row = AlbedoRow::new(&self.ggx);
+        let (albedo, [mean, _]) = (
+            row.albedo_at(tables, cosine.max(0.0)),
+            row.mean_albedo(tables),
+        );
+        self.weight * Albedo::new(F0_F90, albedo, mean).single_scatter.x
+    }
+
+    /// The fraction of light from the world direction `wi` that passes the coat on its way in and out.
+    #[inline(always)]
+    pub fn transmittance(&self, tables: &AlbedoTables, view_albedo: f32, wi: Vec3) -> f32 {
+        let cosine = self.frame.normal.dot(wi).abs();
+        1.0 - view_albedo.max(self.albedo(tables, cosine))
+    }
+
+    /// The reflectance times the cosine of the world direction `wi`, the same in all colours, and the density of sampling
+    /// `wi`. `wo` is local to the coat.
+    #[inline(always)]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
+        let wi = self.frame.to_local(wi);
+        let facets = MicrofacetEval::reflection(&self.ggx, wo, wi);
+        let (f0, f90) = F0_F90;
+        let value = schlick(f0, f90, facets.cosine).x * facets.weight * self.weight;
+        let is_lit = !self.ggx.effectively_smooth() & (wi.z > 0.0) & (wo.z > 0.0);
+        if is_lit {
+            (value, facets.pdf)
+        } else {
+            (0.0, 0.0)
         }
-        let (value, pdf) = eval_reflection(&self.ggx, &COAT_FRESNEL, v, l);
-        BsdfEval {
-            value: value * self.weight,
-            pdf,
+    }
+
+    /// Samples a direction; the coat is sampled with `probability`. `wo` is local to the coat.
+    #[inline(always)]
+    pub fn sample(&self, wo: Vec3, random: [f32; 2], probability: f32) -> ClearcoatSample {
+        let is_specular = self.ggx.effectively_smooth();
+        let wm = self.ggx.sample_wm(wo, random);
+        let reflected = 2.0 * wo.dot(wm) * wm - wo;
+        let wi = if is_specular {
+            Vec3::new(-wo.x, -wo.y, wo.z)
+        } else {
+            reflected
+        };
+        let direction = self.frame.to_world(wi);
+        let is_above = self.frame.geometric.dot(direction) > 0.0;
+        let (f0, f90) = F0_F90;
+        ClearcoatSample {
+            is_valid: if is_specular { is_above } else { wi.z > 0.0 },
+            wi: direction,
+            is_specular,
+            weight: schlick(f0, f90, wo.z).x * (self.weight / probability),
         }
     }
 }
@@ -53,10 +98,11 @@ impl Clearcoat {
 mod tests {
     use super::*;
     use crate::bsdf::tests::{over_the_hemisphere, seen_from};
+    use crate::lobes::albedo_tables::albedo_tables;
 
     #[test]
-    fn it_takes_what_it_reflects() {
-        // What lies below gets what `albedo` leaves, so that is to be the integral of `eval`.
+    fn albedo_is_the_integral_of_the_reflectance() {
+        // Layers below receive what the albedo leaves.
         for (roughness, cosine) in [(0.5f32, 0.9f32), (0.5, 0.5), (0.8, 0.7), (0.8, 0.3)] {
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             let coat = Clearcoat {
@@ -64,8 +110,8 @@ mod tests {
                 ggx: Ggx::isotropic(roughness),
                 frame: seen_from(view),
             };
-            let sent = over_the_hemisphere(|light| coat.eval(view, light).value.x);
-            let ratio = sent / f64::from(coat.albedo(cosine));
+            let sent = over_the_hemisphere(|light| coat.eval(coat.wo(), light).0);
+            let ratio = sent / f64::from(coat.albedo(albedo_tables(), cosine));
             assert!((ratio - 1.0).abs() < 4e-3, "{roughness}, {cosine}: {ratio}");
         }
     }

@@ -1,32 +1,32 @@
-//! How much of the light an interface reflects.
+//! Fresnel terms: the fraction of light that an interface reflects.
 
 use glam::Vec3;
 
 use crate::lobes::thin_film::ThinFilm;
 
-/// An interface, as the viewer meets it.
+/// An interface as seen from the viewer's side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Fresnel {
     /// C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
     Schlick {
-        /// At normal incidence, and at grazing incidence.
+        /// Reflectance at normal and at grazing incidence.
         f0: Vec3,
         f90: Vec3,
-        /// The index of the other side relative to the viewer's, where it is less dense than the viewer's.
+        /// Index of the far side relative to the near side, where the far side is the thinner one.
         eta: Option<f32>,
     },
-    /// The same under a thin film, which has this share of the surface.
+    /// Schlick's approximation, with a thin film on a fraction `weight` of the surface.
     ThinFilm {
         thin_film: ThinFilm,
         f0: Vec3,
         f90: Vec3,
         weight: f32,
     },
-    /// Fresnel's equations for unpolarised light; the index of the other side relative to the viewer's.
+    /// Fresnel's equations for unpolarised light, by the index of the far side relative to the near side.
     Dielectric(f32),
-    /// The same for a pane of two parallel interfaces, with all reflections in between.
+    /// A pane of two parallel interfaces with all reflections between them, by the index of the pane.
     ThinDielectric(f32),
-    /// Fresnel's equations for metals, times a colour.
+    /// Fresnel's equations for conductors, times a colour.
     Conductor {
         ior: Vec3,
         extinction: Vec3,
@@ -35,23 +35,19 @@ pub(crate) enum Fresnel {
 }
 
 impl Fresnel {
-    /// The share that is reflected, by the cosine between the microfacet's normal and a direction on the viewer's side.
+    /// The reflectance, by the cosine between the microfacet normal and a direction on the near side.
     pub fn reflectance(&self, cosine: f32) -> Vec3 {
         match *self {
-            Self::Schlick {
-                f0,
-                f90,
-                eta: inside,
-            } => match inside {
+            Self::Schlick { f0, f90, eta } => match eta {
                 None => schlick(f0, f90, cosine),
                 Some(eta) => schlick_two_sided(f0, f90, cosine, eta),
             },
             Self::ThinFilm {
-                thin_film: film,
+                thin_film,
                 f0,
                 f90,
-                weight: share,
-            } => schlick(f0, f90, cosine).lerp(film.reflectance(cosine, f0), share),
+                weight,
+            } => schlick(f0, f90, cosine).lerp(thin_film.reflectance(cosine, f0), weight),
             Self::Dielectric(eta) => Vec3::splat(dielectric(cosine, eta)),
             Self::ThinDielectric(eta) => Vec3::splat(thin_dielectric(dielectric(cosine, eta))),
             Self::Conductor {
@@ -62,7 +58,7 @@ impl Fresnel {
         }
     }
 
-    /// At normal and at grazing incidence.
+    /// The reflectance at normal and at grazing incidence.
     pub fn f0_f90(&self) -> (Vec3, Vec3) {
         match *self {
             Self::Schlick { f0, f90, .. } => (f0, f90),
@@ -73,6 +69,7 @@ impl Fresnel {
     }
 }
 
+/// Schlick's approximation.
 #[inline(always)]
 pub(crate) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     let x = (1.0 - cosine).clamp(0.0, 1.0);
@@ -80,27 +77,39 @@ pub(crate) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     f0 + (f90 - f0) * (x2 * x2 * x)
 }
 
-/// The same from either side, by the index of the other one relative to the viewer's.
+/// Schlick's approximation from either side, by the index of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn schlick_two_sided(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
-    if eta >= 1.0 {
-        return schlick(f0, f90, cosine);
-    }
-    // By the angle on the thinner side, so that both directions agree.
-    match refracted_cosine(cosine, eta) {
-        Some(outside) => schlick(f0, f90, outside),
-        None => Vec3::ONE,
-    }
+    let (cosine, is_total) = thinner_side_cosine(cosine, eta);
+    let reflectance = schlick(f0, f90, cosine);
+    if is_total { Vec3::ONE } else { reflectance }
 }
 
-/// The cosine on the other side; `None` for total reflection.
+/// The cosine on the thinner side of an interface, by which both sides agree, and true for total internal reflection.
+#[inline(always)]
+pub(crate) fn thinner_side_cosine(cosine: f32, eta: f32) -> (f32, bool) {
+    let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
+    let transmitted = (1.0 - sin2).sqrt();
+    let is_inside = eta < 1.0;
+    (
+        if is_inside { transmitted } else { cosine },
+        is_inside & (sin2 >= 1.0),
+    )
+}
+
+/// The factor that Schlick's approximation applies to f0; f90 has the rest.
+pub(crate) fn schlick_weight(cosine: f32) -> f32 {
+    1.0 - (1.0 - cosine).powi(5)
+}
+
+/// The cosine on the far side; `None` for total internal reflection.
 #[inline(always)]
 pub(crate) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
 }
 
-/// What [`Fresnel::Dielectric`] reflects.
+/// The reflectance of [`Fresnel::Dielectric`].
 #[inline(always)]
 pub(crate) fn dielectric(cosine: f32, eta: f32) -> f32 {
     let Some(other) = refracted_cosine(cosine, eta) else {
@@ -111,13 +120,13 @@ pub(crate) fn dielectric(cosine: f32, eta: f32) -> f32 {
     (parallel * parallel + perpendicular * perpendicular) / 2.0
 }
 
-/// What [`Fresnel::ThinDielectric`] reflects, by what each of its interfaces does.
+/// The reflectance of [`Fresnel::ThinDielectric`], by that of each of its two interfaces.
 #[inline(always)]
 pub(crate) fn thin_dielectric(once: f32) -> f32 {
     2.0 * once / (1.0 + once)
 }
 
-/// What [`Fresnel::Conductor`] reflects of each colour.
+/// The reflectance of [`Fresnel::Conductor`] without its tint.
 #[inline(always)]
 pub(crate) fn conductors(cosine: f32, ior: Vec3, extinction: Vec3) -> Vec3 {
     Vec3::new(
@@ -133,7 +142,7 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
     let (c2, s2, n2, k2) = (c * c, 1.0 - c * c, n * n, k * k);
     let t = n2 - k2 - s2;
     let a2b2 = (t * t + 4.0 * n2 * k2).sqrt();
-    // (a2b2 + t) / 2, of whichever form takes no difference of near numbers.
+    // (a2b2 + t) / 2, in the form that does not cancel.
     let a = if t > 0.0 {
         (a2b2 + t) / 2.0
     } else {
@@ -148,18 +157,26 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
     (perpendicular + parallel) / 2.0
 }
 
-/// The mirror direction about a normal, where it lies above the surface.
+/// The mirror direction of `wo` about a microfacet normal; `None` below the surface.
 #[inline(always)]
-pub(crate) fn reflect(v: Vec3, h: Vec3) -> Option<Vec3> {
-    let l = 2.0 * v.dot(h) * h - v;
-    (l.z > 0.0).then_some(l)
+pub(crate) fn reflect(wo: Vec3, wm: Vec3) -> Option<Vec3> {
+    let wi = 2.0 * wo.dot(wm) * wm - wo;
+    (wi.z > 0.0).then_some(wi)
 }
 
-/// The refracted direction, where there is one and it lies below the surface; `eta` is the index there relative to here.
+/// The refracted direction of `wo` at a microfacet; `None` for total reflection and above the surface. `eta` is the index
+/// of the far side relative to the near side.
 #[inline(always)]
-pub(crate) fn refract(v: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
-    let cosine = v.dot(h);
-    let other = refracted_cosine(cosine, eta)?;
-    let l = h * (cosine / eta - other) - v / eta;
-    (l.z < 0.0).then_some(l)
+pub(crate) fn refract(wo: Vec3, wm: Vec3, eta: f32) -> Option<Vec3> {
+    let (wi, is_valid) = refract_unchecked(wo, wm, eta);
+    is_valid.then_some(wi)
+}
+
+/// [`refract`] without branches: a direction, and true if there is one.
+#[inline(always)]
+pub(crate) fn refract_unchecked(wo: Vec3, wm: Vec3, eta: f32) -> (Vec3, bool) {
+    let cosine = wo.dot(wm);
+    let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
+    let wi = wm * (cosine / eta - (1.0 - sin2).sqrt()) - wo / eta;
+    (wi, (sin2 < 1.0) & (wi.z < 0.0))
 }

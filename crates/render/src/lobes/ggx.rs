@@ -1,136 +1,154 @@
-//! The GGX distribution of microfacets, with visible normals.
+//! The GGX (Trowbridge-Reitz) distribution of microfacets, sampled by visible normals.
 //!
 //! B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007; E. Heitz, "Understanding the
 //! Masking-Shadowing Function", JCGT 3(2), 2014 (height-correlated, anisotropic); J. Dupuy and A. Benyoub, "Sampling
-//! Visible GGX Normals with Spherical Caps", 2023. Directions are in coordinates along tangent, bitangent and normal.
+//! Visible GGX Normals with Spherical Caps", 2023. `wm` is a microfacet normal.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use crate::lobes::fresnel::Fresnel;
 use crate::lobes::shading_frame::sincos_turns;
 
-/// Roughness along the tangent and the bitangent.
+/// Widths of the distribution along the tangent and the bitangent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ggx {
     pub alpha_x: f32,
     pub alpha_y: f32,
 }
 
-/// Below this, float32 cannot tell a lobe from a mirror.
+/// Narrower distributions are mirrors: float32 cannot resolve their peak.
 const MIN_ALPHA: f32 = 1e-3;
 
 impl Ggx {
-    /// Of perceptual roughness 0..=1, the same in all directions.
+    /// The isotropic distribution of a perceptual roughness in 0..=1.
     #[inline(always)]
     pub fn isotropic(roughness: f32) -> Self {
-        let alpha = roughness * roughness;
+        Self::from_alpha(roughness * roughness)
+    }
+
+    /// The isotropic distribution of a width.
+    #[inline(always)]
+    pub fn from_alpha(alpha: f32) -> Self {
         Self {
             alpha_x: alpha,
             alpha_y: alpha,
         }
     }
 
-    /// Whether it is a mirror.
+    /// True for a mirror.
     #[inline(always)]
     pub fn effectively_smooth(&self) -> bool {
         self.alpha_x.max(self.alpha_y) < MIN_ALPHA
     }
 
-    /// The perceptual roughness of an isotropic lobe that is about as wide.
+    /// The perceptual roughness of an isotropic distribution about as wide.
     #[inline(always)]
     pub fn roughness(&self) -> f32 {
         (self.alpha_x * self.alpha_y).sqrt().sqrt()
     }
 
-    /// Whether it is the same in all directions.
+    /// True if the distribution has the same width in all directions.
     pub fn is_isotropic(&self) -> bool {
         self.alpha_x == self.alpha_y
     }
 
-    /// The density of normals over projected area.
+    /// The density of microfacet normals over projected area.
     #[inline(always)]
-    pub fn d(&self, h: Vec3) -> f32 {
-        let (x, y) = (h.x / self.alpha_x, h.y / self.alpha_y);
-        let s = x * x + y * y + h.z * h.z;
+    pub fn d(&self, wm: Vec3) -> f32 {
+        let (x, y) = (wm.x / self.alpha_x, wm.y / self.alpha_y);
+        let s = x * x + y * y + wm.z * wm.z;
         1.0 / (PI * self.alpha_x * self.alpha_y * s * s)
     }
 
-    /// Smith's function: hidden area per visible area.
+    /// Smith's function: masked area per visible area.
     #[inline(always)]
-    fn lambda(&self, v: Vec3) -> f32 {
-        let (x, y) = (self.alpha_x * v.x, self.alpha_y * v.y);
-        ((1.0 + (x * x + y * y) / (v.z * v.z)).sqrt() - 1.0) / 2.0
+    fn lambda(&self, w: Vec3) -> f32 {
+        let (x, y) = (self.alpha_x * w.x, self.alpha_y * w.y);
+        ((1.0 + (x * x + y * y) / (w.z * w.z)).sqrt() - 1.0) / 2.0
     }
 
-    /// The share of microfacets that a direction sees.
+    /// The fraction of microfacets visible from one direction.
     #[inline(always)]
-    pub fn g1(&self, v: Vec3) -> f32 {
-        1.0 / (1.0 + self.lambda(v))
+    pub fn g1(&self, w: Vec3) -> f32 {
+        1.0 / (1.0 + self.lambda(w))
     }
 
-    /// The share that two directions see.
+    /// The fraction of microfacets visible from both directions.
     #[inline(always)]
-    pub fn g(&self, v: Vec3, l: Vec3) -> f32 {
-        1.0 / (1.0 + self.lambda(v) + self.lambda(l))
+    pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
+        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
 
-    /// The share of what one direction sees that the other sees too.
-    pub fn g_given_g1(&self, v: Vec3, l: Vec3) -> f32 {
-        let seen = self.lambda(v);
-        (1.0 + seen) / (1.0 + seen + self.lambda(l))
+    /// G / G1: of the microfacets visible from `wo`, the fraction visible from `wi` too.
+    pub fn g_given_g1(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let lambda = self.lambda(wo);
+        (1.0 + lambda) / (1.0 + lambda + self.lambda(wi))
     }
 
-    /// A normal as often as `v`, above the surface, sees it.
+    /// Samples a microfacet normal in proportion to its area visible from `wo`, which lies above the surface.
     #[inline(always)]
-    pub fn sample_wm(&self, v: Vec3, [a, b]: [f32; 2]) -> Vec3 {
-        let standard = Vec3::new(self.alpha_x * v.x, self.alpha_y * v.y, v.z).normalize();
+    pub fn sample_wm(&self, wo: Vec3, [a, b]: [f32; 2]) -> Vec3 {
+        let standard = Vec3::new(self.alpha_x * wo.x, self.alpha_y * wo.y, wo.z).normalize();
         let z = (1.0 - b) * (1.0 + standard.z) - standard.z;
         let radius = (1.0 - z * z).max(0.0).sqrt();
         let (sin, cos) = sincos_turns(a);
         let cap = Vec3::new(radius * cos, radius * sin, z);
-        let h = cap + standard;
-        Vec3::new(self.alpha_x * h.x, self.alpha_y * h.y, h.z.max(0.0)).normalize_or(Vec3::Z)
+        let wm = cap + standard;
+        Vec3::new(self.alpha_x * wm.x, self.alpha_y * wm.y, wm.z.max(0.0)).normalize_or(Vec3::Z)
     }
 
     /// The density of [`Ggx::sample_wm`] by solid angle.
     #[inline(always)]
-    pub fn pdf(&self, v: Vec3, h: Vec3) -> f32 {
-        self.g1(v) * v.dot(h).max(0.0) * self.d(h) / v.z
+    pub fn pdf(&self, wo: Vec3, wm: Vec3) -> f32 {
+        self.g1(wo) * wo.dot(wm).max(0.0) * self.d(wm) / wo.z
     }
 }
 
-/// How rough mirrors send light from `l` to `v`.
+/// The microfacets that send light from `wi` to `wo`, without their Fresnel term.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MicrofacetEval {
-    /// Between either direction and the normal of the microfacets that do.
+    /// Cosine between `wo` and the normal of these microfacets.
     pub cosine: f32,
-    /// What their reflectance is multiplied by, cosine of the light included.
+    /// Factor of their reflectance or transmittance: D G over the cosines of the definition, times the cosine of `wi`.
     pub weight: f32,
-    /// The density of sampling `l` by [`Ggx::sample_wm`].
+    /// The density of sampling `wi` by [`Ggx::sample_wm`], by solid angle.
     pub pdf: f32,
 }
 
 impl MicrofacetEval {
+    /// Microfacets that reflect.
     #[inline(always)]
-    pub fn new(ggx: &Ggx, v: Vec3, l: Vec3) -> Self {
-        let h = (v + l).normalize_or(Vec3::Z);
-        let shape = ggx.d(h) / (4.0 * v.z);
+    pub fn reflection(ggx: &Ggx, wo: Vec3, wi: Vec3) -> Self {
+        let wm = (wo + wi).normalize_or(Vec3::Z);
+        let shape = ggx.d(wm) / (4.0 * wo.z);
         Self {
-            cosine: v.dot(h),
-            weight: shape * ggx.g(v, l),
-            pdf: shape * ggx.g1(v),
+            cosine: wo.dot(wm),
+            weight: shape * ggx.g(wo, wi),
+            pdf: shape * ggx.g1(wo),
         }
     }
-}
 
-/// The reflection of rough mirrors, times the cosine, and the density of sampling it.
-pub(crate) fn eval_reflection(ggx: &Ggx, fresnel: &Fresnel, v: Vec3, l: Vec3) -> (Vec3, f32) {
-    let MicrofacetEval {
-        cosine,
-        weight: seen,
-        pdf,
-    } = MicrofacetEval::new(ggx, v, l);
-    (fresnel.reflectance(cosine) * seen, pdf)
+    /// Microfacets that refract, all zero where no microfacet does. `eta` is the index of the side of `wi` relative to
+    /// that of `wo`.
+    #[inline(always)]
+    pub fn refraction(ggx: &Ggx, eta: f32, wo: Vec3, wi: Vec3) -> Self {
+        let wm = (wo + wi * eta).normalize_or_zero();
+        let wm = if wm.z < 0.0 { -wm } else { wm };
+        let (cosine, cosine_wi) = (wo.dot(wm), wi.dot(wm));
+        // d(wm) / d(wi), but for the eta^2 that radiance loses on this way.
+        let jacobian = -cosine_wi / (cosine + eta * cosine_wi).powi(2);
+        let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
+        let shape = ggx.d(wm) * ggx.g(wo, mirrored) * cosine / wo.z;
+        let is_none = (cosine <= 0.0) | (cosine_wi >= 0.0);
+        Self {
+            cosine: if is_none { 1.0 } else { cosine },
+            weight: if is_none { 0.0 } else { shape * jacobian },
+            pdf: if is_none {
+                0.0
+            } else {
+                ggx.pdf(wo, wm) * eta * eta * jacobian
+            },
+        }
+    }
 }

@@ -23,7 +23,7 @@ pub(crate) struct PhongLobe {
 const ALBEDO_STEPS: usize = 32;
 
 impl PhongLobe {
-    /// The exponent of a reflectance that has a specular lobe.
+    /// The exponent of a model with a specular lobe.
     pub fn shininess(reflectance: &MaterialModel) -> Option<f32> {
         match *reflectance {
             MaterialModel::Phong {
@@ -42,10 +42,10 @@ impl PhongLobe {
         Self { shininess, albedo }
     }
 
-    /// The reflectance of a white lobe in 1/sr; all vectors are of unit length and point away from the surface.
-    pub fn eval(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
-        let mirror = 2.0 * normal.dot(view) * normal - view;
-        let cosine = mirror.dot(light).min(1.0);
+    /// The value of a white lobe in 1/sr, from world directions.
+    pub fn eval(&self, normal: Vec3, wo: Vec3, wi: Vec3) -> f32 {
+        let mirror = 2.0 * normal.dot(wo) * normal - wo;
+        let cosine = mirror.dot(wi).min(1.0);
         if cosine <= 0.0 {
             return 0.0;
         }
@@ -53,13 +53,14 @@ impl PhongLobe {
     }
 
     /// The density of [`PhongLobe::sample`] by solid angle.
-    pub fn pdf(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
-        self.eval(normal, view, light) * ((self.shininess + 1.0) / (self.shininess + 2.0))
+    pub fn pdf(&self, normal: Vec3, wo: Vec3, wi: Vec3) -> f32 {
+        self.eval(normal, wo, wi) * ((self.shininess + 1.0) / (self.shininess + 2.0))
     }
 
-    /// A direction around the mirror direction with density (n + 1) / (2 pi) cos^n; it may lie below the surface.
-    pub fn sample(&self, normal: Vec3, view: Vec3, [x, y]: [f32; 2]) -> Vec3 {
-        let mirror = 2.0 * normal.dot(view) * normal - view;
+    /// Samples a world direction around the mirror direction with density (n + 1) / (2 pi) cos^n. The direction may lie
+    /// below the surface.
+    pub fn sample(&self, normal: Vec3, wo: Vec3, [x, y]: [f32; 2]) -> Vec3 {
+        let mirror = 2.0 * normal.dot(wo) * normal - wo;
         let cosine = (1.0 - x).powf(1.0 / (self.shininess + 1.0));
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let (right, up) = mirror.any_orthonormal_pair();
@@ -67,7 +68,7 @@ impl PhongLobe {
         (right * cos + up * sin) * sine + mirror * cosine
     }
 
-    /// The share of a white sky that it sends towards the view.
+    /// The directional albedo of a white lobe.
     pub fn albedo(&self, cosine: f32) -> f32 {
         let position = cosine.clamp(0.0, 1.0) * ALBEDO_STEPS as f32;
         let first = (position as usize).min(ALBEDO_STEPS - 1);

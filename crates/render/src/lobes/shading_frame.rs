@@ -1,39 +1,37 @@
-//! The directions of a surface point.
+//! Shading frames, and sampling of the cosine-weighted hemisphere.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3;
 
-/// Directions at a surface point, in the world and of unit length.
+/// Orthonormal directions at a surface point, in the world.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingFrame {
-    /// The triangle's, on the viewer's side.
+    /// Normal of the triangle, on the viewer's side.
     pub geometric: Vec3,
-    /// Of the smooth surface that the triangle stands for.
+    /// Shading normal.
     pub normal: Vec3,
-    /// At right angles to `normal`.
     pub tangent: Vec3,
-    /// At right angles to both.
     pub bitangent: Vec3,
-    /// Towards the viewer.
+    /// Direction towards the viewer.
     pub wo: Vec3,
 }
 
 impl ShadingFrame {
-    /// With any tangent.
+    /// A frame with an arbitrary tangent.
     #[inline]
-    pub fn new(geometric: Vec3, normal: Vec3, view: Vec3) -> Self {
+    pub fn new(geometric: Vec3, normal: Vec3, wo: Vec3) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         Self {
             geometric,
             normal,
             tangent,
             bitangent,
-            wo: view,
+            wo,
         }
     }
 
-    /// In coordinates along tangent, bitangent and normal.
+    /// A world direction in local coordinates.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(
@@ -43,20 +41,19 @@ impl ShadingFrame {
         )
     }
 
-    /// The same with its own normal, bent as [`ShadingFrame::with_shading_normal`] does, and any tangent.
+    /// The frame with its own normal bent towards the viewer, and an arbitrary tangent.
     #[inline(always)]
     pub fn with_own_normal(&self) -> Self {
         self.with_axis(self.bend_towards_viewer(self.normal))
     }
 
-    /// The same about this normal, and any tangent.
+    /// The frame about another normal, with an arbitrary tangent.
     #[inline(always)]
     pub fn with_axis(&self, normal: Vec3) -> Self {
         self.with_axes(normal, normal.any_orthonormal_vector())
     }
 
-    /// The same with another normal, bent where needed so that the viewer sees it, and its tangent as near to `tangent`
-    /// as it can be.
+    /// The frame about another normal, bent towards the viewer, with its tangent as near to `tangent` as possible.
     pub fn with_shading_normal(&self, normal: Vec3, tangent: Option<Vec3>) -> Self {
         let normal = self.bend_towards_viewer(normal);
         let along = tangent
@@ -66,10 +63,10 @@ impl ShadingFrame {
         self.with_axes(normal, along)
     }
 
-    /// A normal bent where needed so that the viewer sees it.
+    /// A normal, bent just enough to face the viewer.
     #[inline(always)]
     pub fn bend_towards_viewer(&self, normal: Vec3) -> Vec3 {
-        /// The smallest cosine of the view.
+        /// Smallest cosine between the normal and `wo`.
         const MIN_VIEW_COSINE: f32 = 1e-3;
         let cosine = normal.dot(self.wo);
         if cosine < MIN_VIEW_COSINE {
@@ -89,22 +86,22 @@ impl ShadingFrame {
         }
     }
 
-    /// From coordinates along tangent, bitangent and normal.
+    /// A local direction in world coordinates.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
     }
 }
 
-/// From coordinates along any two directions at right angles to an axis, and along it.
+/// A direction given about the z axis, turned so that z is `axis`.
 #[inline(always)]
 pub(crate) fn to_world_around(axis: Vec3, v: Vec3) -> Vec3 {
     let (right, up) = axis.any_orthonormal_pair();
     right * v.x + up * v.y + axis * v.z
 }
 
-/// Sine and cosine of this many turns, 0..=1: the same on every machine, to a rounding or two (the polynomials of
-/// S. Moshier, "Cephes", single precision).
+/// Sine and cosine of an angle in turns, 0..=1, accurate to a rounding or two and the same on every machine (polynomials
+/// of S. Moshier, "Cephes", single precision).
 #[inline(always)]
 pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let quarter = (4.0 * turns + 0.5) as u32;
@@ -113,7 +110,7 @@ pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let sin = ((-1.951_529_6e-4 * x2 + 8.332_161e-3) * x2 - 1.666_665_5e-1) * x2 * x + x;
     let cos =
         ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
-    // Without branches, which would be guessed wrong as often as not.
+    // Selected: a branch would be mispredicted half of the time.
     let (sin, cos) = if quarter & 1 == 0 {
         (sin, cos)
     } else {
@@ -123,8 +120,7 @@ pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     (signed(sin, quarter), signed(cos, quarter + 1))
 }
 
-/// The turns, 0..=1, from x to y of a direction in their plane, as [`sincos_turns`] takes them: to a rounding or two of a turn, the
-/// same on every machine (from the same source). 0 where both are 0.
+/// The angle of (x, y) in turns, 0..=1: the inverse of [`sincos_turns`], from the same source. 0 where both are 0.
 #[inline(always)]
 pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     let (across, along) = (y.abs(), x.abs());
@@ -145,7 +141,7 @@ pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     if y < 0.0 { 1.0 - turns } else { turns }
 }
 
-/// A direction above z = 0 with density z / pi (Malley's method).
+/// A local direction above the surface with density cosine / pi (Malley's method).
 #[inline(always)]
 pub(crate) fn sample_cosine_hemisphere([x, y]: [f32; 2]) -> Vec3 {
     let (sin, cos) = sincos_turns(y);
@@ -164,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turned_is_the_way_back_from_turn() {
+    fn atan2_turns_inverts_sincos_turns() {
         const STEPS: u32 = 1 << 16;
         for step in 0..STEPS {
             let turns = step as f32 / STEPS as f32;

@@ -1,4 +1,4 @@
-//! The sheen of cloth: A. C. Estevez and C. Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, as
+//! Sheen of cloth, the Charlie lobe: A. C. Estevez and C. Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, as
 //! `KHR_materials_sheen` has it.
 
 use std::f32::consts::{PI, TAU};
@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-use crate::lobes::albedo_tables::interpolate;
+use crate::lobes::albedo_grid::interpolate;
 
-/// Entries per axis of the albedo's table: the square root of the cosine, and perceptual roughness.
+/// Entries per axis of the albedo table: the square root of the cosine, and perceptual roughness.
 const TABLE_STEPS: usize = 32;
-/// Directions per albedo, in height and around.
+/// Points of the quadrature of an entry.
 const RADIAL_POINTS: u32 = 64;
 const ANGULAR_POINTS: u32 = 32;
 
@@ -28,14 +28,14 @@ static ALBEDO_TABLE: LazyLock<[[f32; TABLE_STEPS]; TABLE_STEPS]> = LazyLock::new
 });
 
 impl Sheen {
-    /// Reflectance times cosine; directions are in coordinates along tangent, bitangent and normal.
-    pub fn eval(&self, v: Vec3, l: Vec3) -> Vec3 {
-        // Towards the horizon the model sends back more than it gets: that much less, for both directions.
-        let excess = self.albedo(v.z).max(self.albedo(l.z)).max(1.0);
-        self.color * (charlie_brdf(charlie_alpha(self.roughness), v, l) * l.z / excess)
+    /// The reflectance times the cosine of `wi`.
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+        // Near the horizon the model reflects more than arrives: divided by the excess of either direction.
+        let excess = self.albedo(wo.z).max(self.albedo(wi.z)).max(1.0);
+        self.color * (charlie_brdf(charlie_alpha(self.roughness), wo, wi) * wi.z / excess)
     }
 
-    /// What it sends back of a white sky, in white.
+    /// The directional albedo of white fibres.
     fn albedo(&self, cosine: f32) -> f32 {
         let at = |row: usize| interpolate(&ALBEDO_TABLE[row], cosine);
         let position = self.roughness.clamp(0.0, 1.0) * (TABLE_STEPS - 1) as f32;
@@ -43,18 +43,18 @@ impl Sheen {
         at(first) + (at(first + 1) - at(first)) * (position - first as f32)
     }
 
-    /// What it sends back.
+    /// The directional albedo.
     pub fn albedo_color(&self, cosine: f32) -> Vec3 {
         self.color * self.albedo(cosine).min(1.0)
     }
 
-    /// What it leaves for what lies below.
+    /// The fraction of light that passes to the layers below, in the colour of which least does.
     pub fn base_transmittance(&self, cosine: f32) -> f32 {
         (1.0 - self.color.max_element() * self.albedo(cosine)).max(0.0)
     }
 }
 
-/// Fibres thinner than this are only seen where they should not be: at the very horizon.
+/// Width of the distribution; thinner fibres would show at the very horizon alone.
 fn charlie_alpha(roughness: f32) -> f32 {
     (roughness * roughness).max(0.01)
 }
@@ -67,7 +67,7 @@ fn charlie_brdf(alpha: f32, v: Vec3, l: Vec3) -> f32 {
     density / (4.0 * shadowing * v.z * l.z)
 }
 
-/// The paper's fit.
+/// The paper's fit of the shadowing term.
 fn lambda(alpha: f32, cosine: f32) -> f32 {
     let t = (1.0 - alpha) * (1.0 - alpha);
     let mix = |soft: f32, sharp: f32| soft + (sharp - soft) * t;
@@ -89,7 +89,7 @@ fn albedo(roughness: f32, cosine: f32) -> f32 {
     let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let mut sum = 0.0;
     for ring in 0..RADIAL_POINTS {
-        // Denser towards the horizon, where it shines.
+        // Denser towards the horizon, where the lobe peaks.
         let root = (ring as f32 + 0.5) / RADIAL_POINTS as f32;
         let z = root * root;
         let radius = (1.0 - z * z).sqrt();
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn fibres_are_as_dense_as_the_paper_has_them() {
+    fn the_lobe_matches_the_paper() {
         // Equations 2 and 3, with table 1 at alpha = 1, where the soft fit counts alone.
         let cosine = 0.6f64;
         let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_sends_back_and_what_it_leaves_are_all_there_is() {
+    fn albedo_and_base_transmittance_add_up_to_one() {
         for (roughness, cosine) in [(0.7f32, 0.5f32), (0.9, 0.9), (1.0, 0.6), (1.0, 0.25)] {
             let sheen = white(roughness);
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);

@@ -7,7 +7,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Mat3, Vec3};
 
-/// A film over a base.
+/// A thin film over a base.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ThinFilm {
     pub ior: f32,
@@ -19,9 +19,9 @@ pub(crate) struct ThinFilm {
 const INTERFERENCE_ORDERS: u32 = 2;
 
 impl ThinFilm {
-    /// The share of light that is reflected, over a base that reflects `base` at normal incidence.
+    /// The reflectance over a base with the reflectance `base` at normal incidence.
     pub fn reflectance(&self, cosine: f32, base: Vec3) -> Vec3 {
-        // Vanishing films have no interface of their own.
+        // A vanishing film has no interface of its own.
         let fade = (self.thickness / 0.03).clamp(0.0, 1.0);
         let ior = 1.0 + (self.ior - 1.0) * (fade * fade * (3.0 - 2.0 * fade));
         let sin2 = (1.0 - cosine * cosine).max(0.0) / (ior * ior);
@@ -65,8 +65,8 @@ fn fresnel(normal: f32, cosine: f32) -> f32 {
     normal + (1.0 - normal) * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
-/// What the eye makes of a cosine of wavenumber: the Fourier transform of Gaussians fitted to the CIE 1931 colour
-/// matching functions (the paper's supplemental, table of section 2), in linear Rec. 709; `difference` in nanometres.
+/// Response in linear Rec. 709 to a cosine of wavenumber: the Fourier transform of Gaussians fitted to the CIE 1931
+/// colour matching functions (the paper's supplemental, table of section 2). `difference` is in nanometres.
 fn sensitivity(difference: f32, shift: Vec3) -> Vec3 {
     let phase = TAU * difference * 1e-9;
     let gaussian = |value: f32, position: f32, variance: f32, shift: f32| {

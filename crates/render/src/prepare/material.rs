@@ -6,11 +6,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::Material;
 
-use crate::bsdf::specular::is_specular_material;
-use crate::bsdf::{
-    dielectric_tables, diffuse_only, interior_absorption, is_rough_reflective, is_rough_refractive,
-};
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
+use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption};
 use crate::lobes::phong_lobe::PhongLobe;
 
 /// Material and the data that depends on it alone.
@@ -19,17 +16,11 @@ pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, where there is one.
     pub phong_lobe: Option<Arc<PhongLobe>>,
-    /// What [`diffuse_only`] says.
-    pub diffuse_factor: Option<f32>,
-    /// What [`is_specular_material`] says.
-    pub clear: bool,
-    /// What [`is_rough_reflective`] says.
-    pub glossy: bool,
-    /// What [`is_rough_refractive`] says.
-    pub frosted: bool,
-    /// What [`interior_absorption`] says.
+    /// The batched BSDF of its hits.
+    pub kind: BatchKind,
+    /// Absorption per metre of its interior, where it has one.
     pub absorption: Option<Vec3>,
-    /// What roughness loses where it refracts.
+    /// Albedo tables of its interface, where it refracts.
     pub dielectric_tables: Vec<DielectricAlbedo>,
 }
 
@@ -50,10 +41,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
         .map(|material| PreparedMaterial {
             material: material.clone(),
             phong_lobe: lobe(material),
-            diffuse_factor: diffuse_only(material),
-            clear: is_specular_material(material),
-            glossy: is_rough_reflective(material),
-            frosted: is_rough_refractive(material),
+            kind: BatchKind::from_material(material),
             absorption: interior_absorption(material),
             dielectric_tables: dielectric_tables(material),
         })

@@ -41,8 +41,8 @@ pub(crate) struct Lighting {
 #[derive(Debug)]
 pub(crate) struct Guiding {
     pub caustic_casters: Vec<CausticCaster>,
-    /// Caustic map of each caster, built when paths need them: see [`crate::integrator::build_caustic_maps`]. Empty for
-    /// a world within an exposure.
+    /// Caustic map of each caster, built when paths need them: see
+    /// [`crate::integrator::photon_pass::build_caustic_maps`]. Empty for a world within an exposure.
     pub caustic_maps: OnceLock<Vec<CausticMap>>,
 }
 

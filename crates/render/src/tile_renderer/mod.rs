@@ -31,8 +31,9 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::tile::Tile;
 use crate::ground_truth::center_rays::CenterRays;
 use crate::ground_truth::convert::to_float_hit;
+use crate::integrator;
+use crate::integrator::camera_ray_batch::CameraRayBatch;
 use crate::integrator::path::PathScratch;
-use crate::integrator::{self, CameraRayBatch};
 use crate::interaction::ray_cone::RayCone;
 use crate::motion::shutter::{RowWorlds, ShutterSlices};
 use crate::prepare::world::PreparedWorld;
@@ -131,7 +132,7 @@ impl<'a> TileRenderer<'a> {
             geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
         if needs.color {
-            integrator::build_caustic_maps(world, settings);
+            integrator::photon_pass::build_caustic_maps(world, settings);
         }
         let mut renderer = Self {
             world,
@@ -391,8 +392,7 @@ impl<'a> TileRenderer<'a> {
             &batch,
             control,
             paths,
-            radiance,
-            misses,
+            (radiance, misses),
         )?;
         self.add_radiance(scratch);
         Ok(())

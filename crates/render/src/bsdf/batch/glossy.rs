@@ -1,346 +1,422 @@
-//! Rough metals and glTF's principled material, also under coats and sheens, many points at a time, field by field: what
-//! [`Layered`](crate::bsdf::Layered) does one by one.
-
-use std::f32::consts::FRAC_1_PI;
+//! Rough conductors and glTF's principled material of many points, also under clear coats and sheens.
 
 use glam::Vec3;
-use raycam_bvh::Hit;
-use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::batch::clearcoat::ClearcoatBatch;
-use crate::bsdf::batch::glossy_params::GlossyParams;
-use crate::bsdf::principled::{TextureLookup, ViewContext};
-use crate::bsdf::specular::is_smooth;
-use crate::bsdf::{BsdfEvals, BsdfSample, conductor, principled};
-use crate::interaction::batch::SurfaceInteractions;
-use crate::lobes::albedo_tables::{
-    Albedo, AlbedoRow, AlbedoTables, albedo_tables, multi_scatter_color,
+use crate::bsdf::BsdfEval;
+use crate::bsdf::batch::clearcoat::ClearcoatLanes;
+use crate::bsdf::batch::{
+    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms,
+    LayeredBatchModel, LocalView,
 };
-use crate::lobes::ggx::MicrofacetEval;
-use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
+use crate::bsdf::layer_stack::LayerStack;
+use crate::bsdf::layered::base_lobe;
+use crate::bsdf::material_hit::MaterialHit;
+use crate::lobes::albedo_tables::{
+    Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe,
+};
+use crate::lobes::fresnel::{Fresnel, conductors, schlick};
+use crate::lobes::ggx::{Ggx, MicrofacetEval};
+use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
 use crate::lobes::sheen::Sheen;
-use crate::prepare::geometry::Geometry;
-use crate::prepare::material::PreparedMaterial;
-use crate::soa::{Vec3xN, get_lane, set_lane};
+use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-use crate::bsdf::batch::glossy_sample::Goes;
-
-/// Points of rough interfaces over diffuse bases. Each lane is computed as it would be alone.
-#[derive(Debug)]
-pub(crate) struct GlossyBsdfBatch<const N: usize> {
-    /// Which lanes are such, and whether any is.
-    pub is_active: [bool; N],
-    any_active: bool,
-    normal: Vec3xN<f32, N>,
-    pub(crate) params: GlossyParams<N>,
-    pub(crate) coat: ClearcoatBatch<N>,
-    /// Fibres are looked at one by one: most of them is powers.
-    sheens: [Option<Sheen>; N],
+/// Isotropic rough interfaces over diffuse bases.
+#[derive(Debug, Default)]
+pub(crate) struct GlossyModel {
+    is_conductor: [bool; LANES],
+    any_conductor: bool,
+    alpha: [f32; LANES],
+    /// Reflectance of the interface, and that by which the interface dims the base. Conductors have their tint for both.
+    f0_f90: F0F90Lanes,
+    base_f0_f90: F0F90Lanes,
+    /// Albedo of the base.
+    diffuse: Vec3xN<f32, LANES>,
+    /// Complex index of conductors.
+    ior: Vec3xN<f32, LANES>,
+    extinction: Vec3xN<f32, LANES>,
+    coat: ClearcoatLanes,
+    /// Sheens are evaluated lane by lane: their time is spent in powers.
+    sheen: [Option<Sheen>; LANES],
     any_sheen: bool,
-    pub(crate) view_terms: ViewTerms<N>,
-    pub(crate) samples: Goes<N>,
 }
 
-/// What depends on the view alone.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ViewTerms<const N: usize> {
-    /// The normal, bent where needed so that the viewer sees it, and the view along tangent, bitangent and normal.
-    normal: Vec3xN<f32, N>,
-    pub(crate) wo: Vec3xN<f32, N>,
-    /// What the roughness loses of the view, and what it keeps in the mean.
-    energy_loss: [f32; N],
-    mean_albedo: [f32; N],
-    /// The colour of what it gives back.
-    multi_scatter: Vec3xN<f32, N>,
-    /// What the interface leaves for the base: from here, and in the mean.
-    base_transmittance: [f32; N],
-    mean_base_transmittance: [f32; N],
-    /// How often the interface, the base and the coat are sampled.
-    pub(crate) lobe_probabilities: [[f32; N]; 3],
+/// Terms that depend on the view alone.
+#[derive(Debug, Default)]
+pub(crate) struct GlossyView {
+    local: LocalView,
+    /// Energy loss of the interface from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
+    energy_loss: [f32; LANES],
+    mean_albedo: [f32; LANES],
+    multi_scatter: Vec3xN<f32, LANES>,
+    /// Fraction of light that the interface passes to the base: from `wo`, and in the mean.
+    base_transmittance: [f32; LANES],
+    mean_base_transmittance: [f32; LANES],
+    /// Directions towards the viewer local to the coats, and the coats' albedos there.
+    coat_wo: Vec3xN<f32, LANES>,
+    coat_albedo: [f32; LANES],
+    /// Probabilities of the interface, the base and the coat.
+    lobe_probabilities: [[f32; LANES]; 3],
 }
 
-impl<const N: usize> Default for ViewTerms<N> {
-    fn default() -> Self {
-        Self {
-            normal: [[0.0; N]; 3],
-            wo: [[0.0; N]; 3],
-            energy_loss: [0.0; N],
-            mean_albedo: [1.0; N],
-            multi_scatter: [[0.0; N]; 3],
-            base_transmittance: [0.0; N],
-            mean_base_transmittance: [1.0; N],
-            lobe_probabilities: [[0.0; N]; 3],
-        }
-    }
-}
-
-impl<const N: usize> Default for GlossyBsdfBatch<N> {
-    fn default() -> Self {
-        Self {
-            is_active: [false; N],
-            any_active: false,
-            normal: [[0.0; N]; 3],
-            params: GlossyParams::default(),
-            coat: ClearcoatBatch::default(),
-            sheens: [None; N],
-            any_sheen: false,
-            view_terms: ViewTerms::default(),
-            samples: Goes::default(),
-        }
-    }
-}
-
-/// Whether points of a material are glossy ones, but for those that its textures make smooth.
-pub(crate) fn is_rough_reflective(material: &Material) -> bool {
-    match &material.model {
-        MaterialModel::Metal(metal) => !is_smooth(metal.roughness),
-        MaterialModel::Principled(p) => principled::is_rough_reflective(p),
-        _ => false,
-    }
-}
-
-impl<const N: usize> GlossyBsdfBatch<N> {
-    /// Forgets all.
+impl LayeredBatchModel for GlossyModel {
     #[inline]
-    pub fn clear(&mut self) {
-        self.is_active = [false; N];
-        (self.any_active, self.params.any_conductor) = (false, false);
-        (self.coat.any_active, self.any_sheen) = (false, false);
-    }
-
-    /// Whether there is any.
-    #[inline]
-    pub fn any(&self) -> bool {
-        self.any_active
-    }
-
-    /// Sets a lane, where the point there is glossy; its material is.
-    #[inline]
-    pub fn set_lane(
-        &mut self,
-        (places, lane): (&SurfaceInteractions<N>, usize),
-        world: &Geometry,
-        prepared: &PreparedMaterial,
-        hit: &Hit,
-    ) {
-        let (material, footprint) = (&prepared.material, places.footprint(lane));
-        let (mut normal, front) = (places.shading_normal(lane), places.is_front(lane));
-        if let Some(map) = material.normal_map {
-            let mapped = world.mapped_normal(&map, hit, footprint, normal, front);
-            normal = mapped.unwrap_or(normal);
+    fn set_layers(&mut self, lane: usize, _: &MaterialHit, stack: &LayerStack) -> bool {
+        if stack.ggx.effectively_smooth() {
+            return false;
         }
-        let base = world.base_color_with(prepared, hit, footprint);
-        let layers = match &material.model {
-            MaterialModel::Metal(metal) => conductor::layer_stack(metal, base),
-            MaterialModel::Principled(p) => {
-                let lookup = TextureLookup::new(world, hit, footprint);
-                principled::layer_stack(p, &lookup, &ViewContext::for_lane(places, lane, base))
-            }
-            _ => return,
+        self.is_conductor[lane] = false;
+        if let Fresnel::Conductor {
+            ior, extinction, ..
+        } = stack.fresnel
+        {
+            self.is_conductor[lane] = true;
+            self.any_conductor = true;
+            set_lane(&mut self.ior, lane, ior.to_array());
+            set_lane(&mut self.extinction, lane, extinction.to_array());
+        }
+        // The f0 of conductors is computed for all lanes at once.
+        let f0_f90 = |fresnel: &Fresnel| match *fresnel {
+            Fresnel::Conductor { tint, .. } => (tint, tint),
+            ref fresnel => fresnel.f0_f90(),
         };
-        if layers.ggx.effectively_smooth() {
+        self.f0_f90.set(lane, f0_f90(&stack.fresnel));
+        self.base_f0_f90.set(lane, f0_f90(&stack.base_fresnel));
+        set_lane(&mut self.diffuse, lane, stack.diffuse.to_array());
+        self.alpha[lane] = stack.ggx.alpha_x;
+        self.coat.set(lane, stack.coat.as_ref());
+        self.sheen[lane] = stack.sheen;
+        self.any_sheen |= stack.sheen.is_some();
+        true
+    }
+}
+
+impl GlossyModel {
+    #[inline(always)]
+    fn ggx(&self, lane: usize) -> Ggx {
+        Ggx::from_alpha(self.alpha[lane])
+    }
+
+    /// The reflectance of the interfaces at these cosines.
+    #[inline(always)]
+    fn reflectance(&self, cosines: &[f32; LANES]) -> Vec3xN<f32, LANES> {
+        let mut reflectance = [[0.0; LANES]; 3];
+        for (lane, &cosine) in cosines.iter().enumerate() {
+            let (f0, f90) = self.f0_f90.get(lane);
+            set_lane(&mut reflectance, lane, schlick(f0, f90, cosine).to_array());
+        }
+        self.select_conductors(&mut reflectance, cosines);
+        reflectance
+    }
+
+    /// The reflectance at normal incidence.
+    #[inline(always)]
+    fn f0(&self) -> Vec3xN<f32, LANES> {
+        let mut f0 = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            set_lane(&mut f0, lane, self.f0_f90.get(lane).0.to_array());
+        }
+        self.select_conductors(&mut f0, &[1.0; LANES]);
+        f0
+    }
+
+    /// Sets the lanes of conductors to their reflectance.
+    #[inline(always)]
+    fn select_conductors(&self, out: &mut Vec3xN<f32, LANES>, cosines: &[f32; LANES]) {
+        if !self.any_conductor {
             return;
         }
-        self.params.set_lane(lane, &layers, &material.model);
-        self.coat.set_lane(lane, layers.coat.as_ref());
-        self.sheens[lane] = layers.sheen;
-        self.any_sheen |= layers.sheen.is_some();
-        set_lane(&mut self.normal, lane, normal.to_array());
-        self.is_active[lane] = true;
-        self.any_active = true;
-    }
-
-    /// The direction in which light goes on, and where its ray starts.
-    #[inline]
-    pub fn sample(&self, lane: usize) -> Option<(BsdfSample, Vec3)> {
-        let goes = &self.samples;
-        goes.goes[lane].then(|| {
-            let sample = BsdfSample {
-                wi: get_lane(&goes.direction, lane).into(),
-                weight: get_lane(&goes.weight, lane).into(),
-                pdf: goes.pdf[lane],
-                is_specular: goes.delta[lane],
-                eta_scale: 1.0,
-            };
-            (sample, get_lane(&goes.start, lane).into())
-        })
-    }
-
-    #[inline(always)]
-    pub(crate) fn shading_frame(
-        &self,
-        places: &SurfaceInteractions<N>,
-        lane: usize,
-    ) -> ShadingFrame {
-        places
-            .shading_frame(lane)
-            .with_axis(get_lane(&self.view_terms.normal, lane).into())
-    }
-
-    /// The values of light from these directions.
-    #[inline(always)]
-    pub fn eval(
-        &self,
-        places: &SurfaceInteractions<N>,
-        directions: &Vec3xN<f32, N>,
-    ) -> BsdfEvals<N> {
-        let (tables, made, seen) = (albedo_tables(), &self.params, &self.view_terms);
-        let (mut lights, mut up) = ([[0.0; N]; 3], [false; N]);
-        let (mut at, mut cosines, mut facets) = ([[0.0; N]; 2], [0.0; N], [[0.0; N]; 2]);
-        for (lane, up) in up.iter_mut().enumerate() {
-            let light = Vec3::from(get_lane(directions, lane));
-            let l = self.shading_frame(places, lane).to_local(light);
-            *up = (places.geometric_normal(lane).dot(light) > 0.0) & (l.z > 0.0);
-            set_lane(&mut lights, lane, l.to_array());
-        }
-        for lane in 0..N {
-            let rows = AlbedoRow::new(&made.ggx(lane));
-            [at[0][lane], at[1][lane]] = rows.albedo_at(tables, lights[2][lane]);
-        }
-        for lane in 0..N {
-            let (v, l) = (
-                get_lane(&seen.wo, lane).into(),
-                get_lane(&lights, lane).into(),
+        for (lane, &cosine) in cosines.iter().enumerate() {
+            let (ior, extinction) = (
+                lane_vec3(&self.ior, lane),
+                lane_vec3(&self.extinction, lane),
             );
-            let MicrofacetEval {
-                cosine,
-                weight: seen,
-                pdf,
-            } = MicrofacetEval::new(&made.ggx(lane), v, l);
-            cosines[lane] = cosine;
-            [facets[0][lane], facets[1][lane]] = [seen, pdf];
-        }
-        let reflected = made.reflectance(&cosines);
-        let mut values = BsdfEvals::default();
-        for lane in 0..N {
-            let cosine = lights[2][lane];
-            let single = Vec3::from(get_lane(&reflected, lane)) * facets[0][lane];
-            let [all, of_f0] = [at[0][lane], at[1][lane]];
-            let (lost, kept) = (seen.energy_loss[lane] * (1.0 - all), seen.mean_albedo[lane]);
-            let mean = 1.0 - kept;
-            let back = if mean > 1e-6 { lost / mean } else { 0.0 };
-            let multiple =
-                Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
-            let left = Albedo::new(made.over(lane), [all, of_f0], kept).base_transmittance();
-            let base =
-                seen.base_transmittance[lane] * left.max(0.0) / seen.mean_base_transmittance[lane];
-            let base = made.diffuse(lane) * (base * (cosine * FRAC_1_PI));
-            let [specular, diffuse] = [0, 1].map(|lobe: usize| seen.lobe_probabilities[lobe][lane]);
-            let pdf = cosine_hemisphere_pdf(cosine) * diffuse + facets[1][lane] * specular;
-            let value = if up[lane] {
-                single + multiple + base
-            } else {
-                Vec3::ZERO
-            };
-            values.pdf[lane] = if up[lane] { pdf } else { 0.0 };
-            set_lane(&mut values.value, lane, value.to_array());
-        }
-        if self.any_sheen {
-            self.apply_sheen(&lights, &up, &mut values);
-        }
-        if self.coat.any_active {
-            let coatings = self.coat.eval(places, tables, directions);
-            for (lane, &up) in up.iter().enumerate() {
-                let below = Vec3::from(get_lane(&values.value, lane));
-                let value = below * coatings.transmittance[lane] + coatings.value[lane];
-                let pdf = values.pdf[lane] + coatings.pdf[lane] * seen.lobe_probabilities[2][lane];
-                values.pdf[lane] = if up { pdf } else { 0.0 };
-                let value = if up { value } else { Vec3::ZERO };
-                set_lane(&mut values.value, lane, value.to_array());
+            let (_, tint) = self.f0_f90.get(lane);
+            let color = (tint * conductors(cosine, ior, extinction)).to_array();
+            for (out, color) in out.iter_mut().zip(color) {
+                out[lane] = if self.is_conductor[lane] {
+                    color
+                } else {
+                    out[lane]
+                };
             }
         }
-        values
     }
 
-    /// Adds what fibres send back, and takes what they do not let through.
+    /// Samples the coat in the lanes whose random number chooses it.
     #[inline(always)]
-    fn apply_sheen(&self, lights: &Vec3xN<f32, N>, up: &[bool; N], values: &mut BsdfEvals<N>) {
-        for (lane, sheen) in self.sheens.iter().enumerate() {
-            let Some(sheen) = sheen.filter(|_| up[lane]) else {
+    fn sample_coat(
+        &self,
+        view: &GlossyView,
+        context: LaneContext,
+        randoms: LaneRandoms,
+        samples: &mut BsdfSamples,
+    ) {
+        for lane in 0..LANES {
+            let [specular, diffuse, coat] = view.probabilities(lane);
+            let rest = randoms.lobe[lane] - specular;
+            if (rest >= 0.0) & (rest >= diffuse) & (coat > 0.0) {
+                let wo = lane_vec3(&view.coat_wo, lane);
+                let random = randoms.direction_of(lane);
+                let sample = self.coat.get(context, lane).sample(wo, random, coat);
+                samples.is_valid[lane] = sample.is_valid;
+                samples.is_specular[lane] = sample.is_specular;
+                set_lane(&mut samples.weight, lane, [sample.weight; 3]);
+                samples.set_direction(context, lane, sample.wi);
+            }
+        }
+    }
+
+    /// Adds the sheen, and dims the layers below.
+    #[inline(always)]
+    fn apply_sheen(
+        &self,
+        view: &GlossyView,
+        (wi, is_above): (&Vec3xN<f32, LANES>, &[bool; LANES]),
+        evals: &mut BsdfEvals,
+    ) {
+        for (lane, sheen) in self.sheen.iter().enumerate() {
+            let Some(sheen) = sheen.filter(|_| is_above[lane]) else {
                 continue;
             };
-            let v = Vec3::from(get_lane(&self.view_terms.wo, lane));
-            let l = Vec3::from(get_lane(lights, lane));
-            let left = sheen
-                .base_transmittance(v.z)
-                .min(sheen.base_transmittance(l.z));
-            let below = Vec3::from(get_lane(&values.value, lane));
-            let value = below * left + sheen.eval(v, l);
-            set_lane(&mut values.value, lane, value.to_array());
+            let (wo, wi) = (view.local.wo(lane), lane_vec3(wi, lane));
+            let passed = sheen
+                .base_transmittance(wo.z)
+                .min(sheen.base_transmittance(wi.z));
+            let value = lane_vec3(&evals.value, lane) * passed + sheen.eval(wo, wi);
+            set_lane(&mut evals.value, lane, value.to_array());
         }
     }
 
-    /// What depends on the view.
+    /// Adds the coat, and dims the layers below.
     #[inline(always)]
-    pub(crate) fn prepare_view(&mut self, places: &SurfaceInteractions<N>, tables: &AlbedoTables) {
-        let made = &mut self.params;
-        let mut seen = ViewTerms::default();
-        for lane in 0..N {
-            let frame = places.shading_frame(lane);
-            let normal = frame.bend_towards_viewer(get_lane(&self.normal, lane).into());
-            let view = frame.with_axis(normal).to_local(frame.wo);
-            set_lane(&mut seen.normal, lane, normal.to_array());
-            set_lane(&mut seen.wo, lane, view.to_array());
+    fn apply_coat(
+        &self,
+        view: &GlossyView,
+        context: LaneContext,
+        (wi, is_above): (&Vec3xN<f32, LANES>, &[bool; LANES]),
+        evals: &mut BsdfEvals,
+    ) {
+        let (mut values, mut pdfs) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let coat = self.coat.get(context, lane);
+            let (value, pdf) = coat.eval(lane_vec3(&view.coat_wo, lane), lane_vec3(wi, lane));
+            let is_active = self.coat.is_active[lane];
+            values[lane] = if is_active { value } else { 0.0 };
+            pdfs[lane] = if is_active { pdf } else { 0.0 };
         }
-        made.compute_f0();
-        let mut of_sheen = [[0.0; N]; 3];
+        let tables = albedo_tables();
+        for lane in 0..LANES {
+            let coat = self.coat.get(context, lane);
+            let passed = coat.transmittance(tables, view.coat_albedo[lane], lane_vec3(wi, lane));
+            let passed = if self.coat.is_active[lane] {
+                passed
+            } else {
+                1.0
+            };
+            let eval = BsdfEval {
+                value: lane_vec3(&evals.value, lane) * passed + values[lane],
+                pdf: evals.pdf[lane] + pdfs[lane] * view.lobe_probabilities[2][lane],
+            };
+            evals.set(lane, is_above[lane], eval);
+        }
+    }
+}
+
+impl GlossyView {
+    #[inline(always)]
+    fn probabilities(&self, lane: usize) -> [f32; 3] {
+        let [specular, diffuse, coat] = &self.lobe_probabilities;
+        [specular[lane], diffuse[lane], coat[lane]]
+    }
+}
+
+impl BatchModel for GlossyModel {
+    const MAY_EMIT: bool = true;
+
+    type View = GlossyView;
+
+    fn clear(&mut self) {
+        (self.any_conductor, self.any_sheen) = (false, false);
+        self.coat.any_active = false;
+    }
+
+    #[inline(always)]
+    fn prepare_view(
+        &self,
+        lanes: &ActiveLanes,
+        context: LaneContext,
+        _: LaneRandoms,
+    ) -> GlossyView {
+        let tables = albedo_tables();
+        let mut view = GlossyView {
+            local: LocalView::new(lanes, context),
+            ..GlossyView::default()
+        };
+        let cosines = *view.local.cosines();
+        let f0 = self.f0();
+        let mut sheen_albedo = [[0.0; LANES]; 3];
         if self.any_sheen {
-            for (lane, sheen) in self.sheens.iter().enumerate() {
-                let reflected = sheen.map_or(Vec3::ZERO, |s| s.albedo_color(seen.wo[2][lane]));
-                set_lane(&mut of_sheen, lane, reflected.to_array());
+            for (lane, sheen) in self.sheen.iter().enumerate() {
+                let albedo = sheen.map_or(Vec3::ZERO, |sheen| sheen.albedo_color(cosines[lane]));
+                set_lane(&mut sheen_albedo, lane, albedo.to_array());
             }
         }
-        let mut coated = [0.0; N];
         if self.coat.any_active {
-            self.coat.prepare_view(places, tables);
-            coated = self.coat.view_albedo;
+            for lane in 0..LANES {
+                let wo = self.coat.get(context, lane).wo();
+                set_lane(&mut view.coat_wo, lane, wo.to_array());
+            }
+            for lane in 0..LANES {
+                let coat = self.coat.get(context, lane);
+                let albedo = coat.albedo(tables, view.coat_wo[2][lane]);
+                view.coat_albedo[lane] = if self.coat.is_active[lane] {
+                    albedo
+                } else {
+                    0.0
+                };
+            }
         }
-        let reflected = made.reflectance(&seen.wo[2]);
-        let (mut at, mut means) = ([[0.0; N]; 2], [[0.0; N]; 2]);
-        for lane in 0..N {
-            let rows = AlbedoRow::new(&made.ggx(lane));
-            [at[0][lane], at[1][lane]] = rows.albedo_at(tables, seen.wo[2][lane]);
-            [means[0][lane], means[1][lane]] = rows.mean_albedo(tables);
+        let reflectance = self.reflectance(&cosines);
+        let (mut albedos, mut means) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+        for lane in 0..LANES {
+            let row = AlbedoRow::new(&self.ggx(lane));
+            [albedos[0][lane], albedos[1][lane]] = row.albedo_at(tables, cosines[lane]);
+            [means[0][lane], means[1][lane]] = row.mean_albedo(tables);
         }
         let mean = |color: Vec3| color.element_sum() / 3.0;
-        for lane in 0..N {
-            let [at, means] = [[at[0][lane], at[1][lane]], [means[0][lane], means[1][lane]]];
-            let (ends, over) = (made.ends(lane), made.over(lane));
-            let own = Albedo::new(ends, at, means[0]);
-            let diffuse = made.diffuse(lane);
-            let left = Albedo::new(over, at, means[0])
+        for lane in 0..LANES {
+            let albedo = [albedos[0][lane], albedos[1][lane]];
+            let means = [means[0][lane], means[1][lane]];
+            let (_, f90) = self.f0_f90.get(lane);
+            let f0_f90 = (lane_vec3(&f0, lane), f90);
+            let base = self.base_f0_f90.get(lane);
+            let own = Albedo::new(f0_f90, albedo, means[0]);
+            let passed = Albedo::new(base, albedo, means[0])
                 .base_transmittance()
                 .max(0.0);
-            let lost = 1.0 - at[0];
-            let of_metal = Vec3::from(get_lane(&reflected, lane)) * (1.0 - lost);
-            let single = if made.is_conductor[lane] {
-                of_metal
+            let loss = 1.0 - albedo[0];
+            let conductor = lane_vec3(&reflectance, lane) * (1.0 - loss);
+            let single = if self.is_conductor[lane] {
+                conductor
             } else {
                 own.single_scatter
             };
-            let of_sheen = Vec3::from(get_lane(&of_sheen, lane));
-            let weights = [
-                mean(single),
-                mean(own.multi_scatter + diffuse * left + of_sheen),
-            ];
-            let (sum, coated) = (weights[0] + weights[1], coated[lane]);
-            let scale = if sum > 0.0 { (1.0 - coated) / sum } else { 0.0 };
-            let all = if coated > 0.0 { 1.0 } else { 0.0 };
-            seen.lobe_probabilities[0][lane] = weights[0] * scale;
-            seen.lobe_probabilities[1][lane] = weights[1] * scale;
-            seen.lobe_probabilities[2][lane] = if sum > 0.0 { coated } else { all };
-            seen.energy_loss[lane] = lost;
-            seen.mean_albedo[lane] = means[0];
-            set_lane(
-                &mut seen.multi_scatter,
-                lane,
-                multi_scatter_color(ends, means[0]).to_array(),
-            );
-            seen.base_transmittance[lane] = left;
-            seen.mean_base_transmittance[lane] = Albedo::new(over, means, means[0])
+            let diffuse = lane_vec3(&self.diffuse, lane);
+            let below = own.multi_scatter + diffuse * passed + lane_vec3(&sheen_albedo, lane);
+            let weights = [mean(single), mean(below)];
+            let (sum, coat) = (weights[0] + weights[1], view.coat_albedo[lane]);
+            let scale = if sum > 0.0 { (1.0 - coat) / sum } else { 0.0 };
+            let all = if coat > 0.0 { 1.0 } else { 0.0 };
+            view.lobe_probabilities[0][lane] = weights[0] * scale;
+            view.lobe_probabilities[1][lane] = weights[1] * scale;
+            view.lobe_probabilities[2][lane] = if sum > 0.0 { coat } else { all };
+            view.energy_loss[lane] = loss;
+            view.mean_albedo[lane] = means[0];
+            let multi_scatter = multi_scatter_color(f0_f90, means[0]);
+            set_lane(&mut view.multi_scatter, lane, multi_scatter.to_array());
+            view.base_transmittance[lane] = passed;
+            view.mean_base_transmittance[lane] = Albedo::new(base, means, means[0])
                 .base_transmittance()
                 .max(1e-6);
         }
-        self.view_terms = seen;
+        view
+    }
+
+    #[inline(always)]
+    fn sample(
+        &self,
+        view: &GlossyView,
+        lanes: &ActiveLanes,
+        context: LaneContext,
+        randoms: LaneRandoms,
+    ) -> BsdfSamples {
+        let mut samples = BsdfSamples::default();
+        for lane in 0..LANES {
+            let wo = view.local.wo(lane);
+            let [specular, diffuse, _] = view.probabilities(lane);
+            let random = randoms.direction_of(lane);
+            // Never a lobe without a probability, as for `LayeredBsdf`.
+            let is_specular = (randoms.lobe[lane] < specular) | (diffuse == 0.0);
+            let wm = self.ggx(lane).sample_wm(wo, random);
+            let reflected = 2.0 * wo.dot(wm) * wm - wo;
+            samples.is_valid[lane] = if is_specular {
+                (reflected.z > 0.0) & (specular > 0.0)
+            } else {
+                true
+            };
+            let wi = if is_specular {
+                reflected
+            } else {
+                sample_cosine_hemisphere(random)
+            };
+            let wi = view.local.frame(context, lane).to_world(wi);
+            samples.set_direction(context, lane, wi);
+        }
+        if self.coat.any_active {
+            self.sample_coat(view, context, randoms, &mut samples);
+        }
+        samples.set_evals(&self.eval(view, lanes, context, &samples.wi));
+        samples
+    }
+
+    #[inline(always)]
+    fn eval(
+        &self,
+        view: &GlossyView,
+        _: &ActiveLanes,
+        context: LaneContext,
+        wi_world: &Vec3xN<f32, LANES>,
+    ) -> BsdfEvals {
+        let tables = albedo_tables();
+        let (mut wi, mut is_above) = ([[0.0; LANES]; 3], [false; LANES]);
+        let (mut albedos, mut cosines) = ([[0.0; LANES]; 2], [0.0; LANES]);
+        let (mut weights, mut pdfs) = ([0.0; LANES], [0.0; LANES]);
+        for (lane, is_above) in is_above.iter_mut().enumerate() {
+            let direction = lane_vec3(wi_world, lane);
+            let local = view.local.frame(context, lane).to_local(direction);
+            let geometric = context.interactions.geometric_normal(lane);
+            *is_above = (geometric.dot(direction) > 0.0) & (local.z > 0.0);
+            set_lane(&mut wi, lane, local.to_array());
+        }
+        for lane in 0..LANES {
+            let row = AlbedoRow::new(&self.ggx(lane));
+            [albedos[0][lane], albedos[1][lane]] = row.albedo_at(tables, wi[2][lane]);
+        }
+        for lane in 0..LANES {
+            let (wo, wi) = (view.local.wo(lane), lane_vec3(&wi, lane));
+            let facets = MicrofacetEval::reflection(&self.ggx(lane), wo, wi);
+            cosines[lane] = facets.cosine;
+            (weights[lane], pdfs[lane]) = (facets.weight, facets.pdf);
+        }
+        let reflectance = self.reflectance(&cosines);
+        let mut evals = BsdfEvals::default();
+        for lane in 0..LANES {
+            let cosine = wi[2][lane];
+            let albedo = [albedos[0][lane], albedos[1][lane]];
+            let mean_albedo = view.mean_albedo[lane];
+            let losses = [view.energy_loss[lane], 1.0 - albedo[0]];
+            let multi_scatter = lane_vec3(&view.multi_scatter, lane);
+            let multi = multi_scatter_lobe(multi_scatter, losses, 1.0 - mean_albedo, cosine);
+            let passed = Albedo::new(self.base_f0_f90.get(lane), albedo, mean_albedo)
+                .base_transmittance()
+                .max(0.0);
+            let mean_transmittance = view.mean_base_transmittance[lane];
+            let from_wo = view.base_transmittance[lane];
+            let base = base_lobe(from_wo, passed, mean_transmittance, cosine);
+            let single = lane_vec3(&reflectance, lane) * weights[lane];
+            let [specular, diffuse, _] = view.probabilities(lane);
+            let eval = BsdfEval {
+                value: single + multi + lane_vec3(&self.diffuse, lane) * base,
+                pdf: cosine_hemisphere_pdf(cosine) * diffuse + pdfs[lane] * specular,
+            };
+            evals.set(lane, is_above[lane], eval);
+        }
+        if self.any_sheen {
+            self.apply_sheen(view, (&wi, &is_above), &mut evals);
+        }
+        if self.coat.any_active {
+            self.apply_coat(view, context, (wi_world, &is_above), &mut evals);
+        }
+        evals
     }
 }

@@ -1,391 +1,493 @@
-//! Rough glass, and glTF's principled material where it lets all light in, many points at a time, field by field: what
-//! [`Layered`](crate::bsdf::Layered) does one by one.
-
-use std::f32::consts::FRAC_1_PI;
+//! Rough glass of many points, and glTF's principled material where all light enters.
 
 use glam::Vec3;
-use raycam_bvh::Hit;
-use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::batch::rough_dielectric_params::RoughDielectricParams;
-use crate::bsdf::batch::rough_dielectric_sample::Goes;
-use crate::bsdf::dielectric;
-use crate::bsdf::principled::{TextureLookup, ViewContext};
-use crate::bsdf::specular::is_smooth;
-use crate::bsdf::{BsdfEvals, BsdfSample, principled};
-use crate::interaction::batch::SurfaceInteractions;
-use crate::lobes::albedo_tables::{
-    Albedo, AlbedoRow, AlbedoTables, albedo_tables, multi_scatter_color,
+use crate::bsdf::BsdfEval;
+use crate::bsdf::batch::{
+    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms,
+    LayeredBatchModel, LocalView,
 };
-use crate::lobes::ggx::MicrofacetEval;
-use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
+use crate::bsdf::layer_stack::LayerStack;
+use crate::bsdf::layered::reflect_probability;
+use crate::bsdf::material_hit::MaterialHit;
+use crate::bsdf::multiscatter_dielectric::MultiscatterTerms;
+use crate::lobes::albedo_dielectric::EnergyLoss;
+use crate::lobes::albedo_tables::{
+    Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe,
+};
+use crate::lobes::fresnel::{Fresnel, dielectric, refract_unchecked, schlick, thinner_side_cosine};
+use crate::lobes::ggx::{Ggx, MicrofacetEval};
+use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
 use crate::prepare::geometry::Geometry;
-use crate::soa::{Vec3xN, get_lane, set_lane};
+use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Points of rough interfaces that refract what they do not reflect. Each lane is computed as it would be alone.
-#[derive(Debug)]
-pub(crate) struct RoughDielectricBsdfBatch<const N: usize> {
-    /// Which lanes are such, and whether any is.
-    pub is_active: [bool; N],
-    any_active: bool,
-    normal: Vec3xN<f32, N>,
-    pub(crate) params: RoughDielectricParams<N>,
-    pub(crate) view_terms: ViewTerms<N>,
-    pub(crate) samples: Goes<N>,
+/// Isotropic rough interfaces that refract, without other layers.
+#[derive(Debug, Default)]
+pub(crate) struct RoughDielectricModel {
+    /// Index of the far side relative to the viewer's side.
+    eta: [f32; LANES],
+    /// True for Fresnel's equations, false for Schlick's approximation.
+    is_exact: [bool; LANES],
+    alpha: [f32; LANES],
+    /// Reflectance of the interface, and that by which the interface dims the far side.
+    f0_f90: F0F90Lanes,
+    base_f0_f90: F0F90Lanes,
+    /// Colour of refracted light.
+    transmission: Vec3xN<f32, LANES>,
+    /// Index into the world's materials.
+    material: [u32; LANES],
 }
 
-/// What depends on the view alone.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ViewTerms<const N: usize> {
-    /// The normal, bent where needed so that the viewer sees it, and the view along tangent, bitangent and normal.
-    normal: Vec3xN<f32, N>,
-    pub(crate) wo: Vec3xN<f32, N>,
-    /// What reflection alone loses of the view, and what it keeps in the mean.
-    energy_loss: [f32; N],
-    mean_albedo: [f32; N],
-    /// The colour of what the interface's own lobe gives back.
-    multi_scatter: Vec3xN<f32, N>,
-    /// As [`crate::bsdf::multiscatter_dielectric::Between`] has them.
-    has_multiscatter: [bool; N],
-    compensation: Vec3xN<f32, N>,
-    multiscatter_loss: Vec3xN<f32, N>,
-    mean_loss: Vec3xN<f32, N>,
-    /// How often one microfacet, and what leaves after several of them on either side, are sampled.
-    pub(crate) lobe_probabilities: [[f32; N]; 3],
+/// Terms that depend on the view alone.
+#[derive(Debug, Default)]
+pub(crate) struct RoughDielectricView {
+    local: LocalView,
+    /// Energy loss of reflection alone from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
+    energy_loss: [f32; LANES],
+    mean_albedo: [f32; LANES],
+    multi_scatter: Vec3xN<f32, LANES>,
+    /// Fields of [`crate::bsdf::multiscatter_dielectric::MultiscatterDielectric`].
+    has_multiscatter: [bool; LANES],
+    compensation: Vec3xN<f32, LANES>,
+    view_loss: Vec3xN<f32, LANES>,
+    mean_loss: Vec3xN<f32, LANES>,
+    /// Probabilities of one microfacet, and of the multi-scatter lobes on the viewer's side and on the far side.
+    lobe_probabilities: [[f32; LANES]; 3],
 }
 
-impl<const N: usize> Default for ViewTerms<N> {
-    fn default() -> Self {
-        Self {
-            normal: [[0.0; N]; 3],
-            wo: [[0.0; N]; 3],
-            energy_loss: [0.0; N],
-            mean_albedo: [1.0; N],
-            multi_scatter: [[0.0; N]; 3],
-            has_multiscatter: [false; N],
-            compensation: [[0.0; N]; 3],
-            multiscatter_loss: [[0.0; N]; 3],
-            mean_loss: [[1.0; N]; 3],
-            lobe_probabilities: [[0.0; N]; 3],
-        }
-    }
+/// Table values of the lanes by their viewing directions.
+struct ViewLosses {
+    /// Albedo of one reflection and of one refraction, averaged over the colours.
+    single_scatter: [[f32; LANES]; 2],
+    loss: Vec3xN<f32, LANES>,
+    /// Mean loss on the viewer's side and on the far side.
+    mean_loss: [Vec3xN<f32, LANES>; 2],
 }
 
-impl<const N: usize> Default for RoughDielectricBsdfBatch<N> {
-    fn default() -> Self {
-        Self {
-            is_active: [false; N],
-            any_active: false,
-            normal: [[0.0; N]; 3],
-            params: RoughDielectricParams::default(),
-            view_terms: ViewTerms::default(),
-            samples: Goes::default(),
-        }
-    }
+/// A [`MicrofacetEval`] of every lane.
+#[derive(Default)]
+struct FacetLanes {
+    cosines: [f32; LANES],
+    weights: [f32; LANES],
+    pdfs: [f32; LANES],
 }
 
-/// Whether points of a material may be frosted ones.
-pub(crate) fn is_rough_refractive(material: &Material) -> bool {
-    match &material.model {
-        MaterialModel::Glass(glass) => {
-            !(glass.thin || is_smooth(glass.roughness)) && glass.dispersion == 0.0
-        }
-        MaterialModel::Principled(p) => principled::is_rough_refractive(p),
-        _ => false,
-    }
-}
+/// The table that a lane used last: most neighbours use the same one.
+type CachedLoss<'a> = Option<(u32, f32, EnergyLoss<'a>)>;
 
-impl<const N: usize> RoughDielectricBsdfBatch<N> {
-    /// Forgets all.
+impl LayeredBatchModel for RoughDielectricModel {
     #[inline]
-    pub fn clear(&mut self) {
-        self.is_active = [false; N];
-        self.any_active = false;
-    }
-
-    /// Whether there is any.
-    #[inline]
-    pub fn any(&self) -> bool {
-        self.any_active
-    }
-
-    /// Sets a lane, where the point there is frosted; its material is. `outside_ior` is the index of refraction of what is around
-    /// its matter.
-    #[inline]
-    pub fn set_lane(
-        &mut self,
-        (places, lane): (&SurfaceInteractions<N>, usize),
-        world: &Geometry,
-        hit: &Hit,
-        channel: Option<usize>,
-        around: f32,
-    ) {
-        let prepared = world.material(hit);
-        let (material, footprint) = (&prepared.material, places.footprint(lane));
-        let (mut normal, front) = (places.shading_normal(lane), places.is_front(lane));
-        if let Some(map) = material.normal_map {
-            let mapped = world.mapped_normal(&map, hit, footprint, normal, front);
-            normal = mapped.unwrap_or(normal);
-        }
-        let base = world.base_color_with(prepared, hit, footprint);
-        let interface = prepared.dielectric_albedo(channel);
-        let layers = match &material.model {
-            MaterialModel::Glass(glass) => {
-                let eta = dielectric::eta(glass, front, channel, around);
-                dielectric::layer_stack(glass, eta, base, interface)
-            }
-            MaterialModel::Principled(p) => {
-                let lookup = TextureLookup::new(world, hit, footprint);
-                let seen = ViewContext {
-                    channel,
-                    outside_ior: around,
-                    dielectric_albedo: interface,
-                    ..ViewContext::for_lane(places, lane, base)
-                };
-                principled::layer_stack(p, &lookup, &seen)
-            }
-            _ => return,
+    fn set_layers(&mut self, lane: usize, hit: &MaterialHit, stack: &LayerStack) -> bool {
+        let is_exact = match (&stack.fresnel, &stack.base_fresnel) {
+            (Fresnel::Dielectric(_), Fresnel::Dielectric(_)) => true,
+            (Fresnel::Schlick { .. }, Fresnel::Schlick { .. }) => false,
+            _ => return false,
         };
-        let index = world.material_index(hit.instance, hit.triangle);
-        if self.params.set_lane(lane, &layers, index) {
-            set_lane(&mut self.normal, lane, normal.to_array());
-            self.is_active[lane] = true;
-            self.any_active = true;
+        let is_covered = !stack.ggx.effectively_smooth()
+            && stack.ggx.is_isotropic()
+            && stack.transmission != Vec3::ZERO
+            && stack.is_interface_only()
+            && stack.eta != 1.0
+            && stack
+                .dielectric_albedo
+                .is_some_and(|table| table.matches_eta(stack.eta));
+        if is_covered {
+            self.eta[lane] = stack.eta;
+            self.is_exact[lane] = is_exact;
+            self.alpha[lane] = stack.ggx.alpha_x;
+            self.f0_f90.set(lane, stack.fresnel.f0_f90());
+            self.base_f0_f90.set(lane, stack.base_fresnel.f0_f90());
+            set_lane(&mut self.transmission, lane, stack.transmission.to_array());
+            let material = hit
+                .geometry
+                .material_index(hit.hit.instance, hit.hit.triangle);
+            self.material[lane] = material as u32;
         }
+        is_covered
     }
+}
 
-    /// The direction in which light goes on, and where its ray starts.
-    #[inline]
-    pub fn sample(&self, lane: usize) -> Option<(BsdfSample, Vec3)> {
-        let goes = &self.samples;
-        goes.goes[lane].then(|| {
-            let sample = BsdfSample {
-                wi: get_lane(&goes.direction, lane).into(),
-                weight: get_lane(&goes.weight, lane).into(),
-                pdf: goes.pdf[lane],
-                is_specular: false,
-                eta_scale: goes.squeeze[lane],
-            };
-            (sample, get_lane(&goes.start, lane).into())
-        })
+impl RoughDielectricModel {
+    #[inline(always)]
+    fn ggx(&self, lane: usize) -> Ggx {
+        Ggx::from_alpha(self.alpha[lane])
     }
 
     #[inline(always)]
-    pub(crate) fn shading_frame(
+    fn transmission(&self, lane: usize) -> Vec3 {
+        lane_vec3(&self.transmission, lane)
+    }
+
+    /// True if the isotropic albedo table holds the reflection: Schlick's approximation, seen from the thinner side.
+    #[inline(always)]
+    fn uses_table(&self, lane: usize) -> bool {
+        !self.is_exact[lane] & (self.eta[lane] >= 1.0)
+    }
+
+    /// The reflectance of the interfaces at these cosines, and that by which the interfaces dim the far side.
+    #[inline(always)]
+    fn reflectances(&self, cosines: &[f32; LANES]) -> [Vec3xN<f32, LANES>; 2] {
+        let mut reflectances = [[[0.0; LANES]; 3]; 2];
+        for (lane, &cosine) in cosines.iter().enumerate() {
+            let eta = self.eta[lane];
+            let exact = Vec3::splat(dielectric(cosine, eta));
+            let (cosine, is_total) = thinner_side_cosine(cosine, eta);
+            let ends = [self.f0_f90.get(lane), self.base_f0_f90.get(lane)];
+            for (out, (f0, f90)) in reflectances.iter_mut().zip(ends) {
+                let approximate = schlick(f0, f90, cosine);
+                let approximate = if is_total { Vec3::ONE } else { approximate };
+                let color = if self.is_exact[lane] {
+                    exact
+                } else {
+                    approximate
+                };
+                set_lane(out, lane, color.to_array());
+            }
+        }
+        reflectances
+    }
+
+    /// The energy loss of light at these cosines, on the viewer's side or the far side, in some of the lanes.
+    #[inline(always)]
+    fn energy_loss(
         &self,
-        places: &SurfaceInteractions<N>,
+        geometry: &Geometry,
+        lanes: impl Iterator<Item = usize>,
+        is_far_side: &[bool; LANES],
+        cosines: &[f32; LANES],
+    ) -> Vec3xN<f32, LANES> {
+        let mut loss = [[0.0; LANES]; 3];
+        let mut cached = None;
+        for lane in lanes {
+            let is_inside = self.eta[lane] < 1.0;
+            let table = self.loss_table(geometry, lane, &mut cached);
+            let ends = self.base_f0_f90.get(lane);
+            let [up, down] = table.albedo(is_inside != is_far_side[lane], cosines[lane], ends);
+            set_lane(&mut loss, lane, (Vec3::ONE - up - down).to_array());
+        }
+        loss
+    }
+
+    /// The table values of active lanes at these cosines of `wo`.
+    #[inline(always)]
+    fn view_losses(
+        &self,
+        geometry: &Geometry,
+        is_active: &[bool; LANES],
+        cosines: &[f32; LANES],
+    ) -> ViewLosses {
+        let mut losses = ViewLosses {
+            single_scatter: [[0.0; LANES]; 2],
+            loss: [[0.0; LANES]; 3],
+            mean_loss: [[[0.0; LANES]; 3]; 2],
+        };
+        let mut cached = None;
+        for lane in (0..LANES).filter(|&lane| is_active[lane]) {
+            let (is_inside, ends) = (self.eta[lane] < 1.0, self.base_f0_f90.get(lane));
+            let table = self.loss_table(geometry, lane, &mut cached);
+            let [up, down] = table.albedo(is_inside, cosines[lane], ends);
+            for (out, albedo) in losses.single_scatter.iter_mut().zip([up, down]) {
+                out[lane] = albedo.element_sum() / 3.0;
+            }
+            set_lane(&mut losses.loss, lane, (Vec3::ONE - up - down).to_array());
+            for (out, side) in losses.mean_loss.iter_mut().zip([is_inside, !is_inside]) {
+                set_lane(out, lane, table.mean_loss(side, ends).to_array());
+            }
+        }
+        losses
+    }
+
+    /// The microfacets that reflect or refract the local directions `wi`.
+    #[inline(always)]
+    fn eval_microfacets(
+        &self,
+        view: &RoughDielectricView,
+        wi: &Vec3xN<f32, LANES>,
+        is_reflection: &[bool; LANES],
+    ) -> FacetLanes {
+        let mut lanes = FacetLanes::default();
+        for lane in 0..LANES {
+            let (wo, wi, ggx) = (view.local.wo(lane), lane_vec3(wi, lane), self.ggx(lane));
+            let reflection = MicrofacetEval::reflection(&ggx, wo, wi);
+            let refraction = MicrofacetEval::refraction(&ggx, self.eta[lane], wo, wi);
+            let facets = if is_reflection[lane] {
+                reflection
+            } else {
+                refraction
+            };
+            lanes.cosines[lane] = facets.cosine;
+            (lanes.weights[lane], lanes.pdfs[lane]) = (facets.weight, facets.pdf);
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn loss_table<'a>(
+        &self,
+        geometry: &'a Geometry,
         lane: usize,
-    ) -> ShadingFrame {
-        places
-            .shading_frame(lane)
-            .with_axis(get_lane(&self.view_terms.normal, lane).into())
+        cached: &mut CachedLoss<'a>,
+    ) -> EnergyLoss<'a> {
+        let key = (self.material[lane], self.alpha[lane]);
+        match *cached {
+            Some((material, alpha, table)) if (material, alpha) == key => table,
+            _ => {
+                // Lanes without dispersion have a single table.
+                let tables = &geometry.materials[key.0 as usize].dielectric_tables;
+                let table = tables[0].at_roughness(&self.ggx(lane));
+                *cached = Some((key.0, key.1, table));
+                table
+            }
+        }
+    }
+}
+
+impl RoughDielectricView {
+    #[inline(always)]
+    fn probabilities(&self, lane: usize) -> [f32; 3] {
+        let [single, up, down] = &self.lobe_probabilities;
+        [single[lane], up[lane], down[lane]]
     }
 
-    /// The values of light from these directions.
+    /// The multi-scatter lobes at a loss of reflection and refraction, and one of reflection alone.
     #[inline(always)]
-    pub fn eval(
+    fn eval_multiscatter(&self, lane: usize, loss: Vec3, reflected: f32, cosine: f32) -> Vec3 {
+        let terms = MultiscatterTerms {
+            view_loss: lane_vec3(&self.view_loss, lane),
+            mean_loss: lane_vec3(&self.mean_loss, lane),
+            reflected_fraction: 0.0,
+            is_significant: true,
+        };
+        let compensation = lane_vec3(&self.compensation, lane);
+        let value = terms.eval((loss - compensation * reflected).max(Vec3::ZERO), cosine);
+        if self.has_multiscatter[lane] {
+            value
+        } else {
+            Vec3::ZERO
+        }
+    }
+}
+
+impl BatchModel for RoughDielectricModel {
+    const IS_TRANSMISSIVE: bool = true;
+    const MAY_EMIT: bool = true;
+
+    type View = RoughDielectricView;
+
+    #[inline(always)]
+    fn prepare_view(
         &self,
-        world: &Geometry,
-        places: &SurfaceInteractions<N>,
-        directions: &Vec3xN<f32, N>,
-    ) -> BsdfEvals<N> {
-        let (tables, made, seen) = (albedo_tables(), &self.params, &self.view_terms);
-        let (mut lights, mut up, mut there) = ([[0.0; N]; 3], [false; N], [false; N]);
-        for lane in 0..N {
-            let light = Vec3::from(get_lane(directions, lane));
-            let l = self.shading_frame(places, lane).to_local(light);
-            up[lane] = places.geometric_normal(lane).dot(light) > 0.0;
-            there[lane] = (up[lane] == (l.z > 0.0)) & (l.z != 0.0);
-            set_lane(&mut lights, lane, l.to_array());
+        lanes: &ActiveLanes,
+        context: LaneContext,
+        _: LaneRandoms,
+    ) -> RoughDielectricView {
+        let tables = albedo_tables();
+        let mut view = RoughDielectricView {
+            local: LocalView::new(lanes, context),
+            ..RoughDielectricView::default()
+        };
+        let cosines = *view.local.cosines();
+        let (mut albedos, mut means) = ([[0.0; LANES]; 2], [0.0; LANES]);
+        for lane in 0..LANES {
+            let row = AlbedoRow::new(&self.ggx(lane));
+            [albedos[0][lane], albedos[1][lane]] = row.albedo_at(tables, cosines[lane]);
+            [means[lane], _] = row.mean_albedo(tables);
         }
-        let (mut lost, mut heights) = ([0.0; N], [0.0; N]);
-        for lane in 0..N {
-            heights[lane] = lights[2][lane].abs();
-            let rows = AlbedoRow::new(&made.ggx(lane));
-            lost[lane] = 1.0 - rows.albedo_at(tables, heights[lane])[0];
-        }
-        let other: [bool; N] = std::array::from_fn(|lane| lights[2][lane] < 0.0);
-        let lanes =
-            (0..N).filter(|&lane| self.is_active[lane] & there[lane] & seen.has_multiscatter[lane]);
-        let all = made.energy_loss(world, lanes, &other, &heights);
-        let between = self.eval_multiscatter(&all, &lost, &heights);
-        // One microfacet: that of a mirror, or of a refraction.
-        let (mut cosines, mut facets) = ([0.0; N], [[0.0; N]; 2]);
-        for lane in 0..N {
-            let (v, l) = (
-                Vec3::from(get_lane(&seen.wo, lane)),
-                get_lane(&lights, lane),
-            );
-            let (ggx, eta) = (made.ggx(lane), made.eta[lane]);
-            let mirror = MicrofacetEval::new(&ggx, v, l.into());
-            let refraction = made.eval_refraction(lane, v, l.into());
-            let shares = if up[lane] {
-                [mirror.cosine, mirror.weight, mirror.pdf]
-            } else {
-                let (squeeze, facets) = refraction;
-                [
-                    facets.cosine,
-                    facets.weight * squeeze,
-                    facets.pdf * eta * eta * squeeze,
-                ]
-            };
-            [cosines[lane], facets[0][lane], facets[1][lane]] = shares;
-        }
-        let (reflected, over) = made.reflectance(&cosines);
-        let mut values = BsdfEvals::default();
-        for lane in 0..N {
-            let (cosine, is_up) = (lights[2][lane], up[lane]);
-            let reflected = Vec3::from(get_lane(&reflected, lane));
-            let rest = (Vec3::ONE - Vec3::from(get_lane(&over, lane))) * made.transmission(lane);
-            let mirrors = reflect_probability(reflected, rest);
-            let [specular, above, below] =
-                [0, 1, 2].map(|lobe: usize| seen.lobe_probabilities[lobe][lane]);
-            let mean = 1.0 - seen.mean_albedo[lane];
-            let back = seen.energy_loss[lane] * lost[lane] / mean;
-            let back = if mean > 1e-6 { back } else { 0.0 };
-            let multiple =
-                Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
-            let between = Vec3::from(get_lane(&between, lane));
-            let single = if is_up { reflected } else { rest } * facets[0][lane];
-            let value = if is_up {
-                single + multiple + between
-            } else {
-                between + single
-            };
-            let [many, one] = if is_up {
-                [above, mirrors * specular]
-            } else {
-                [below, (1.0 - mirrors) * specular]
-            };
-            let pdf = cosine_hemisphere_pdf(heights[lane]) * many + facets[1][lane] * one;
-            let value = if there[lane] { value } else { Vec3::ZERO };
-            values.pdf[lane] = if there[lane] { pdf } else { 0.0 };
-            set_lane(&mut values.value, lane, value.to_array());
-        }
-        values
-    }
-
-    /// What leaves after several microfacets, times the cosine: by what one loses of light, with refraction and without.
-    #[inline(always)]
-    fn eval_multiscatter(
-        &self,
-        all: &Vec3xN<f32, N>,
-        lost: &[f32; N],
-        heights: &[f32; N],
-    ) -> Vec3xN<f32, N> {
-        let (made, seen) = (&self.params, &self.view_terms);
-        let mut between = [[0.0; N]; 3];
-        for lane in 0..N {
-            let [all, back, view, total] = [
-                all,
-                &seen.compensation,
-                &seen.multiscatter_loss,
-                &seen.mean_loss,
-            ]
-            .map(|lanes: &Vec3xN<f32, N>| Vec3::from(get_lane(lanes, lane)));
-            let lost = (all - back * lost[lane]).max(Vec3::ZERO);
-            let value = view * lost / total * (heights[lane] * FRAC_1_PI);
-            let value = value * made.transmission(lane);
-            let value = if seen.has_multiscatter[lane] {
-                value
-            } else {
-                Vec3::ZERO
-            };
-            set_lane(&mut between, lane, value.to_array());
-        }
-        between
-    }
-
-    /// What depends on the view.
-    #[inline(always)]
-    pub(crate) fn prepare_view(
-        &mut self,
-        world: &Geometry,
-        places: &SurfaceInteractions<N>,
-        tables: &AlbedoTables,
-    ) {
-        let made = &self.params;
-        let mut seen = ViewTerms::default();
-        let (mut at, mut means) = ([[0.0; N]; 2], [0.0; N]);
-        for lane in 0..N {
-            let frame = places.shading_frame(lane);
-            let normal = frame.bend_towards_viewer(get_lane(&self.normal, lane).into());
-            let view = frame.with_axis(normal).to_local(frame.wo);
-            set_lane(&mut seen.normal, lane, normal.to_array());
-            set_lane(&mut seen.wo, lane, view.to_array());
-        }
-        let heights = seen.wo[2];
-        for lane in 0..N {
-            let rows = AlbedoRow::new(&made.ggx(lane));
-            [at[0][lane], at[1][lane]] = rows.albedo_at(tables, heights[lane]);
-            [means[lane], _] = rows.mean_albedo(tables);
-        }
-        let (reflected, over) = made.reflectance(&heights);
-        let found = made.view_losses(world, self.is_active, &heights);
+        let [reflectance, base_reflectance] = self.reflectances(&cosines);
+        let losses = self.view_losses(context.geometry, &lanes.is_active, &cosines);
         let mean = |color: Vec3| color.element_sum() / 3.0;
-        for lane in 0..N {
-            let (at, kept) = ([at[0][lane], at[1][lane]], means[lane]);
-            let lost = 1.0 - at[0];
-            let own = Albedo::new(made.ends(lane), at, kept);
-            let given_back = multi_scatter_color(made.over(lane), kept);
-            let [all, up, down] = [&found.loss, &found.mean_loss[0], &found.mean_loss[1]]
-                .map(|lanes: &Vec3xN<f32, N>| Vec3::from(get_lane(lanes, lane)));
-            let lost_view = (all - given_back * lost).max(Vec3::ZERO);
-            let [up, down] =
-                [up, down].map(|all| (all - given_back * (1.0 - kept)).max(Vec3::ZERO));
-            let total = up + down * (made.eta[lane] * made.eta[lane]);
-            let between = total.max_element() >= 1e-6;
-            let total = total.max(Vec3::splat(1e-9));
-            let upwards = (up / total).element_sum() / 3.0;
-            let view = lost_view.element_sum() / 3.0;
-            let sides = if between {
-                [view * upwards, view * (1.0 - upwards)]
+        for lane in 0..LANES {
+            let (albedo, mean_albedo) = ([albedos[0][lane], albedos[1][lane]], means[lane]);
+            let reflected = 1.0 - albedo[0];
+            let own = Albedo::new(self.f0_f90.get(lane), albedo, mean_albedo);
+            let compensation = multi_scatter_color(self.base_f0_f90.get(lane), mean_albedo);
+            let net = |loss: &Vec3xN<f32, LANES>, reflected: f32| {
+                (lane_vec3(loss, lane) - compensation * reflected).max(Vec3::ZERO)
+            };
+            let sides = [
+                net(&losses.mean_loss[0], 1.0 - mean_albedo),
+                net(&losses.mean_loss[1], 1.0 - mean_albedo),
+            ];
+            let view_loss = net(&losses.loss, reflected);
+            let terms = MultiscatterTerms::new(view_loss, sides, self.eta[lane]);
+            let [up, down] = if terms.is_significant {
+                terms.lobe_probabilities()
             } else {
                 [0.0; 2]
             };
-            let passed = mean(made.transmission(lane));
-            let alone = if made.uses_table(lane) {
+            let passed = mean(self.transmission(lane));
+            let single = if self.uses_table(lane) {
                 own.single_scatter
             } else {
-                Vec3::from(get_lane(&reflected, lane)) * (1.0 - lost)
+                lane_vec3(&reflectance, lane) * (1.0 - reflected)
             };
-            let alone = [mean(alone), 1.0 - mean(get_lane(&over, lane).into())];
-            let known = [found.single_scatter[0][lane], found.single_scatter[1][lane]];
-            let [single, below] = if between { known } else { alone };
+            let by_angle = [mean(single), 1.0 - mean(lane_vec3(&base_reflectance, lane))];
+            let by_table = [
+                losses.single_scatter[0][lane],
+                losses.single_scatter[1][lane],
+            ];
+            let [single, below] = if terms.is_significant {
+                by_table
+            } else {
+                by_angle
+            };
             let weights = [
                 single + passed * below,
-                mean(own.multi_scatter) + passed * sides[0],
-                passed * sides[1],
+                mean(own.multi_scatter) + passed * up,
+                passed * down,
             ];
             let sum = weights[0] + weights[1] + weights[2];
             let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-            for (share, weight) in seen.lobe_probabilities.iter_mut().zip(weights) {
-                share[lane] = weight * scale;
+            for (probabilities, weight) in view.lobe_probabilities.iter_mut().zip(weights) {
+                probabilities[lane] = weight * scale;
             }
-            seen.has_multiscatter[lane] = between;
-            seen.energy_loss[lane] = lost;
-            seen.mean_albedo[lane] = kept;
-            let colors = [
-                (
-                    &mut seen.multi_scatter,
-                    multi_scatter_color(made.ends(lane), kept),
-                ),
-                (&mut seen.compensation, given_back),
-                (&mut seen.multiscatter_loss, lost_view),
-                (&mut seen.mean_loss, total),
-            ];
-            for (lanes, color) in colors {
-                set_lane(lanes, lane, color.to_array());
-            }
+            view.has_multiscatter[lane] = terms.is_significant;
+            view.energy_loss[lane] = reflected;
+            view.mean_albedo[lane] = mean_albedo;
+            let multi_scatter = multi_scatter_color(self.f0_f90.get(lane), mean_albedo);
+            set_lane(&mut view.multi_scatter, lane, multi_scatter.to_array());
+            set_lane(&mut view.compensation, lane, compensation.to_array());
+            set_lane(&mut view.view_loss, lane, terms.view_loss.to_array());
+            set_lane(&mut view.mean_loss, lane, terms.mean_loss.to_array());
         }
-        self.view_terms = seen;
+        view
     }
-}
 
-/// How often one microfacet is asked to reflect, by what it reflects and what it lets through.
-#[inline(always)]
-pub(crate) fn reflect_probability(reflected: Vec3, rest: Vec3) -> f32 {
-    let reflected = reflected.element_sum();
-    let both = reflected + rest.element_sum();
-    if both > 0.0 { reflected / both } else { 1.0 }
+    #[inline(always)]
+    fn sample(
+        &self,
+        view: &RoughDielectricView,
+        lanes: &ActiveLanes,
+        context: LaneContext,
+        randoms: LaneRandoms,
+    ) -> BsdfSamples {
+        let (mut facets, mut cosines) = ([[0.0; LANES]; 3], [0.0; LANES]);
+        for lane in 0..LANES {
+            let wo = view.local.wo(lane);
+            let wm = self.ggx(lane).sample_wm(wo, randoms.direction_of(lane));
+            cosines[lane] = wo.dot(wm);
+            set_lane(&mut facets, lane, wm.to_array());
+        }
+        let [reflectance, base_reflectance] = self.reflectances(&cosines);
+        let mut samples = BsdfSamples::default();
+        for lane in 0..LANES {
+            let (wo, wm, eta) = (
+                view.local.wo(lane),
+                lane_vec3(&facets, lane),
+                self.eta[lane],
+            );
+            let [single, up, down] = view.probabilities(lane);
+            // Never a lobe without a probability, as for `LayeredBsdf`.
+            let choice = randoms.lobe[lane];
+            let (second, third) = (choice - single, choice - single - up);
+            let is_down = (choice >= single) & (second >= up) & (down > 0.0);
+            let is_up = (choice >= single) & !is_down & (up > 0.0);
+            let is_single = !is_up & !is_down;
+            let rest = if choice < single {
+                choice
+            } else {
+                // After rounding errors, beyond the last lobe.
+                third - down
+            };
+            let refracted = Vec3::ONE - lane_vec3(&base_reflectance, lane);
+            let refracted = refracted * self.transmission(lane);
+            let probability = reflect_probability(lane_vec3(&reflectance, lane), refracted);
+            let is_reflection = rest < probability * single;
+            let reflection = 2.0 * cosines[lane] * wm - wo;
+            let (refraction, is_refracted) = refract_unchecked(wo, wm, eta);
+            let diffuse = sample_cosine_hemisphere(randoms.direction_of(lane));
+            let (facet, is_valid) = if is_reflection {
+                (reflection, reflection.z > 0.0)
+            } else {
+                (refraction, is_refracted)
+            };
+            let wi = if is_single {
+                facet
+            } else if is_up {
+                diffuse
+            } else {
+                -diffuse
+            };
+            let wi = view.local.frame(context, lane).to_world(wi);
+            let is_transmission = context.interactions.geometric_normal(lane).dot(wi) < 0.0;
+            samples.is_valid[lane] = !is_single | (is_valid & (single > 0.0));
+            samples.eta_scale[lane] = if is_transmission { eta * eta } else { 1.0 };
+            samples.set_direction(context, lane, wi);
+        }
+        samples.set_evals(&self.eval(view, lanes, context, &samples.wi));
+        samples
+    }
+
+    #[inline(always)]
+    fn eval(
+        &self,
+        view: &RoughDielectricView,
+        lanes: &ActiveLanes,
+        context: LaneContext,
+        wi_world: &Vec3xN<f32, LANES>,
+    ) -> BsdfEvals {
+        let tables = albedo_tables();
+        let mut wi = [[0.0; LANES]; 3];
+        let (mut is_reflection, mut is_lit) = ([false; LANES], [false; LANES]);
+        for lane in 0..LANES {
+            let direction = lane_vec3(wi_world, lane);
+            let local = view.local.frame(context, lane).to_local(direction);
+            let geometric = context.interactions.geometric_normal(lane);
+            is_reflection[lane] = geometric.dot(direction) > 0.0;
+            is_lit[lane] = (is_reflection[lane] == (local.z > 0.0)) & (local.z != 0.0);
+            set_lane(&mut wi, lane, local.to_array());
+        }
+        let (mut reflected, mut heights) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            heights[lane] = wi[2][lane].abs();
+            let row = AlbedoRow::new(&self.ggx(lane));
+            reflected[lane] = 1.0 - row.albedo_at(tables, heights[lane])[0];
+        }
+        let is_far_side: [bool; LANES] = std::array::from_fn(|lane| wi[2][lane] < 0.0);
+        let with_loss = (0..LANES)
+            .filter(|&lane| lanes.is_active[lane] & is_lit[lane] & view.has_multiscatter[lane]);
+        let losses = self.energy_loss(context.geometry, with_loss, &is_far_side, &heights);
+        let facets = self.eval_microfacets(view, &wi, &is_reflection);
+        let [reflectance, base_reflectance] = self.reflectances(&facets.cosines);
+        let mut evals = BsdfEvals::default();
+        for lane in 0..LANES {
+            let is_reflection = is_reflection[lane];
+            let reflectance = lane_vec3(&reflectance, lane);
+            let refracted = Vec3::ONE - lane_vec3(&base_reflectance, lane);
+            let refracted = refracted * self.transmission(lane);
+            let probability = reflect_probability(reflectance, refracted);
+            let multi = multi_scatter_lobe(
+                lane_vec3(&view.multi_scatter, lane),
+                [view.energy_loss[lane], reflected[lane]],
+                1.0 - view.mean_albedo[lane],
+                wi[2][lane],
+            );
+            let between = view.eval_multiscatter(
+                lane,
+                lane_vec3(&losses, lane),
+                reflected[lane],
+                heights[lane],
+            );
+            let between = between * self.transmission(lane);
+            let single = if is_reflection {
+                reflectance
+            } else {
+                refracted
+            } * facets.weights[lane];
+            let value = if is_reflection {
+                single + multi + between
+            } else {
+                between + single
+            };
+            let [specular, up, down] = view.probabilities(lane);
+            let [many, one] = if is_reflection {
+                [up, probability * specular]
+            } else {
+                [down, (1.0 - probability) * specular]
+            };
+            let pdf = cosine_hemisphere_pdf(heights[lane]) * many + facets.pdfs[lane] * one;
+            evals.set(lane, is_lit[lane], BsdfEval { value, pdf });
+        }
+        evals
+    }
 }

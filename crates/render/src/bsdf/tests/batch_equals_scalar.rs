@@ -1,30 +1,33 @@
-//! Points that are computed many at a time are what they are alone.
+//! Every lane of a batch has the bits of the BSDF of one point.
 
 use glam::{DAffine3, Vec3};
-use raycam_bvh::{Hit, dispatch_simd};
+use raycam_bvh::{Hit, WithSimd, dispatch_simd};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Glass, Material, MaterialModel, Metal, Object, Principled, World};
 
-use crate::bsdf::ShadingPoint;
-use crate::bsdf::batch::glossy::GlossyBsdfBatch;
-use crate::bsdf::batch::glossy_sample::SampleGlossy;
-use crate::bsdf::batch::rough_dielectric::RoughDielectricBsdfBatch;
-use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
-use crate::bsdf::batch::specular::{SampleSpecular, SpecularBsdfBatch};
+use crate::bsdf::batch::glossy::GlossyModel;
+use crate::bsdf::batch::rough_dielectric::RoughDielectricModel;
+use crate::bsdf::batch::specular::SpecularModel;
+use crate::bsdf::batch::{
+    BatchModel, BsdfBatch, BsdfEvals, LaneContext, LaneRandoms, LayeredBatchModel,
+};
+use crate::bsdf::material_hit::MaterialHit;
+use crate::bsdf::shading_point::ShadingPoint;
 use crate::bsdf::specular::FORCE_TRANSMISSION;
+use crate::bsdf::tests::diffuse_lanes::unit;
 use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::control::Control;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::world::PreparedWorld;
-use crate::soa::{LANES, get_lane, set_lane, set_triangle};
+use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane, set_triangle};
 
 /// A ball of each of these.
-fn world(reflectances: &[MaterialModel]) -> PreparedWorld {
+fn world(models: &[MaterialModel]) -> PreparedWorld {
     let mut world = World::default();
     let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
-    for reflectance in reflectances {
+    for model in models {
         let material = Material {
-            model: reflectance.clone(),
+            model: model.clone(),
             color: [0.9, 0.8, 0.5],
             ..Material::default()
         };
@@ -35,24 +38,19 @@ fn world(reflectances: &[MaterialModel]) -> PreparedWorld {
     PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
 }
 
-fn unit(i: usize) -> Vec3 {
-    let angle = i as f32;
-    Vec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin()).normalize()
-}
-
-/// Numbers in 0..1, one for each lane.
-fn numbers(first: usize, step: usize) -> [f32; LANES] {
+/// Random numbers in 0..1, one for each lane.
+fn randoms(first: usize, step: usize) -> [f32; LANES] {
     std::array::from_fn(|lane| unit(first + step * lane).x.abs())
 }
 
-/// What rays meet, the first of which is `first`.
-struct Met {
+/// Hits of rays along [`unit`] of `first` and on.
+struct Hits {
     hits: [Hit; LANES],
     directions: [Vec3; LANES],
-    places: SurfaceInteractions<LANES>,
+    interactions: SurfaceInteractions<LANES>,
 }
 
-impl Met {
+impl Hits {
     fn new(world: &PreparedWorld, first: usize, object: impl Fn(usize) -> usize) -> Self {
         let hits = std::array::from_fn(|lane| Hit {
             t: 1.0,
@@ -62,8 +60,8 @@ impl Met {
             triangle: (first + lane) as u32 % 80,
         });
         let directions = std::array::from_fn(|lane| unit(first + lane));
-        let mut places = SurfaceInteractions::default();
-        let corners = places.clear();
+        let mut interactions = SurfaceInteractions::default();
+        let corners = interactions.clear();
         for (lane, hit) in hits.iter().enumerate() {
             set_triangle(
                 corners,
@@ -72,15 +70,108 @@ impl Met {
             );
         }
         for (lane, hit) in hits.iter().enumerate() {
-            places.set_lane(lane, &world.geometry, directions[lane], hit, 0.0);
+            interactions.set_lane(lane, &world.geometry, directions[lane], hit, 0.0);
         }
-        dispatch_simd(&mut places);
+        dispatch_simd(&mut interactions);
         Self {
             hits,
             directions,
-            places,
+            interactions,
         }
     }
+}
+
+/// Evaluates a batch, compiled as the integrator compiles it.
+struct Evaluate<'a, M: BatchModel> {
+    batch: &'a BsdfBatch<M>,
+    context: LaneContext<'a>,
+    wi: &'a Vec3xN<f32, LANES>,
+    out: &'a mut BsdfEvals,
+}
+
+impl<M: BatchModel> WithSimd for Evaluate<'_, M> {
+    #[inline(always)]
+    fn run(self) {
+        *self.out = self.batch.eval(self.context, self.wi);
+    }
+}
+
+/// Numbers of samples and of lit directions that a comparison met.
+#[derive(Default)]
+struct Counts {
+    reflected: usize,
+    transmitted: usize,
+    absorbed: usize,
+    specular: usize,
+    lit: [usize; 2],
+}
+
+/// Compares samples and values of a model with those of single points, in empty space.
+fn compare<M: LayeredBatchModel>(world: &PreparedWorld, object: impl Fn(usize) -> usize) -> Counts {
+    let mut counts = Counts::default();
+    let mut batch = BsdfBatch::<M>::default();
+    for first in (0..1920).step_by(LANES) {
+        let Hits {
+            hits,
+            directions,
+            interactions,
+        } = Hits::new(world, first, &object);
+        batch.clear();
+        for (lane, hit) in hits.iter().enumerate() {
+            assert!(batch.load(
+                lane,
+                &MaterialHit::at_lane(&world.geometry, hit, &interactions, lane)
+            ));
+        }
+        let context = LaneContext {
+            geometry: &world.geometry,
+            interactions: &interactions,
+        };
+        let (lobe, direction) = (randoms(first, 5), [randoms(first, 7), randoms(first, 11)]);
+        let numbers = LaneRandoms {
+            direction: &direction,
+            lobe: &lobe,
+        };
+        batch.sample_all(context, numbers);
+        let mut wi = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            set_lane(&mut wi, lane, unit(first + 13 * lane).to_array());
+        }
+        let mut evals = BsdfEvals::default();
+        dispatch_simd(Evaluate {
+            batch: &batch,
+            context,
+            wi: &wi,
+            out: &mut evals,
+        });
+        for (lane, hit) in hits.iter().enumerate() {
+            let interaction = interactions.lane(lane);
+            let hit = MaterialHit::new(&world.geometry, hit, &interaction, directions[lane]);
+            let ShadingPoint { frame, bsdf, .. } = ShadingPoint::new(&interaction, &hit);
+            let random = [lobe[lane], direction[0][lane], direction[1][lane]];
+            let scalar = bsdf.sample(&frame, random).map(|sample| {
+                let origin = interaction.offset_ray_origin(sample.wi).as_vec3();
+                (sample, origin)
+            });
+            assert_eq!(
+                format!("{:?}", batch.samples.get(lane)),
+                format!("{scalar:?}")
+            );
+            let wi = lane_vec3(&wi, lane);
+            let BsdfEval { value, pdf } = bsdf.eval(&frame, wi);
+            assert_eq!(lane_vec3(&evals.value, lane), value);
+            assert_eq!(evals.pdf[lane], pdf);
+            let is_below = |direction: Vec3| frame.geometric.dot(direction) < 0.0;
+            match scalar {
+                None => counts.absorbed += 1,
+                Some((BsdfSample { is_specular, .. }, _)) if is_specular => counts.specular += 1,
+                Some((sample, _)) if is_below(sample.wi) => counts.transmitted += 1,
+                Some(_) => counts.reflected += 1,
+            }
+            counts.lit[usize::from(is_below(wi))] += usize::from(value != Vec3::ZERO);
+        }
+    }
+    counts
 }
 
 fn metal(name: &str, roughness: f32) -> MaterialModel {
@@ -89,7 +180,7 @@ fn metal(name: &str, roughness: f32) -> MaterialModel {
 }
 
 #[test]
-fn smooth_ones() {
+fn specular() {
     let glass = |thin| {
         MaterialModel::Glass(Glass {
             thin,
@@ -116,83 +207,80 @@ fn smooth_ones() {
         kind @ 0..3 => 2 * kind + i % 2,
         _ => i * 7 / 3 % 6,
     };
-    let (mut on, mut through, mut lost, mut forked) = (0, 0, 0, 0);
-    let mut points = SpecularBsdfBatch::<LANES>::default();
+    let (mut reflected, mut transmitted, mut absorbed, mut split) = (0, 0, 0, 0);
+    let mut batch = BsdfBatch::<SpecularModel>::default();
     for first in (0..480).step_by(LANES) {
-        let Met {
+        let Hits {
             hits,
             directions,
-            places,
-        } = Met::new(&world, first, object);
+            interactions,
+        } = Hits::new(&world, first, object);
         let channel = [None, Some(0)][first % 3 % 2];
-        let around = |lane| [1.0, 1.33][lane % 2];
-        let choice = numbers(first, 5);
-        let forks = |lane: usize| (first / LANES + lane).is_multiple_of(3);
-        points.clear();
+        let outside_ior = |lane| [1.0, 1.33][lane % 2];
+        let lobe = randoms(first, 5);
+        let may_split = |lane: usize| (first / LANES + lane).is_multiple_of(3);
+        batch.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            let (forks, around) = (forks(lane), around(lane));
-            points.set_lane(
-                (&places, lane),
-                (&world.geometry, hit),
-                channel,
-                around,
-                forks,
-            );
-            assert!(points.is_active[lane]);
+            let hit = MaterialHit::at_lane(&world.geometry, hit, &interactions, lane);
+            assert!(batch.load(lane, &hit.seen_by(channel, outside_ior(lane))));
+            if may_split(lane) {
+                batch.model.allow_split(lane);
+            }
         }
-        dispatch_simd(SampleSpecular {
-            places: &places,
-            choice: &choice,
-            batch: &mut points,
-        });
+        let context = LaneContext {
+            geometry: &world.geometry,
+            interactions: &interactions,
+        };
+        let numbers = LaneRandoms {
+            direction: &[[0.0; LANES]; 2],
+            lobe: &lobe,
+        };
+        batch.sample_all(context, numbers);
         for (lane, hit) in hits.iter().enumerate() {
-            let place = places.lane(lane);
-            let ShadingPoint {
-                bsdf: scatter,
-                frame,
-                ..
-            } = ShadingPoint::new(
-                &world.geometry,
-                &place,
-                directions[lane],
-                hit,
-                channel,
-                around(lane),
-            );
-            let transmissive = scatter.is_transmissive();
-            assert_eq!(points.transmission(lane) != Vec3::ZERO, transmissive);
+            let interaction = interactions.lane(lane);
+            let hit = MaterialHit::new(&world.geometry, hit, &interaction, directions[lane])
+                .seen_by(channel, outside_ior(lane));
+            let ShadingPoint { bsdf, frame, .. } = ShadingPoint::new(&interaction, &hit);
+            let is_transmissive = bsdf.is_transmissive();
+            assert_eq!(batch.model.is_transmissive(lane), is_transmissive);
             let sample = |choice| {
-                let sample = scatter.sample(&frame, [choice, 0.0, 0.0]);
-                sample.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()))
+                let sample = bsdf.sample(&frame, [choice, 0.0, 0.0]);
+                sample.map(|sample| {
+                    let origin = interaction.offset_ray_origin(sample.wi).as_vec3();
+                    (sample, origin)
+                })
             };
-            let alone = sample(choice[lane]);
-            if forks(lane) && transmissive {
-                // The weight is another test's.
-                let ways = |(sample, start): (BsdfSample, Vec3)| (sample.wi, start);
-                if let Some(fork) = points.transmitted_sample(lane) {
-                    assert_eq!(ways(fork), ways(sample(FORCE_TRANSMISSION).unwrap()));
-                    assert_eq!(points.sample(lane).map(ways), sample(0.0).map(ways));
-                    forked += 1;
+            let scalar = sample(lobe[lane]);
+            let batched = batch.samples.get(lane);
+            let other = SpecularModel::transmitted_sample(&batch.view, lane);
+            if may_split(lane) && is_transmissive {
+                // Another test compares the weights.
+                let ray = |(sample, origin): (BsdfSample, Vec3)| (sample.wi, origin);
+                if let Some(other) = other {
+                    assert_eq!(ray(other), ray(sample(FORCE_TRANSMISSION).unwrap()));
+                    assert_eq!(batched.map(ray), sample(0.0).map(ray));
+                    split += 1;
                 }
                 continue;
             }
-            assert!(points.transmitted_sample(lane).is_none());
-            assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
-            match alone {
-                None => lost += 1,
-                Some((sample, _)) if frame.geometric.dot(sample.wi) < 0.0 => {
-                    through += 1;
-                }
-                Some(_) => on += 1,
+            assert!(other.is_none());
+            assert_eq!(format!("{batched:?}"), format!("{scalar:?}"));
+            match scalar {
+                None => absorbed += 1,
+                Some((sample, _)) if frame.geometric.dot(sample.wi) < 0.0 => transmitted += 1,
+                Some(_) => reflected += 1,
             }
         }
     }
-    assert!(on > 40 && through > 40 && lost > 3, "{on} {through} {lost}");
-    assert!(forked > 20, "{forked}");
+    assert!(
+        reflected > 40 && transmitted > 40 && absorbed > 3,
+        "{reflected} {transmitted} {absorbed}"
+    );
+    assert!(split > 20, "{split}");
 }
 
 #[test]
-fn glossy_ones() {
+fn glossy() {
     let principled = |metallic, roughness| {
         let mut p = Principled::default();
         (p.metallic.value, p.roughness.value) = (metallic, roughness);
@@ -218,77 +306,28 @@ fn glossy_ones() {
         layered([0.0, 0.0], [0.9; 3]),
     ]);
     // The principled material alone, metal alone, coats alone, and all.
-    let object = |i: usize| match i / LANES % 4 {
+    let counts = compare::<GlossyModel>(&world, |i| match i / LANES % 4 {
         0 => i % 3,
         1 => 3 + i % 2,
         2 => 5 + i % 2,
         _ => i * 7 / 3 % 9,
-    };
-    let (mut on, mut lost, mut lit, mut mirrored) = (0, 0, 0, 0);
-    let mut points = GlossyBsdfBatch::<LANES>::default();
-    for first in (0..1920).step_by(LANES) {
-        let Met {
-            hits,
-            directions,
-            places,
-        } = Met::new(&world, first, object);
-        points.clear();
-        for (lane, hit) in hits.iter().enumerate() {
-            points.set_lane(
-                (&places, lane),
-                &world.geometry,
-                world.geometry.material(hit),
-                hit,
-            );
-        }
-        assert_eq!(points.is_active, [true; LANES]);
-        let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
-        dispatch_simd(SampleGlossy {
-            places: &places,
-            random: &random,
-            choice: &choice,
-            batch: &mut points,
-        });
-        let mut lights = [[0.0; LANES]; 3];
-        for lane in 0..LANES {
-            set_lane(&mut lights, lane, unit(first + 13 * lane).to_array());
-        }
-        let values = points.eval(&places, &lights);
-        for (lane, hit) in hits.iter().enumerate() {
-            let place = places.lane(lane);
-            let ShadingPoint {
-                frame,
-                bsdf: scatter,
-                ..
-            } = ShadingPoint::new(&world.geometry, &place, directions[lane], hit, None, 1.0);
-            let random = [choice[lane], random[0][lane], random[1][lane]];
-            let alone = scatter.sample(&frame, random);
-            let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
-            assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
-            let BsdfEval { value, pdf } = scatter.eval(&frame, get_lane(&lights, lane).into());
-            assert_eq!(Vec3::from(get_lane(&values.value, lane)), value);
-            assert_eq!(values.pdf[lane], pdf);
-            match alone {
-                None => lost += 1,
-                Some((
-                    BsdfSample {
-                        is_specular: delta, ..
-                    },
-                    _,
-                )) => {
-                    on += 1;
-                    mirrored += usize::from(delta);
-                }
-            }
-            lit += usize::from(value != Vec3::ZERO);
-        }
-    }
-    assert!(on > 1200 && lost > 20 && lit > 600, "{on} {lost} {lit}");
-    assert!(mirrored > 10, "{mirrored}");
+    });
+    let Counts {
+        reflected,
+        absorbed,
+        specular,
+        lit: [lit, _],
+        ..
+    } = counts;
+    assert!(
+        reflected > 1200 && absorbed > 20 && lit > 600,
+        "{reflected} {absorbed} {lit}"
+    );
+    assert!(specular > 10, "{specular}");
 }
 
 #[test]
-fn frosted_ones() {
+fn rough_dielectric() {
     let glass = |roughness, ior| {
         MaterialModel::Glass(Glass {
             roughness,
@@ -311,70 +350,27 @@ fn frosted_ones() {
         principled(0.3, 0.0),
         principled(0.9, 0.4),
     ]);
-    let object = |i: usize| match i / LANES % 3 {
+    let counts = compare::<RoughDielectricModel>(&world, |i| match i / LANES % 3 {
         0 => i % 3,
         1 => 3 + i % 2,
         _ => i * 7 / 3 % 5,
-    };
-    let (mut on, mut through, mut lost, mut lit) = (0, 0, 0, [0; 2]);
-    let mut points = RoughDielectricBsdfBatch::<LANES>::default();
-    for first in (0..1920).step_by(LANES) {
-        let Met {
-            hits,
-            directions,
-            places,
-        } = Met::new(&world, first, object);
-        points.clear();
-        for (lane, hit) in hits.iter().enumerate() {
-            points.set_lane((&places, lane), &world.geometry, hit, None, 1.0);
-        }
-        assert_eq!(points.is_active, [true; LANES]);
-        let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
-        dispatch_simd(SampleRoughDielectric {
-            world: &world.geometry,
-            places: &places,
-            random: &random,
-            choice: &choice,
-            batch: &mut points,
-        });
-        let mut lights = [[0.0; LANES]; 3];
-        for lane in 0..LANES {
-            set_lane(&mut lights, lane, unit(first + 13 * lane).to_array());
-        }
-        let values = points.eval(&world.geometry, &places, &lights);
-        for (lane, hit) in hits.iter().enumerate() {
-            let place = places.lane(lane);
-            let ShadingPoint {
-                frame,
-                bsdf: scatter,
-                ..
-            } = ShadingPoint::new(&world.geometry, &place, directions[lane], hit, None, 1.0);
-            let random = [choice[lane], random[0][lane], random[1][lane]];
-            let alone = scatter.sample(&frame, random);
-            let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
-            assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
-            let light = Vec3::from(get_lane(&lights, lane));
-            let BsdfEval { value, pdf } = scatter.eval(&frame, light);
-            assert_eq!(Vec3::from(get_lane(&values.value, lane)), value);
-            assert_eq!(values.pdf[lane], pdf);
-            let below = |direction: Vec3| frame.geometric.dot(direction) < 0.0;
-            match alone {
-                None => lost += 1,
-                Some((sample, _)) if below(sample.wi) => through += 1,
-                Some(_) => on += 1,
-            }
-            lit[usize::from(below(light))] += usize::from(value != Vec3::ZERO);
-        }
-    }
+    });
+    let Counts {
+        reflected,
+        transmitted,
+        absorbed,
+        lit,
+        ..
+    } = counts;
     assert!(
-        on > 400 && through > 400 && lost > 10,
-        "{on} {through} {lost}"
+        reflected > 400 && transmitted > 400 && absorbed > 10,
+        "{reflected} {transmitted} {absorbed}"
     );
     assert!(lit[0] > 300 && lit[1] > 300, "{lit:?}");
 }
 
 #[test]
-fn what_is_more_than_frosted_goes_one_by_one() {
+fn rough_dielectrics_with_other_layers_are_not_batched() {
     let with = |change: fn(&mut Principled)| {
         let mut p = Principled::default();
         (p.transmission.value, p.thickness.value) = (1.0, 1.0);
@@ -394,15 +390,13 @@ fn what_is_more_than_frosted_goes_one_by_one() {
             ..Glass::default()
         }),
     ]);
-    let Met { hits, places, .. } = Met::new(&world, 0, |i| i % 6);
-    let mut points = RoughDielectricBsdfBatch::<LANES>::default();
+    let Hits {
+        hits, interactions, ..
+    } = Hits::new(&world, 0, |i| i % 6);
+    let mut batch = BsdfBatch::<RoughDielectricModel>::default();
     for (lane, hit) in hits.iter().enumerate() {
-        points.set_lane((&places, lane), &world.geometry, hit, None, 1.0);
-        assert_eq!(
-            points.is_active[lane],
-            hit.instance == 0,
-            "{}",
-            hit.instance
-        );
+        let material_hit = MaterialHit::at_lane(&world.geometry, hit, &interactions, lane);
+        let is_batched = batch.load(lane, &material_hit);
+        assert_eq!(is_batched, hit.instance == 0, "{}", hit.instance);
     }
 }

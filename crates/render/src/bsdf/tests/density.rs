@@ -126,7 +126,7 @@ fn check(
     (chi2 >= limit).then(|| format!("{name}: chi squared {chi2} > {limit} of {freedom} cells"))
 }
 
-/// Where a lobe that refracts is seen, or what lies opposite.
+/// The centre of a refracting lobe, or its opposite.
 fn refracted(name: &str, frame: &ShadingFrame) -> Vec3 {
     let eta = match name.split(' ').collect::<Vec<_>>()[..] {
         ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,

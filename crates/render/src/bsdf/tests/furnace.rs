@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::bsdf::tests::*;
 
-/// What comes back of a white sky, by well spread samples; radiance that refraction squeezes counts as light.
+/// Energy returned under a white sky, by well spread samples, with the scaling of radiance by refraction undone.
 fn furnace(scatter: &Bsdf, frame: &ShadingFrame, samples: u32) -> Vec3 {
     let mut sum = glam::DVec3::ZERO;
     for i in 0..samples {
@@ -56,7 +56,7 @@ fn a_white_furnace_shows_what_is_lost() {
     assert!(worst.is_empty(), "{}", worst.join("\n"));
 }
 
-/// What `docs/light-and-material.md` says of materials that lose some light: roughness 0.1, 0.3, 0.6 and 1, in percent.
+/// Losses of materials as `docs/light-and-material.md` states them: roughness 0.1, 0.3, 0.6 and 1, in percent.
 #[test]
 fn the_page_says_what_is_lost() {
     let page = concat!(
@@ -85,7 +85,7 @@ fn the_page_says_what_is_lost() {
     assert!(page.contains(&found), "the page lacks\n{found}");
 }
 
-/// Where the sampling of a lobe has no share, its light is found by lamps and lost to scattered rays.
+/// A lobe without a probability is found by light sampling and lost to BSDF samples.
 #[test]
 fn sampling_finds_all_that_evaluation_knows() {
     let (lossless, _) = all();

@@ -1,7 +1,8 @@
-//! What must hold for every way to scatter light: energy, reciprocity, and samples as dense as they say.
+//! Properties of every BSDF: energy conservation, reciprocity, and samples with the density that they state.
 
 pub(crate) mod batch_equals_scalar;
 pub(crate) mod density;
+pub(crate) mod diffuse_lanes;
 pub(crate) mod furnace;
 pub(crate) mod reciprocity;
 
@@ -10,9 +11,11 @@ use std::sync::LazyLock;
 use glam::Vec3;
 use raycam_scene::{Glass, Metal};
 
-use crate::bsdf::layered::{LayerStack, LayeredBsdf};
+use crate::bsdf::BsdfModel;
+use crate::bsdf::layer_stack::LayerStack;
+use crate::bsdf::layered::LayeredBsdf;
 use crate::bsdf::phong::ModifiedPhong;
-use crate::bsdf::{Bsdf, BsdfModel};
+use crate::bsdf::shading_point::Bsdf;
 use crate::lobes::albedo_dielectric::{DielectricAlbedo, FresnelModel};
 use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::fresnel::Fresnel;
@@ -144,7 +147,7 @@ const FILM: ThinFilm = ThinFilm {
 };
 
 type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
-/// What something is called with its roughness, and how it is made.
+/// Name with roughness, and constructor.
 type Named = Vec<(String, Make)>;
 
 /// Every kind of scattering by name: lossless ones, and the rest.
@@ -217,7 +220,7 @@ fn all() -> (Named, Named) {
                 };
                 let name = format!("glass {roughness} {thin} {front}");
                 let make = move |frame: &ShadingFrame| {
-                    let eta = crate::bsdf::dielectric::eta(&glass, front, None, 1.0);
+                    let eta = crate::bsdf::dielectric::eta_of_side(&glass, front, None, 1.0);
                     let layers =
                         crate::bsdf::dielectric::layer_stack(&glass, eta, Vec3::ONE, Some(&EXACT));
                     Bsdf::Layered(LayeredBsdf::new(layers, frame))

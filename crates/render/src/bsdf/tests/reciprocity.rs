@@ -42,7 +42,7 @@ fn refraction_is_squeezed_by_the_index() {
     };
     let value = |v: Vec3, l: Vec3, front: bool| {
         let frame = seen_from(v);
-        let eta = dielectric::eta(&glass, front, None, 1.0);
+        let eta = dielectric::eta_of_side(&glass, front, None, 1.0);
         let scatter = {
             let layers = dielectric::layer_stack(&glass, eta, Vec3::ONE, Some(&EXACT));
             Bsdf::Layered(LayeredBsdf::new(layers, &frame))

@@ -1,83 +1,97 @@
-//! Surfaces that light is sampled for, of every kind that is computed many at a time.
+//! The BSDFs of a chunk's lanes, of every batched kind.
 
-use crate::bsdf::BsdfEvals;
-use crate::bsdf::batch::glossy::GlossyBsdfBatch;
-use crate::bsdf::batch::rough_dielectric::RoughDielectricBsdfBatch;
-use crate::integrator::batch::diffuse::DiffuseBatch;
-use crate::integrator::batch::path_lanes::PathLanes;
-use crate::interaction::batch::SurfaceInteractions;
-use crate::prepare::world::PreparedWorld;
-use crate::soa::{Vec3xN, set_lane};
+use crate::bsdf::batch::diffuse::DiffuseModel;
+use crate::bsdf::batch::glossy::GlossyModel;
+use crate::bsdf::batch::rough_dielectric::RoughDielectricModel;
+use crate::bsdf::batch::specular::SpecularModel;
+use crate::bsdf::batch::{BsdfBatch, BsdfEvals, LaneContext, LaneRandoms};
+use crate::soa::{LANES, Vec3xN, set_lane};
 
-/// Surfaces of lanes, and the paths that arrive there.
-#[derive(Clone, Copy)]
-pub(crate) struct BatchBsdf<'a, const N: usize> {
-    pub path_lanes: &'a PathLanes<N>,
-    pub diffuse: &'a DiffuseBatch<N>,
-    pub glossy: &'a GlossyBsdfBatch<N>,
-    pub rough_dielectric: &'a RoughDielectricBsdfBatch<N>,
-    pub world: &'a PreparedWorld,
+/// One batch for each kind of BSDF; a lane is active in one of them at most.
+#[derive(Default)]
+pub(crate) struct BatchBsdf {
+    pub diffuse: BsdfBatch<DiffuseModel>,
+    pub specular: BsdfBatch<SpecularModel>,
+    pub glossy: BsdfBatch<GlossyModel>,
+    pub rough_dielectric: BsdfBatch<RoughDielectricModel>,
 }
 
-impl<const N: usize> BatchBsdf<'_, N> {
-    /// Whether a lane has one.
-    pub fn is_active(&self, lane: usize) -> bool {
-        self.diffuse.is_active[lane]
-            || self.glossy.is_active[lane]
-            || self.rough_dielectric.is_active[lane]
+impl BatchBsdf {
+    /// Deactivates all lanes.
+    pub fn clear(&mut self) {
+        self.diffuse.clear();
+        self.specular.clear();
+        self.glossy.clear();
+        self.rough_dielectric.clear();
     }
 
-    /// [`LightSampleContext::normal`] of the lanes.
-    pub fn normals(&self, places: &SurfaceInteractions<N>) -> Vec3xN<f32, N> {
-        let mut normals = *places.geometric_normals();
-        for lane in (0..N).filter(|&lane| self.rough_dielectric.is_active[lane]) {
+    /// Samples the BSDFs of all lanes.
+    pub fn sample_all(&mut self, context: LaneContext, randoms: LaneRandoms) {
+        self.specular.sample_all(context, randoms);
+        self.glossy.sample_all(context, randoms);
+        self.rough_dielectric.sample_all(context, randoms);
+        self.diffuse.sample_all(context, randoms);
+    }
+
+    /// True if some lane has a BSDF for which light sampling contributes.
+    pub fn any_non_specular(&self) -> bool {
+        self.diffuse.any_active() || self.glossy.any_active() || self.rough_dielectric.any_active()
+    }
+
+    /// True if light sampling contributes at a lane.
+    pub fn is_non_specular(&self, lane: usize) -> bool {
+        self.diffuse.is_active(lane)
+            || self.glossy.is_active(lane)
+            || self.rough_dielectric.is_active(lane)
+    }
+
+    /// The normals of [`crate::light::LightSampleContext`].
+    pub fn light_sample_normals(&self, context: LaneContext) -> Vec3xN<f32, LANES> {
+        let mut normals = *context.interactions.geometric_normals();
+        for lane in (0..LANES).filter(|&lane| self.rough_dielectric.is_active(lane)) {
             set_lane(&mut normals, lane, [0.0; 3]);
         }
         normals
     }
 
-    /// The values of light from these directions, where there are any of them.
+    /// The values and densities of world directions.
     #[inline(always)]
-    pub fn eval(
-        &self,
-        places: &SurfaceInteractions<N>,
-        directions: &Vec3xN<f32, N>,
-    ) -> BsdfEvals<N> {
+    pub fn eval(&self, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
         let Self {
-            diffuse: mattes,
-            glossy: glossies,
-            rough_dielectric: frosted,
+            diffuse,
+            glossy,
+            rough_dielectric,
             ..
         } = self;
-        let mut values = if glossies.any() {
-            glossies.eval(places, directions)
+        let mut evals = if glossy.any_active() {
+            glossy.eval(context, wi)
         } else {
-            mattes.eval(places, directions)
+            diffuse.eval(context, wi)
         };
-        if glossies.any() && mattes.any_active() {
-            values.select_lanes(&mattes.is_active, &mattes.eval(places, directions));
+        if glossy.any_active() && diffuse.any_active() {
+            evals.select_lanes(&diffuse.lanes.is_active, &diffuse.eval(context, wi));
         }
-        if frosted.any() {
-            let refracted = frosted.eval(&self.world.geometry, places, directions);
-            values.select_lanes(&frosted.is_active, &refracted);
+        if rough_dielectric.any_active() {
+            let others = rough_dielectric.eval(context, wi);
+            evals.select_lanes(&rough_dielectric.lanes.is_active, &others);
         }
-        values
+        evals
     }
 }
 
 #[cfg(test)]
 mod tests {
     use glam::DAffine3;
-    use raycam_bvh::{Hit, dispatch_simd};
+    use raycam_bvh::Hit;
     use raycam_scene::mesh::primitive;
     use raycam_scene::{Glass, Material, MaterialModel, Object, Principled, World};
 
     use super::*;
-    use crate::bsdf::batch::glossy_sample::SampleGlossy;
-    use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
+    use crate::bsdf::material_hit::MaterialHit;
+    use crate::bsdf::tests::diffuse_lanes::diffuse_lanes;
     use crate::control::Control;
-    use crate::integrator::batch::diffuse::tests::some;
-    use crate::soa::{LANES, get_lane};
+    use crate::prepare::world::PreparedWorld;
+    use crate::soa::get_lane;
 
     #[test]
     fn each_lane_has_the_values_of_its_kind() {
@@ -87,12 +101,12 @@ mod tests {
             roughness: 0.5,
             ..Glass::default()
         };
-        for reflectance in [
+        for model in [
             MaterialModel::Principled(Principled::default().into()),
             MaterialModel::Glass(glass),
         ] {
             let material = Material {
-                model: reflectance,
+                model,
                 ..Material::default()
             };
             let material = world.add_material(material).unwrap();
@@ -100,62 +114,48 @@ mod tests {
             world.add_object(object).unwrap();
         }
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        let (places, mut mattes, directions) = some(0);
-        let (mut glossies, mut frosted) = (
-            GlossyBsdfBatch::default(),
-            RoughDielectricBsdfBatch::default(),
-        );
+        let (interactions, diffuse) = diffuse_lanes(0);
+        let mut bsdf = BatchBsdf {
+            diffuse,
+            ..BatchBsdf::default()
+        };
         for lane in 0..LANES {
             let hit = |instance| Hit {
                 instance,
                 triangle: lane as u32,
                 ..Hit::MISS
             };
-            mattes.is_active[lane] = lane % 3 == 0;
+            bsdf.diffuse.lanes.is_active[lane] = lane % 3 == 0;
+            let at_lane = |hit| MaterialHit::at_lane(&world.geometry, hit, &interactions, lane);
             match lane % 3 {
                 0 => {}
-                1 => glossies.set_lane(
-                    (&places, lane),
-                    &world.geometry,
-                    world.geometry.material(&hit(0)),
-                    &hit(0),
-                ),
-                _ => frosted.set_lane((&places, lane), &world.geometry, &hit(1), None, 1.0),
+                1 => assert!(bsdf.glossy.load(lane, &at_lane(&hit(0)))),
+                _ => assert!(bsdf.rough_dielectric.load(lane, &at_lane(&hit(1)))),
             }
         }
-        let (random, choice) = (&[[0.4; LANES]; 2], &[0.3; LANES]);
-        dispatch_simd(SampleGlossy {
-            places: &places,
-            random,
-            choice,
-            batch: &mut glossies,
-        });
-        dispatch_simd(SampleRoughDielectric {
-            world: &world.geometry,
-            places: &places,
-            random,
-            choice,
-            batch: &mut frosted,
-        });
-        let surfaces = BatchBsdf {
-            path_lanes: &PathLanes::default(),
-            diffuse: &mattes,
-            glossy: &glossies,
-            rough_dielectric: &frosted,
-            world: &world,
+        let context = LaneContext {
+            geometry: &world.geometry,
+            interactions: &interactions,
         };
-        let values = surfaces.eval(&places, &directions);
+        let randoms = LaneRandoms {
+            direction: &[[0.4; LANES]; 2],
+            lobe: &[0.3; LANES],
+        };
+        bsdf.glossy.sample_all(context, randoms);
+        bsdf.rough_dielectric.sample_all(context, randoms);
+        let directions = bsdf.diffuse.model.directions;
+        let evals = bsdf.eval(context, &directions);
         let kinds = [
-            mattes.eval(&places, &directions),
-            glossies.eval(&places, &directions),
-            frosted.eval(&world.geometry, &places, &directions),
+            bsdf.diffuse.eval(context, &directions),
+            bsdf.glossy.eval(context, &directions),
+            bsdf.rough_dielectric.eval(context, &directions),
         ];
-        let normals = surfaces.normals(&places);
+        let normals = bsdf.light_sample_normals(context);
         for lane in 0..LANES {
             let own = &kinds[lane % 3];
-            assert!(surfaces.is_active(lane));
-            assert_eq!(get_lane(&values.value, lane), get_lane(&own.value, lane));
-            assert_eq!(values.pdf[lane], own.pdf[lane]);
+            assert!(bsdf.is_non_specular(lane));
+            assert_eq!(get_lane(&evals.value, lane), get_lane(&own.value, lane));
+            assert_eq!(evals.pdf[lane], own.pdf[lane]);
             assert_eq!(get_lane(&normals, lane) == [0.0; 3], lane % 3 == 2);
         }
     }

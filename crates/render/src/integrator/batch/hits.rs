@@ -1,299 +1,331 @@
-//! Where the paths of a turn meet surfaces, and the random numbers that they need there.
+//! The hits of a bounce: their random numbers, and the interactions and BSDFs of one chunk at a time.
 
 use glam::Vec3;
 use raycam_bvh::{Hit, dispatch_simd};
 
-use crate::bsdf::batch::glossy::GlossyBsdfBatch;
-use crate::bsdf::batch::glossy_sample::SampleGlossy;
-use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
+use crate::bsdf::batch::{LaneContext, LaneRandoms};
 use crate::bsdf::diffuse::SampleCosineHemisphere;
+use crate::bsdf::material_hit::MaterialHit;
 use crate::guiding::sample_cones::SampleGuided;
 use crate::integrator::batch::bsdf::BatchBsdf;
-use crate::integrator::batch::diffuse::{DiffuseBatch, Scatter};
 use crate::integrator::batch::direct_lighting::DirectLightingBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
-use crate::integrator::batch::rough_dielectric::Frosteds;
-use crate::integrator::batch::specular::SpecularBatch;
-use crate::integrator::path::PathState;
-use crate::integrator::shade::PathTracer;
-use crate::interaction::SurfaceInteraction;
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
+use crate::integrator::path_state::{HitView, PathState};
+use crate::integrator::path_tracer::{MIN_CAUSTIC_SEGMENTS, PathTracer};
 use crate::interaction::batch::SurfaceInteractions;
 use crate::light::prepared_light::PreparedLight;
 use crate::light::rectangle::SampleRectangle;
-use crate::light::samples::{LightLiSample, LightRandom};
-use crate::prepare::material::PreparedMaterial;
+use crate::lobes::classify::BatchKind;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
-use crate::soa::{LANES, TriangleXN, Vec3xN, get_lane, set_triangle};
+use crate::soa::{LANES, TriangleXN, lane_vec3, set_lane, set_triangle};
 
-/// Segments from a surface through a mirror to a light, at least.
-pub(crate) const MIN_CAUSTIC_SEGMENTS: u32 = 2;
+/// The number of times that a path from the camera may follow both branches of a dielectric.
+const MAX_SPLITS: u8 = 2;
 
-/// Of all paths of a turn at once, and of some at a time what takes more room.
+/// At most [`LANES`] hits of a bounce.
+#[derive(Clone, Copy)]
+pub(crate) struct Chunk<'a> {
+    pub index: usize,
+    pub hits: &'a [Hit],
+    /// Indices of their paths.
+    pub paths: &'a [u32],
+}
+
+/// Random numbers of all hits of a bounce, and what one chunk of them needs.
 #[derive(Default)]
 pub(crate) struct HitBatch {
     corners: Vec<TriangleXN<LANES>>,
     bsdf_randoms: Vec<[f32; 2]>,
-    pub places: SurfaceInteractions<LANES>,
-    /// Which surfaces are not there for the ray, by their opacity.
+    pub interactions: SurfaceInteractions<LANES>,
+    pub path_lanes: PathLanes,
+    /// True if the ray passes the surface by its opacity.
     pub alpha_rejected: [bool; LANES],
-    pub diffuse_directions: Vec3xN<f32, LANES>,
-    pub path_lanes: PathLanes<LANES>,
-    pub diffuse: DiffuseBatch<LANES>,
-    pub glossy: GlossyBsdfBatch<LANES>,
-    pub specular: SpecularBatch,
-    pub rough_dielectric: Frosteds,
+    pub bsdf: BatchBsdf,
+    /// Media behind the surfaces of transmissive batched BSDFs.
+    pub far_sides: [InteriorList; LANES],
+    /// True if samples of a diffuse BSDF may be guided.
+    may_guide: [bool; LANES],
     pub direct_lighting: DirectLightingBatch,
 }
 
-/// One path's.
-pub(crate) struct HitView<'a> {
-    pub hit: &'a Hit,
-    pub material: &'a PreparedMaterial,
-    pub place: SurfaceInteraction,
-    /// Where the surface scatters to, if it is matte.
-    pub diffuse_direction: Vec3,
-    /// ... and if it is not.
-    pub bsdf_random: [f32; 2],
-    /// Where on the first light.
-    pub light_random: LightRandom,
-    /// The sample of an area light that is the only one.
-    pub single_light_sample: Option<LightLiSample>,
-}
-
 impl HitBatch {
-    /// Begins a turn. Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
+    /// Draws the random numbers of a bounce and gathers the triangles of its hits. One pass for each over all hits:
+    /// triangles lie scattered in memory, and their cache misses overlap.
     pub fn begin_bounce(
         &mut self,
-        walk: &PathTracer,
+        tracer: &PathTracer,
         paths: &[PathState],
-        live: &[u32],
+        active: &[u32],
         hits: &[Hit],
     ) {
-        let world = walk.world;
-        let which = || live.iter().map(|&at| paths[at as usize].ray_index);
-        let turn = walk.bounce;
-        let DirectLightingBatch {
-            randoms: draws,
-            light_choices: choices,
-            ..
-        } = &mut self.direct_lighting;
-        let [first, more @ ..] = &mut draws.numbers;
-        let (scatter, light) = (Dimension::Bsdf(turn), Dimension::Light(turn, 0));
-        let choice = Dimension::LobeAndLight(turn);
-        choices.clear();
-        let (samplers, out) = (walk.samplers, &mut self.bsdf_randoms);
-        // Together, as they are of one group.
-        match (
-            walk.has_light_samples,
-            (walk.has_light_samples && walk.needs_light_choice) || walk.needs_lobe_choice,
-        ) {
-            (true, true) => {
-                let pairs = [scatter, light, choice];
-                Sampler::get_2d_many(samplers, which(), pairs, [out, first, choices]);
-            }
-            (true, false) => {
-                Sampler::get_2d_many(samplers, which(), [scatter, light], [out, first])
-            }
-            (false, true) => {
-                Sampler::get_2d_many(samplers, which(), [scatter, choice], [out, choices])
-            }
-            (false, false) => Sampler::get_2d_many(samplers, which(), [scatter], [out]),
-        }
-        if !walk.has_light_samples {
-            first.clear();
-            first.resize(live.len(), [0.0; 2]);
-        }
-        for i in walk
-            .light_sample_indices()
-            .filter(|&i| walk.batch_direct_lighting && i > 0)
-        {
-            let out = &mut more[i - 1];
-            Sampler::get_2d_many(samplers, which(), [Dimension::Light(turn, i)], [out]);
-        }
-        if walk.has_light_samples {
-            draws.presample_environment(walk);
-        }
+        self.draw_randoms(tracer, paths, active);
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
             self.corners.resize(chunks.len(), [[[0.0; LANES]; 3]; 3]);
         }
         for (hits, corners) in chunks.zip(&mut self.corners) {
             for (lane, hit) in hits.iter().enumerate() {
-                set_triangle(
-                    corners,
-                    lane,
-                    world.geometry.corners(hit.instance, hit.triangle),
-                );
+                let triangle = tracer.geometry.corners(hit.instance, hit.triangle);
+                set_triangle(corners, lane, triangle);
             }
         }
     }
 
-    /// Goes on to chunk `number` of [`LANES`] paths.
-    pub fn load_lanes(
-        &mut self,
-        walk: &PathTracer,
-        number: usize,
-        paths: &mut [PathState],
-        live: &[u32],
-        hits: &[Hit],
-    ) {
-        let first = number * LANES;
+    fn draw_randoms(&mut self, tracer: &PathTracer, paths: &[PathState], active: &[u32]) {
+        let (samplers, bounce, modes) = (tracer.samplers, tracer.bounce, &tracer.modes);
+        let ray_indices = || active.iter().map(|&path| paths[path as usize].ray_index);
+        let DirectLightingBatch {
+            randoms,
+            light_choices: choices,
+            ..
+        } = &mut self.direct_lighting;
+        let [first, more @ ..] = &mut randoms.numbers;
+        let (bsdf, light) = (Dimension::Bsdf(bounce), Dimension::Light(bounce, 0));
+        let choice = Dimension::LobeAndLight(bounce);
+        choices.clear();
+        let out = &mut self.bsdf_randoms;
+        let has_lights = modes.has_light_samples();
+        let has_choice = modes.needs_light_choice() || modes.needs_lobe_choice;
+        // Dimensions of one group are cheapest together.
+        match (has_lights, has_choice) {
+            (true, true) => {
+                let dimensions = [bsdf, light, choice];
+                Sampler::get_2d_many(samplers, ray_indices(), dimensions, [out, first, choices]);
+            }
+            (true, false) => {
+                Sampler::get_2d_many(samplers, ray_indices(), [bsdf, light], [out, first]);
+            }
+            (false, true) => {
+                Sampler::get_2d_many(samplers, ray_indices(), [bsdf, choice], [out, choices]);
+            }
+            (false, false) => Sampler::get_2d_many(samplers, ray_indices(), [bsdf], [out]),
+        }
+        if !has_lights {
+            first.clear();
+            first.resize(active.len(), [0.0; 2]);
+        }
+        let indices = tracer.light_sample_indices();
+        for i in indices.filter(|&i| modes.batch_direct_lighting && i > 0) {
+            let dimension = Dimension::Light(bounce, i);
+            Sampler::get_2d_many(samplers, ray_indices(), [dimension], [&mut more[i - 1]]);
+        }
+        if has_lights {
+            randoms.presample_environment(tracer);
+        }
+    }
+
+    /// Computes interactions, BSDF samples and direct lighting of a chunk.
+    pub fn evaluate_chunk(&mut self, tracer: &PathTracer, chunk: Chunk, paths: &mut [PathState]) {
+        let first = chunk.index * LANES;
         let mut random = [[0.0; LANES]; 2];
-        let mut on_light = [[0.0; LANES]; 2];
-        *self.places.clear() = self.corners[number];
-        for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
-            let (index, path) = (first + lane, &mut paths[at as usize]);
+        let mut light_random = [[0.0; LANES]; 2];
+        *self.interactions.clear() = self.corners[chunk.index];
+        for (lane, (&path, hit)) in chunk.paths.iter().zip(chunk.hits).enumerate() {
+            let (index, path) = (first + lane, &mut paths[path as usize]);
             path.ray_cone = path.ray_cone.propagate(hit.t);
             let (direction, width) = (path.direction, path.ray_cone.width);
-            self.places
-                .set_lane(lane, &walk.world.geometry, direction, hit, width);
+            self.interactions
+                .set_lane(lane, tracer.geometry, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.bsdf_randoms[index];
-            [on_light[0][lane], on_light[1][lane]] = self.direct_lighting.randoms.numbers[0][index];
+            [light_random[0][lane], light_random[1][lane]] =
+                self.direct_lighting.randoms.numbers[0][index];
         }
-        dispatch_simd(&mut self.places);
+        dispatch_simd(&mut self.interactions);
         dispatch_simd(SampleCosineHemisphere {
-            normals: self.places.shading_normals(),
+            normals: self.interactions.shading_normals(),
             random: &random,
-            out: &mut self.diffuse_directions,
+            out: &mut self.bsdf.diffuse.model.directions,
         });
-        if let Some(PreparedLight::Rectangle(area)) = walk.single_light {
+        if let Some(PreparedLight::Rectangle(light)) = tracer.modes.single_light() {
             dispatch_simd(SampleRectangle {
-                light: area,
-                points: self.places.positions(),
-                random: &on_light,
+                light,
+                points: self.interactions.positions(),
+                random: &light_random,
                 out: &mut self.direct_lighting.samples[0],
             });
         }
-        self.scatter(walk, number, paths, live, hits, &random);
+        self.bsdf.clear();
+        self.may_guide = [false; LANES];
+        for (lane, (&path, hit)) in chunk.paths.iter().zip(chunk.hits).enumerate() {
+            self.load_lane(tracer, &paths[path as usize], hit, lane);
+        }
+        self.path_lanes
+            .test_light_bounds(tracer.lights, self.interactions.directions());
+        self.guide_diffuse(tracer, &random);
+        self.evaluate_bsdfs(tracer, chunk, &random);
     }
 
-    /// What happens at surfaces that are met many at a time.
-    fn scatter(
+    /// Loads the path of a lane, and the BSDF of its hit if that is batched.
+    fn load_lane(&mut self, tracer: &PathTracer, path: &PathState, hit: &Hit, lane: usize) {
+        let (geometry, interactions) = (tracer.geometry, &self.interactions);
+        let prepared = geometry.material(hit);
+        let material = &prepared.material;
+        let is_front = interactions.is_front(lane);
+        let is_culled = tracer.is_culled_back_face(path, material, is_front);
+        self.path_lanes.set(lane, path);
+        self.alpha_rejected[lane] = !is_culled && tracer.fails_alpha_test(path, material, hit);
+        if self.alpha_rejected[lane] {
+            return;
+        }
+        let is_outside = path.interior_list.is_empty();
+        match prepared.kind {
+            BatchKind::Diffuse(factor) if is_outside && !is_culled => {
+                let footprint = interactions.footprint(lane);
+                let albedo = geometry.base_color_with(prepared, hit, footprint) * factor;
+                let diffuse = &mut self.bsdf.diffuse;
+                set_lane(&mut diffuse.model.albedo, lane, albedo.to_array());
+                diffuse.activate(lane, interactions.shading_normal(lane));
+                let segments = path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS);
+                self.may_guide[lane] = segments <= tracer.settings.max_depth;
+            }
+            BatchKind::Glossy if is_outside && !is_culled && is_lit_in_batch(tracer, path) => {
+                let hit = MaterialHit::at_lane(geometry, hit, interactions, lane);
+                self.bsdf.glossy.load(lane, &hit);
+            }
+            BatchKind::Specular => self.load_specular(tracer, path, hit, lane, is_culled),
+            BatchKind::RoughDielectric if is_lit_in_batch(tracer, path) => {
+                self.load_rough_dielectric(tracer, path, hit, lane);
+            }
+            _ => {}
+        }
+    }
+
+    fn load_specular(
         &mut self,
-        walk: &PathTracer,
-        number: usize,
-        paths: &[PathState],
-        live: &[u32],
-        hits: &[Hit],
-        random: &[[f32; LANES]; 2],
+        tracer: &PathTracer,
+        path: &PathState,
+        hit: &Hit,
+        lane: usize,
+        is_culled: bool,
     ) {
-        let Self {
-            places,
-            alpha_rejected: absent,
-            diffuse_directions: matte,
-            path_lanes: arriving,
-            diffuse: mattes,
-            glossy: glossies,
-            specular: smooths,
-            rough_dielectric: frosteds,
-            direct_lighting: asked,
-            ..
-        } = self;
-        mattes.is_active = [false; LANES];
-        glossies.clear();
-        smooths.points.clear();
-        frosteds.points.clear();
-        let mut aimed = [false; LANES];
-        for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
-            let path = &paths[at as usize];
-            let material = walk.world.geometry.material(hit);
-            arriving.set_lane(lane, path);
-            // The backs of one-sided surfaces are another matter.
-            absent[lane] =
-                !walk.is_culled_back_face(path, &material.material, places.is_front(lane))
-                    && walk.fails_alpha_test(path, &material.material, hit);
-            if absent[lane] {
-                continue;
+        let at = (&self.interactions, lane);
+        let Some((material_hit, far_side)) = interface_at(tracer, path, hit, at) else {
+            return;
+        };
+        let specular = &mut self.bsdf.specular;
+        if specular.load(lane, &material_hit) {
+            if path.split_count < MAX_SPLITS && path.specular_bounce {
+                specular.model.allow_split(lane);
             }
-            let Some(albedo) = walk.diffuse_albedo(path, (material, hit), places, lane) else {
-                walk.load_glossy(path, (material, hit), (places, lane), glossies);
-                walk.put_smooth(path, (material, hit), (places, lane), smooths);
-                walk.put_frosted(path, (material, hit), (places, lane), arriving, frosteds);
-                continue;
-            };
-            mattes.set_lane(lane, albedo);
-            aimed[lane] =
-                path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS) <= walk.settings.max_depth;
-        }
-        arriving.test_light_bounds(walk.lights, places.directions());
-        let mut choice = [0.0; LANES];
-        let choices = asked.light_choices.iter().skip(number * LANES);
-        for (choice, [x, _]) in choice.iter_mut().zip(choices) {
-            *choice = *x;
-        }
-        walk.find_smooth(&choice, places, smooths);
-        if glossies.any() {
-            dispatch_simd(SampleGlossy {
-                places,
-                random,
-                choice: &choice,
-                batch: glossies,
-            });
-        }
-        if frosteds.points.any() {
-            dispatch_simd(SampleRoughDielectric {
-                world: &walk.world.geometry,
-                places,
-                random,
-                choice: &choice,
-                batch: &mut frosteds.points,
-            });
-        }
-        if mattes.any_active() {
-            mattes.guiding.clear();
-            if !walk.caustic_casters.is_empty() && aimed != [false; LANES] {
-                dispatch_simd(SampleGuided {
-                    casters: walk.caustic_casters,
-                    maps: walk.caustic_maps,
-                    places,
-                    active: &aimed,
-                    random,
-                    cones: &mut mattes.guiding,
-                    out: matte,
-                });
+            if is_culled && specular.model.transmission(lane) == Vec3::ZERO {
+                specular.lanes.is_active[lane] = false;
             }
-            dispatch_simd(Scatter {
-                places,
-                directions: matte,
-                mattes,
-            });
         }
-        if walk.batch_direct_lighting
-            && (mattes.any_active() || glossies.any() || frosteds.points.any())
-        {
-            let surfaces = BatchBsdf {
-                path_lanes: arriving,
-                diffuse: mattes,
-                glossy: glossies,
-                rough_dielectric: &frosteds.points,
-                world: walk.world,
-            };
-            asked.evaluate_chunk(walk, number, places, surfaces);
+        self.far_sides[lane] = far_side;
+    }
+
+    fn load_rough_dielectric(
+        &mut self,
+        tracer: &PathTracer,
+        path: &PathState,
+        hit: &Hit,
+        lane: usize,
+    ) {
+        let at = (&self.interactions, lane);
+        let Some((material_hit, far_side)) = interface_at(tracer, path, hit, at) else {
+            return;
+        };
+        if self.bsdf.rough_dielectric.load(lane, &material_hit) && !path.interior_list.is_empty() {
+            // Direct lighting needs the throughput at the surface.
+            let mut path = *path;
+            let position = self.interactions.position(lane);
+            let distance = (position - path.prev_context.position).length();
+            tracer.apply_absorption(&mut path, distance);
+            self.path_lanes.set_throughput(lane, path.throughput);
+        }
+        self.far_sides[lane] = far_side;
+    }
+
+    /// Guides samples of diffuse BSDFs to caustic casters.
+    fn guide_diffuse(&mut self, tracer: &PathTracer, random: &[[f32; LANES]; 2]) {
+        let diffuse = &mut self.bsdf.diffuse;
+        if !diffuse.any_active() {
+            return;
+        }
+        diffuse.model.guiding.clear();
+        if !tracer.caustic_casters.is_empty() && self.may_guide != [false; LANES] {
+            dispatch_simd(SampleGuided {
+                casters: tracer.caustic_casters,
+                maps: tracer.caustic_maps,
+                interactions: &self.interactions,
+                active: &self.may_guide,
+                random,
+                cones: &mut diffuse.model.guiding,
+                out: &mut diffuse.model.directions,
+            });
         }
     }
 
-    /// One of the chunk at hand, by its hit.
+    /// Samples the BSDFs of the chunk, and evaluates them for its light samples.
+    fn evaluate_bsdfs(&mut self, tracer: &PathTracer, chunk: Chunk, random: &[[f32; LANES]; 2]) {
+        let mut lobe = [0.0; LANES];
+        let choices = &self.direct_lighting.light_choices;
+        for (lobe, [choice, _]) in lobe
+            .iter_mut()
+            .zip(choices.iter().skip(chunk.index * LANES))
+        {
+            *lobe = *choice;
+        }
+        let context = LaneContext {
+            geometry: tracer.geometry,
+            interactions: &self.interactions,
+        };
+        let randoms = LaneRandoms {
+            direction: random,
+            lobe: &lobe,
+        };
+        self.bsdf.sample_all(context, randoms);
+        if tracer.modes.batch_direct_lighting && self.bsdf.any_non_specular() {
+            let (bsdf, paths) = (&self.bsdf, &self.path_lanes);
+            self.direct_lighting
+                .evaluate_chunk(tracer, chunk.index, context, bsdf, paths);
+        }
+    }
+
+    /// The hit of a lane, for shading alone.
     #[inline]
-    pub fn view<'a>(
-        &self,
-        walk: &PathTracer<'a>,
-        number: usize,
-        lane: usize,
-        hit: &'a Hit,
-    ) -> HitView<'a> {
-        let index = number * LANES + lane;
+    pub fn view<'a>(&self, tracer: &PathTracer<'a>, chunk: Chunk<'a>, lane: usize) -> HitView<'a> {
+        let index = chunk.index * LANES + lane;
+        let hit = &chunk.hits[lane];
         HitView {
             hit,
-            material: walk.world.geometry.material(hit),
-            place: self.places.lane(lane),
-            diffuse_direction: get_lane(&self.diffuse_directions, lane).into(),
+            material: tracer.geometry.material(hit),
+            interaction: self.interactions.lane(lane),
+            diffuse_direction: lane_vec3(&self.bsdf.diffuse.model.directions, lane),
             bsdf_random: self.bsdf_randoms[index],
             light_random: self.direct_lighting.randoms.random_for(0, index),
-            single_light_sample: match walk.single_light {
+            single_light_sample: match tracer.modes.single_light() {
                 Some(PreparedLight::Rectangle(_)) => self.direct_lighting.samples[0].get_lane(lane),
                 _ => None,
             },
         }
     }
+}
+
+/// True if direct lighting of a path's hit is evaluated for the chunk, or there is none.
+fn is_lit_in_batch(tracer: &PathTracer, path: &PathState) -> bool {
+    let is_unlit = !tracer.modes.has_light_samples() && tracer.settings.ambient_term.is_none();
+    tracer.samples_lights_in_step(path) && (tracer.modes.batch_direct_lighting || is_unlit)
+}
+
+/// The hit of a lane on the border of a medium, and the media behind it. `None` for a false intersection, and for the rare
+/// path that leaves a medium without having entered it.
+#[inline]
+fn interface_at<'a>(
+    tracer: &PathTracer<'a>,
+    path: &PathState,
+    hit: &'a Hit,
+    (interactions, lane): (&'a SurfaceInteractions<LANES>, usize),
+) -> Option<(MaterialHit<'a>, InteriorList)> {
+    let channel = path.wavelength_channel.map(usize::from);
+    let (is_front, media) = (interactions.is_front(lane), path.interior_list);
+    let transition = InterfaceTransition::at_hit(tracer.geometry, media, hit, is_front, channel);
+    if transition.is_false_intersection || transition.near_side != media {
+        return None;
+    }
+    let hit = MaterialHit::at_lane(tracer.geometry, hit, interactions, lane);
+    let hit = hit.seen_by(channel, transition.outside_ior);
+    Some((hit, transition.far_side))
 }

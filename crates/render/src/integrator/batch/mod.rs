@@ -1,10 +1,10 @@
-//! TODO: what is here.
+//! The hits of one bounce, [`crate::soa::LANES`] at a time: loading, BSDFs, direct lighting, shading.
+//!
+//! [`hits`] holds what all hits of the bounce need, and evaluates the materials of a chunk; [`shade`] then advances each
+//! path of the chunk. This folder uses the steps of [`crate::integrator::path_tracer`].
 
 pub(crate) mod bsdf;
-pub(crate) mod diffuse;
 pub(crate) mod direct_lighting;
-pub(crate) mod glossy;
 pub(crate) mod hits;
 pub(crate) mod path_lanes;
-pub(crate) mod rough_dielectric;
-pub(crate) mod specular;
+pub(crate) mod shade;

@@ -1,0 +1,142 @@
+//! A hit whose material is evaluated, and its textures.
+
+use std::cell::Cell;
+
+use glam::Vec3;
+use raycam_bvh::Hit;
+use raycam_scene::{TextureSlot, Textured};
+
+use crate::interaction::SurfaceInteraction;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::interaction::ray_cone::Footprint;
+use crate::lobes::albedo_dielectric::DielectricAlbedo;
+use crate::lobes::shading_frame::ShadingFrame;
+use crate::prepare::geometry::Geometry;
+use crate::prepare::material::PreparedMaterial;
+use crate::soa::LANES;
+
+/// A hit, its material and the path that arrives there.
+pub(crate) struct MaterialHit<'a> {
+    pub geometry: &'a Geometry,
+    pub material: &'a PreparedMaterial,
+    pub hit: &'a Hit,
+    pub footprint: &'a Footprint,
+    /// The shading frame without any normal map.
+    pub unmapped_frame: ShadingFrame,
+    pub is_front: bool,
+    /// The colour channel that the path carries; all where `None`.
+    pub channel: Option<usize>,
+    /// Index of refraction outside of the material's own interior.
+    pub outside_ior: f32,
+    /// The last texture that was read: several values often are channels of the same one.
+    cached: Cell<Option<(TextureSlot, [f32; 4])>>,
+}
+
+impl<'a> MaterialHit<'a> {
+    /// The hit of a ray in `direction`, for all colours and in empty space.
+    #[inline]
+    pub fn new(
+        geometry: &'a Geometry,
+        hit: &'a Hit,
+        interaction: &'a SurfaceInteraction,
+        direction: Vec3,
+    ) -> Self {
+        Self {
+            geometry,
+            material: geometry.material(hit),
+            hit,
+            footprint: &interaction.footprint,
+            unmapped_frame: interaction.shading_frame(direction),
+            is_front: interaction.is_front,
+            channel: None,
+            outside_ior: 1.0,
+            cached: Cell::new(None),
+        }
+    }
+
+    /// The hit of a lane, for all colours and in empty space.
+    #[inline]
+    pub fn at_lane(
+        geometry: &'a Geometry,
+        hit: &'a Hit,
+        interactions: &'a SurfaceInteractions<LANES>,
+        lane: usize,
+    ) -> Self {
+        Self {
+            geometry,
+            material: geometry.material(hit),
+            hit,
+            footprint: interactions.footprint(lane),
+            unmapped_frame: interactions.shading_frame(lane),
+            is_front: interactions.is_front(lane),
+            channel: None,
+            outside_ior: 1.0,
+            cached: Cell::new(None),
+        }
+    }
+
+    /// This hit for one colour channel, and in a medium.
+    #[inline]
+    pub fn seen_by(self, channel: Option<usize>, outside_ior: f32) -> Self {
+        Self {
+            channel,
+            outside_ior,
+            ..self
+        }
+    }
+
+    /// The linear base colour.
+    #[inline]
+    pub fn base_color(&self) -> Vec3 {
+        self.geometry
+            .base_color_with(self.material, self.hit, self.footprint)
+    }
+
+    /// The normal of the material's normal map, where it has one.
+    #[inline]
+    pub fn mapped_normal(&self) -> Option<Vec3> {
+        let map = self.material.material.normal_map?;
+        let normal = self.unmapped_frame.normal;
+        self.geometry
+            .mapped_normal(&map, self.hit, self.footprint, normal, self.is_front)
+    }
+
+    /// The albedo table of the rough interface, for the path's colour channel.
+    pub fn dielectric_albedo(&self) -> Option<&'a DielectricAlbedo> {
+        let tables = &self.material.dielectric_tables;
+        tables.get(self.channel.unwrap_or(1)).or(tables.first())
+    }
+
+    /// A texture's value; ones where there is no texture or the mesh lacks its coordinates.
+    pub fn texel(&self, slot: Option<TextureSlot>) -> [f32; 4] {
+        let Some(slot) = slot else { return [1.0; 4] };
+        if let Some((cached, texel)) = self.cached.get()
+            && cached == slot
+        {
+            return texel;
+        }
+        let texel = self
+            .geometry
+            .filtered_texel(&slot, self.hit, self.footprint)
+            .unwrap_or([1.0; 4]);
+        self.cached.set(Some((slot, texel)));
+        texel
+    }
+
+    /// A number times a channel of its texture.
+    pub fn value(&self, value: &Textured<f32>, channel: usize) -> f32 {
+        match value.texture {
+            None => value.value,
+            slot => value.value * self.texel(slot)[channel],
+        }
+    }
+
+    /// A colour times its texture.
+    pub fn color(&self, value: &Textured<[f32; 3]>) -> Vec3 {
+        let color = Vec3::from(value.value);
+        match value.texture {
+            None => color,
+            slot => color * Vec3::from_slice(&self.texel(slot)),
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! The camera rays of a tile and their hits.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Hit, INVALID_ID, Scene};
+
+use crate::interaction::ray_cone::RayCone;
+use crate::sampling::sampler::Sampler;
+
+/// Camera rays and their hits, entry by entry.
+pub(crate) struct CameraRayBatch<'a> {
+    /// The scene that further rays are traced in.
+    pub scene: &'a Scene,
+    /// Scene-local origins.
+    pub origins: &'a [DVec3],
+    /// The cone of every ray.
+    pub ray_cone: RayCone,
+    /// Unit directions.
+    pub directions: &'a [Vec3],
+    pub hits: &'a [Hit],
+    pub samplers: &'a [Sampler],
+}
+
+/// True for a ray that hit nothing.
+pub(crate) fn is_miss(hit: &Hit) -> bool {
+    hit.instance == INVALID_ID
+}

@@ -1,0 +1,88 @@
+//! The state of paths, and the queues of rays that one bounce fills.
+
+use glam::Vec3;
+use raycam_bvh::{Hit, Ray};
+
+use crate::integrator::nested_dielectrics::InteriorList;
+use crate::integrator::shadow_queue::ShadowRayQueue;
+use crate::interaction::LightSampleContext;
+use crate::interaction::SurfaceInteraction;
+use crate::interaction::ray_cone::RayCone;
+use crate::light::light_sampling::LightSampling;
+use crate::light::samples::{LightLiSample, LightRandom};
+use crate::prepare::material::PreparedMaterial;
+
+/// A path on its way from the camera.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathState {
+    /// Index of its camera ray in the batch.
+    pub ray_index: usize,
+    /// Factor from radiance along the current ray to radiance at the camera.
+    pub throughput: Vec3,
+    pub direction: Vec3,
+    /// The point that scattered the path last; the camera at first.
+    pub prev_context: LightSampleContext,
+    /// Density with which the BSDF there sampled `direction`.
+    pub bsdf_pdf: f32,
+    /// True if light sampling could not have found `direction`: from the camera, or after a specular bounce.
+    pub specular_bounce: bool,
+    /// True until something scatters the path.
+    pub is_camera_ray: bool,
+    /// Number of times that the path followed both branches of a dielectric.
+    pub split_count: u8,
+    /// Method of light sampling at `prev_context`.
+    pub light_sampling: LightSampling,
+    /// Number of segments, this one included, that count towards the maximum depth.
+    pub depth: u32,
+    /// The media that the path is in.
+    pub interior_list: InteriorList,
+    /// The one colour channel that a path carries after dispersion.
+    pub wavelength_channel: Option<u8>,
+    /// Product of squared relative indices that refraction has divided the throughput by.
+    pub eta_scale: f32,
+    /// Width and spread of the path, until a rough surface scatters it.
+    pub ray_cone: RayCone,
+}
+
+// Two cache lines: the compiler copies larger structs by a call.
+const _: () = assert!(size_of::<PathState>() <= 128);
+
+/// The rays that one bounce of all paths queues.
+#[derive(Default)]
+pub(crate) struct WavefrontQueues {
+    /// One queue for each light sample of a point: neighbouring rays to the same light are coherent.
+    pub shadow_rays: Vec<ShadowRayQueue>,
+    /// Shadow rays in directions that BSDFs sampled.
+    pub bsdf_shadow_rays: ShadowRayQueue,
+    /// The rays of paths that continue.
+    pub next_rays: Vec<Ray>,
+    /// Paths that begin where another follows both branches.
+    pub split_paths: Vec<PathState>,
+}
+
+impl WavefrontQueues {
+    /// Empties the queues, for this many light samples a point.
+    pub fn clear(&mut self, light_samples: usize) {
+        self.shadow_rays
+            .resize_with(light_samples, ShadowRayQueue::default);
+        self.shadow_rays.iter_mut().for_each(ShadowRayQueue::clear);
+        self.bsdf_shadow_rays.clear();
+        self.next_rays.clear();
+        self.split_paths.clear();
+    }
+}
+
+/// One hit of a path, and the random numbers for it.
+pub(crate) struct HitView<'a> {
+    pub hit: &'a Hit,
+    pub material: &'a PreparedMaterial,
+    pub interaction: SurfaceInteraction,
+    /// The sampled direction of a diffuse BSDF.
+    pub diffuse_direction: Vec3,
+    /// Random numbers of any other BSDF.
+    pub bsdf_random: [f32; 2],
+    /// Random numbers of the first light sample.
+    pub light_random: LightRandom,
+    /// The sample of a rectangle that is the only light.
+    pub single_light_sample: Option<LightLiSample>,
+}

@@ -1,0 +1,402 @@
+//! Shared state of the paths of a batch, and the steps of a path that do not depend on a BSDF.
+
+use glam::Vec3;
+use raycam_bvh::{Hit, Ray};
+use raycam_scene::{Alpha, Material};
+
+use crate::bsdf::BsdfSample;
+use crate::guiding::caustic_casters::CausticCaster;
+use crate::guiding::caustic_map::CausticMap;
+use crate::integrator::nested_dielectrics::InteriorList;
+use crate::integrator::path_state::{PathState, WavefrontQueues};
+use crate::interaction::LightSampleContext;
+use crate::interaction::ray_cone::Footprint;
+use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
+use crate::light::lights::Lights;
+use crate::light::prepared_light::PreparedLight;
+use crate::light::samples::{EnvironmentLookup, ONE_MINUS_SHADOW_EPSILON};
+use crate::prepare::geometry::Geometry;
+use crate::prepare::material::PreparedMaterial;
+use crate::prepare::world::PreparedWorld;
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
+
+/// Segments before Russian roulette may end a path: ending sooner adds more noise than it saves time.
+const MIN_ROULETTE_DEPTH: u32 = 6;
+
+/// Segments from a surface over a caustic caster to a light, at least.
+pub(crate) const MIN_CAUSTIC_SEGMENTS: u32 = 2;
+
+/// Settings of the paths of one picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathSettings<'a> {
+    pub lights: &'a Lights,
+    /// Maximum number of segments, the camera ray included.
+    pub max_depth: u32,
+    /// True if specular bounces do not count towards `max_depth`.
+    pub free_specular_bounces: bool,
+    /// Number of light samples a point.
+    pub light_samples: usize,
+    pub light_sampling: LightSampling,
+    /// True if surfaces that the camera sees sample each of several kinds of lights.
+    pub split_lights: bool,
+    /// Replaces constant environments by an ambient term, occluded within a distance if there is one.
+    pub ambient_term: Option<Option<f32>>,
+    /// Hides the environment from camera rays.
+    pub hide_environment: bool,
+}
+
+/// The choice that light sampling makes at a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum LightChoice<'a> {
+    /// No light can be sampled.
+    None,
+    /// One kind of light: nothing to choose, and no random number for a choice. `Some` for a single finite light.
+    Single(Option<&'a PreparedLight>),
+    /// A random number chooses the light.
+    Choose,
+}
+
+/// Properties of the lights and materials that decide once for all paths of a batch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathModes<'a> {
+    pub light_choice: LightChoice<'a>,
+    /// True if BSDF samples may hit sampled lights, so that multiple importance sampling weighs both.
+    pub mis_with_bsdf: bool,
+    /// True if direct lighting is evaluated for a batch of points at once.
+    pub batch_direct_lighting: bool,
+    /// True if surfaces that the camera sees sample each of several kinds of lights.
+    pub split_lights: bool,
+    /// True if the last segment of a path needs only an occlusion test: its hit cannot emit or absorb.
+    pub last_segment_is_occlusion_only: bool,
+    /// True if some batched BSDF chooses between lobes.
+    pub needs_lobe_choice: bool,
+}
+
+impl<'a> PathModes<'a> {
+    fn new(geometry: &Geometry, settings: &PathSettings<'a>) -> Self {
+        let lights = settings.lights;
+        let sampling = settings.light_sampling;
+        let has_light_samples = lights.has_light_samples(sampling);
+        let batch_direct_lighting = has_light_samples
+            && settings.ambient_term.is_none()
+            && settings.light_samples <= MAX_SPLIT_SAMPLES;
+        let is_single = batch_direct_lighting && settings.light_samples == 1;
+        let light_choice = if !has_light_samples {
+            LightChoice::None
+        } else if settings.light_samples > 1 || lights.needs_choice(sampling) {
+            LightChoice::Choose
+        } else {
+            LightChoice::Single(lights.single_light(sampling).filter(|_| is_single))
+        };
+        let needs_lobe_choice =
+            |prepared: &PreparedMaterial| prepared.kind.needs_lobe_choice(&prepared.material);
+        Self {
+            light_choice,
+            mis_with_bsdf: lights.is_hittable(settings.ambient_term.is_some()),
+            batch_direct_lighting,
+            split_lights: settings.split_lights && lights.max_split_samples().is_some(),
+            last_segment_is_occlusion_only: last_segment_is_occlusion_only(geometry, lights),
+            needs_lobe_choice: geometry.materials.iter().any(needs_lobe_choice),
+        }
+    }
+
+    pub fn has_light_samples(&self) -> bool {
+        !matches!(self.light_choice, LightChoice::None)
+    }
+
+    /// True if a random number chooses the light.
+    pub fn needs_light_choice(&self) -> bool {
+        matches!(self.light_choice, LightChoice::Choose)
+    }
+
+    /// The only light, if it is finite.
+    pub fn single_light(&self) -> Option<&'a PreparedLight> {
+        match self.light_choice {
+            LightChoice::Single(light) => light,
+            LightChoice::None | LightChoice::Choose => None,
+        }
+    }
+}
+
+fn last_segment_is_occlusion_only(geometry: &Geometry, lights: &Lights) -> bool {
+    let has_interior = |prepared: &PreparedMaterial| prepared.absorption.is_some();
+    let may_absorb = lights.has_finite() && geometry.materials.iter().any(has_interior);
+    // An environment is read where nothing occludes it: knowing that first saves the others.
+    let has_environment = lights.environment().is_some();
+    !(geometry.has_transparency || lights.has_emissive_triangles() || may_absorb || has_environment)
+}
+
+/// A batch of paths at one bounce.
+pub(crate) struct PathTracer<'a> {
+    pub geometry: &'a Geometry,
+    pub lights: &'a Lights,
+    pub settings: &'a PathSettings<'a>,
+    pub samplers: &'a [Sampler],
+    pub modes: PathModes<'a>,
+    /// Objects that samples of diffuse surfaces are guided to, and the caustic maps of those that have one.
+    pub caustic_casters: &'a [CausticCaster],
+    pub caustic_maps: &'a [CausticMap],
+    /// Number of surfaces that the paths have met: selects the dimensions of the samplers.
+    pub bounce: u32,
+}
+
+impl<'a> PathTracer<'a> {
+    pub fn new(
+        world: &'a PreparedWorld,
+        settings: &'a PathSettings<'a>,
+        samplers: &'a [Sampler],
+    ) -> Self {
+        let lights = settings.lights;
+        Self {
+            geometry: &world.geometry,
+            lights,
+            settings,
+            samplers,
+            modes: PathModes::new(&world.geometry, settings),
+            caustic_casters: match lights.can_cast_caustics() {
+                true => &world.guiding.caustic_casters,
+                false => &[],
+            },
+            caustic_maps: world.guiding.caustic_maps.get().map_or(&[], Vec::as_slice),
+            bounce: 0,
+        }
+    }
+
+    /// The number of light samples at a point, at most.
+    pub fn max_light_samples(&self) -> usize {
+        match self.modes.split_lights {
+            true => self.lights.max_split_samples(),
+            false => None,
+        }
+        .unwrap_or(self.settings.light_samples)
+    }
+}
+
+impl PathTracer<'_> {
+    /// True if a path at its maximum depth may continue through specular surfaces.
+    pub fn is_free_bounce(&self, path: &PathState) -> bool {
+        self.settings.free_specular_bounces && path.specular_bounce
+    }
+
+    /// True if a path ends at its current hit.
+    pub fn is_at_max_depth(&self, path: &PathState) -> bool {
+        !self.is_free_bounce(path) && path.depth >= self.settings.max_depth
+    }
+
+    /// True if a camera ray sees the back of a one-sided surface (glTF 2.0, 3.9.6).
+    pub fn is_culled_back_face(&self, path: &PathState, material: &Material, front: bool) -> bool {
+        path.depth == 1 && path.specular_bounce && !front && !material.double_sided
+    }
+
+    /// True if a ray passes a surface by its opacity, at random for alpha blending (glTF 2.0, 3.9.4).
+    #[inline]
+    pub fn fails_alpha_test(&self, path: &PathState, material: &Material, hit: &Hit) -> bool {
+        if material.alpha == Alpha::Opaque {
+            return false;
+        }
+        let dimension = Dimension::OpacityAndRoulette(self.bounce);
+        let [random, _] = self.samplers[path.ray_index].get_2d(dimension);
+        random >= self.geometry.opacity(hit)
+    }
+
+    /// The weight of light that BSDF sampling found, by the balance heuristic: light sampling has density `pdf` there.
+    fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
+        if path.specular_bounce || pdf == 0.0 {
+            1.0
+        } else {
+            let count = match path.light_sampling {
+                LightSampling::Split => 1.0,
+                _ => self.settings.light_samples as f32,
+            };
+            1.0 / (1.0 + count * pdf / path.bsdf_pdf)
+        }
+    }
+
+    /// Adds the light that an escaped ray finds. `lookup` is the radiance of an environment that is known already.
+    pub fn handle_escaped_ray(
+        &self,
+        path: &PathState,
+        lookup: Option<EnvironmentLookup>,
+        out: &mut Vec3,
+    ) {
+        self.add_intersected_lights(path, f64::INFINITY, out);
+        if !(path.is_camera_ray && self.settings.hide_environment) {
+            self.add_environment(path, lookup, out);
+        }
+    }
+
+    /// Adds lights without a mesh that the ray crosses before `distance`.
+    pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
+        self.lights.intersect_visible(
+            &path.prev_context,
+            path.light_sampling,
+            path.direction,
+            distance,
+            |_, radiance, pdf| {
+                *out += path.throughput * radiance * self.mis_weight(path, pdf);
+            },
+        );
+    }
+
+    fn add_environment(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
+        let (lights, direction) = (self.lights, path.direction);
+        let (radiance, pdf) = if path.specular_bounce {
+            (lights.escaped_radiance(direction, lookup), 0.0)
+        } else {
+            lights.radiance_and_pdf(&path.prev_context, path.light_sampling, direction, lookup)
+        };
+        let radiance = self.environment_without_ambient(path.specular_bounce, radiance);
+        *out += path.throughput * radiance * self.mis_weight(path, pdf);
+    }
+
+    /// The radiance of the environment but for the ambient term, which only scattered light has.
+    pub fn environment_without_ambient(&self, specular_bounce: bool, radiance: Vec3) -> Vec3 {
+        if specular_bounce || self.settings.ambient_term.is_none() {
+            radiance
+        } else {
+            (radiance - self.lights.ambient).max(Vec3::ZERO)
+        }
+    }
+
+    /// Adds the emission of the surface at a hit.
+    pub fn add_emission(
+        &self,
+        path: &PathState,
+        material: &Material,
+        hit: &Hit,
+        distance: f64,
+        out: &mut Vec3,
+    ) {
+        let (geometry, direction) = (self.geometry, path.direction);
+        if path.specular_bounce && material.model.is_unlit() {
+            *out += path.throughput * geometry.base_color(hit, &Footprint::default());
+        }
+        if material.emission.value == [0.0; 3] {
+            return;
+        }
+        let emitted = geometry.emission(hit, direction);
+        if emitted != Vec3::ZERO {
+            let pdf = self.lights.emission_pdf(
+                &path.prev_context,
+                path.light_sampling,
+                geometry,
+                hit,
+                direction,
+                distance,
+            );
+            *out += path.throughput * emitted * self.mis_weight(path, pdf);
+        }
+    }
+
+    /// Dims a path by the medium that it went through for `distance`.
+    #[inline]
+    pub fn apply_absorption(&self, path: &mut PathState, distance: f64) {
+        let absorption = path.interior_list.absorption(self.geometry);
+        if absorption != Vec3::ZERO {
+            path.throughput *= (-absorption * distance as f32).exp();
+        }
+    }
+
+    /// The method of light sampling at the next hit of a path.
+    pub fn light_sampling(&self, path: &PathState) -> LightSampling {
+        if self.modes.split_lights && path.is_camera_ray {
+            LightSampling::Split
+        } else {
+            self.settings.light_sampling
+        }
+    }
+
+    /// The method of light sampling at this bounce, for all paths that passed no surface unscattered.
+    pub fn light_sampling_of_bounce(&self) -> LightSampling {
+        if self.modes.split_lights && self.bounce == 0 {
+            LightSampling::Split
+        } else {
+            self.settings.light_sampling
+        }
+    }
+
+    /// True if a path samples lights as all others do at this bounce; false for a camera ray that passed a surface.
+    pub fn samples_lights_in_step(&self, path: &PathState) -> bool {
+        self.light_sampling(path) == self.light_sampling_of_bounce()
+    }
+
+    /// Continues a path with a BSDF sample from `origin`; false if the path ends.
+    #[inline(always)]
+    pub fn continue_path(
+        &self,
+        path: &mut PathState,
+        sample: &BsdfSample,
+        origin: Vec3,
+        context: LightSampleContext,
+        interior_list: InteriorList,
+        queues: &mut WavefrontQueues,
+    ) -> bool {
+        let is_free = self.is_free_bounce(path) && sample.is_specular;
+        let depth = path.depth + u32::from(!is_free);
+        // The last segment only looks for lights.
+        let is_last = depth >= self.settings.max_depth && !sample.is_specular;
+        if depth > self.settings.max_depth || (is_last && !self.modes.mis_with_bsdf) {
+            return false;
+        }
+        let mut throughput = path.throughput * sample.weight;
+        let eta_scale = path.eta_scale * sample.eta_scale;
+        if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
+            let survival = (throughput.max_element() * eta_scale).min(0.95);
+            let dimension = Dimension::OpacityAndRoulette(self.bounce);
+            let [_, random] = self.samplers[path.ray_index].get_2d(dimension);
+            if random >= survival {
+                return false;
+            }
+            throughput /= survival;
+        }
+        if throughput == Vec3::ZERO {
+            return false;
+        }
+        path.throughput = throughput;
+        path.direction = sample.wi;
+        path.prev_context = context;
+        path.bsdf_pdf = sample.pdf;
+        path.specular_bounce = sample.is_specular;
+        path.light_sampling = self.light_sampling(path);
+        path.is_camera_ray = false;
+        path.depth = depth;
+        path.interior_list = interior_list;
+        path.eta_scale = eta_scale;
+        path.ray_cone = path.ray_cone.after_scatter(sample.is_specular);
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: sample.wi.to_array(),
+            t_max: f32::INFINITY,
+        };
+        if is_last && self.modes.last_segment_is_occlusion_only && path.interior_list.is_empty() {
+            self.queue_last_segment(path, ray, queues);
+            return false;
+        }
+        queues.next_rays.push(ray);
+        true
+    }
+
+    /// Queues shadow rays for the light that [`PathTracer::handle_escaped_ray`] would add: an occlusion test is cheaper
+    /// than a closest hit.
+    #[inline(never)]
+    fn queue_last_segment(&self, path: &PathState, ray: Ray, queues: &mut WavefrontQueues) {
+        let queue = &mut queues.bsdf_shadow_rays;
+        self.lights.intersect_visible(
+            &path.prev_context,
+            path.light_sampling,
+            path.direction,
+            f64::INFINITY,
+            |distance, radiance, pdf| {
+                let t_max = distance as f32 * ONE_MINUS_SHADOW_EPSILON;
+                let light = path.throughput * radiance * self.mis_weight(path, pdf);
+                queue.push(Ray { t_max, ..ray }, path.ray_index, light);
+            },
+        );
+        let mut environment = Vec3::ZERO;
+        self.add_environment(path, None, &mut environment);
+        if environment != Vec3::ZERO {
+            queue.push(ray, path.ray_index, environment);
+        }
+    }
+}
