@@ -15,7 +15,7 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Camera
-from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
+from .errors import CameraError, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .render import render
@@ -44,6 +44,7 @@ __all__ = [
     "JobError",
     "Keypoints",
     "Label",
+    "Notice",
     "Object",
     "Recipe",
     "Rig",

@@ -128,7 +128,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if not (self.transparent and "alpha" in self._channels):
             raise SettingsError(
-                "no opacity: render it with transparent=True and the channels color and alpha"
+                "no opacity: render it with transparent_background=True and the channels color and alpha"
             )
         alpha = self._channels["alpha"][..., np.newaxis]
         color = self._channels["color"] / np.where(alpha > 0, alpha, 1)
