@@ -167,7 +167,7 @@ impl RenderRequest<'_> {
                     render_for_duration(&renderer, &tiles, seconds, &film, control)
                 })??;
                 notices.push(format!(
-                "{samples} samples per pixel in time = {seconds}; samples = {samples} gives the same picture"
+                "{samples} samples per pixel in time_limit = {seconds}; samples = {samples} gives the same picture"
             ));
             }
             _ => {

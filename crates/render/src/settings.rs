@@ -121,15 +121,15 @@ impl Settings {
         if let Some(noise) = self.noise
             && !(noise.is_finite() && noise > 0.0)
         {
-            return fail(format!("noise is {noise}; expected a radiance above 0"));
+            return fail(format!("noise_threshold is {noise}; expected a radiance above 0"));
         }
         if let Some(time) = self.time
             && !(time.is_finite() && time > 0.0)
         {
-            return fail(format!("time is {time}; expected seconds above 0"));
+            return fail(format!("time_limit is {time}; expected seconds above 0"));
         }
         if self.noise.is_some() && self.time.is_some() {
-            return fail("both noise and time are given; expected one of them".into());
+            return fail("both noise_threshold and time_limit are given; expected one of them".into());
         }
         if self.max_depth == Some(0) {
             return fail("max_depth is 0; expected at least 1 segment of a path".into());

@@ -36,7 +36,7 @@ impl RenderStats {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let Some(noise) = settings.noise {
             let mean = of(&self.samples) / pixels;
-            let mut notice = format!("{mean} samples per pixel in the mean for noise = {noise}");
+            let mut notice = format!("{mean} samples per pixel in the mean for noise_threshold = {noise}");
             if of(&self.noisy_pixels) > 0 {
                 notice += &format!(
                     "; {} pixels have not reached it with samples = {}",
