@@ -25,7 +25,7 @@ ROOMS = {
     "render": {"scene", "bvh"},
     "bindings": {"formats", "render", "scene"},
 }
-THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pxr", "pyoidn", "cv2", "embreex"}
+THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pxr", "pyoidn", "cv2", "embreex", "websockets"}
 # Imported where it is needed: for what must be a class of another package, or is a process of its own.
 IMPORTED_LATE = {
     "dask_worker.py",
@@ -260,7 +260,7 @@ def untested_concepts(root: Path) -> list[str]:
             items = set(re.findall(r"^\s*pub (?:fn|struct|enum|trait) (\w+)", text, re.M)) | {module}
             if files and module not in PLAIN_RUST and "#[cfg(test)]" not in text and not items & words:
                 offences.append(f"crates/{room} has no test of {module}")
-    tests = {path.stem.removeprefix("test_") for path in (root / "tests").glob("test_*.py")}
+    tests = {path.stem.removeprefix("test_") for path in (root / "tests").rglob("test_*.py")}
     for path in python_files(root):
         # `explain_figure` may be tested where `explain` is, `cli/options` where `cli` is.
         if not {path.stem, path.stem.split("_")[0], path.parent.name} & (tests | PLAIN_PYTHON):

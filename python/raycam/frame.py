@@ -156,21 +156,40 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         half: bool | None = None,
         exposure: float | None = None,
         view: str | None = None,
+        **page: Any,
     ) -> None:
-        """Writes the frame to a .png, .exr, .hdr or .npz file, which is complete or not there.
+        """Writes the frame to a .png, .exr, .hdr, .npz or .html file, which is complete or not there.
 
         PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
         "pbr_neutral", see `to_srgb8`). HDR: the colour in linear light, four bytes a pixel. EXR: all channels as named
         layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
         `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
+        HTML: a page that shows all channels and every number, offline, with the options of `show`.
 
         Raises `FormatError` for other endings, `SettingsError` for options that the format does not have or a PNG
         without colour, and `OSError` where the file cannot be written.
         """
         target = Path(path)
-        options = _options(bits=bits, half=half, exposure=exposure, view=view)
+        options = _options(bits=bits, half=half, exposure=exposure, view=view, **page)
         _check(target, self._channels, options)
         files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
+
+    def show(self, **options: Any) -> Any:
+        """Shows all channels with every number: in a notebook in its cell, elsewhere in the browser.
+
+        Options, of `save` to an .html file as well: `world` names objects and categories; `explain` are pixels
+        (column, row) whose explanation is included; `compare` is a second frame; `arrays` are more planes by name,
+        [h, w] or [h, w, 1 to 4], as {"flow": flow}; `half=True` rounds colours to float16; `exposure`, `view`, `title`.
+        Returns the path of the page where it was opened in a browser.
+        """
+        from .viewer.page import show
+
+        return show(self, **options)
+
+    def _html(self, **options: Any) -> bytes:
+        from .viewer.page import page
+
+        return page(self, **options).encode()
 
     def to_png(self, bits: int = 8, exposure: float | None = None, view: str | None = None) -> bytes:
         """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`."""
@@ -287,6 +306,7 @@ SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
     ".hdr": (Frame._hdr, set()),
     ".exr": (Frame._exr, {"half"}),
     ".npz": (Frame._npz, set()),
+    ".html": (Frame._html, {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title"}),
 }
 
 
