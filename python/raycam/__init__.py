@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain
     from .sample_world import Recipe, sample
     from .selfcheck_camera import SelfCheck, selfcheck
+    from .viewer.viewer import Viewer, view
 
 __all__ = [
     "FORMATS",
@@ -51,6 +52,7 @@ __all__ = [
     "SettingsError",
     "Texture",
     "Video",
+    "Viewer",
     "World",
     "WorldError",
     "__version__",
@@ -68,6 +70,7 @@ __all__ = [
     "sample",
     "save_cameras",
     "selfcheck",
+    "view",
 ]
 
 
@@ -78,6 +81,8 @@ LATE = {
     "sample": "sample_world",
     "SelfCheck": "selfcheck_camera",
     "selfcheck": "selfcheck_camera",
+    "Viewer": "viewer.viewer",
+    "view": "viewer.viewer",
 }
 
 

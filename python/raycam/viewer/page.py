@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..frame import Frame
     from ..world import World
 
-__all__ = ["Page", "page", "show"]
+__all__ = ["Page", "filled", "page", "show", "write_page"]
 
 NOTEBOOK_HEIGHT = 640  # CSS pixels of the page in a cell
 MOST_COMPONENTS = 4
@@ -105,12 +105,18 @@ def show(frame: Frame, **options: Any) -> Path | Page | None:
     marimo = sys.modules.get("marimo")
     if marimo is not None and marimo.running_in_notebook():
         return made
-    import webbrowser
+    return write_page(made)
 
+
+def write_page(made: Page, *, browser: bool = True) -> Path:
+    """The path of a temporary file with the page, which is opened in the browser."""
     file, name = tempfile.mkstemp(prefix="raycam-", suffix=".html")
     with os.fdopen(file, "w", encoding="utf-8") as opened:
         opened.write(made)
-    webbrowser.open(Path(name).as_uri())
+    if browser:
+        import webbrowser
+
+        webbrowser.open(Path(name).as_uri())
     return Path(name)
 
 

@@ -48,6 +48,8 @@ export class Client {
     /** @type {{ pixel: Pixel, values: import("./readout.js").PixelValues } | null} */
     this.known = null;
     this.messageTimer = 0;
+    /** Called with every message, after the client. @type {(message: Message) => void} */
+    this.onMessage = () => {};
     this.picture.onZoom = () => this.showZoom();
     this.picture.layers.valuesIn = (pixel) => this.valuesIn(pixel);
   }
@@ -68,6 +70,7 @@ export class Client {
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);
     if (message.type === "about") this.showAbout(message);
+    this.onMessage(message);
   }
 
   /** @param {Message} welcome */
@@ -115,9 +118,8 @@ export class Client {
   }
 
   /** @param {Message} message */
-  showPicture({ channel, plane, other, image }) {
+  showPicture({ channel, plane, other, image, width, height, moving }) {
     if (channel !== this.channel) return;
-    const { width, height } = plane || image;
     this.plane = plane || null;
     this.frameB = other || null;
     this.picture.setSize(width, height);
@@ -125,7 +127,7 @@ export class Client {
     if (plane) {
       this.controls.show(plane);
       this.repaint();
-      this.probe();
+      if (!moving) this.probe();
     } else this.picture.show({ a: layerOf(image) });
     this.describe();
   }
@@ -263,7 +265,7 @@ export class Client {
    */
   valuesIn({ column, row }) {
     const { plane } = this;
-    if (!plane || this.mode !== "off") return { lines: [], ink: "#fff" };
+    if (!plane || this.mode !== "off" || plane.width !== this.picture.width) return { lines: [], ink: "#fff" };
     const at = (row * plane.width + column) * plane.components;
     const numbers = [...plane.values.subarray(at, at + plane.components)];
     const lines = numbers.map((v) => (plane.dtype === "int32" ? String(v) : sixDigits(Number(v.toPrecision(4)), "float64")));

@@ -23,6 +23,7 @@ function commandsOf(client) {
     exposure: (thirds) => controls.setExposure(controls.display.exposure + Number(thirds) / 3),
     "view-transform": () => controls.nextView(),
     fit: () => picture.fit(),
+    home: () => picture.fit(),
     "one-to-one": () => {
       const isOne = !picture.fitted && Math.abs(picture.zoom * (devicePixelRatio || 1) - 1) < 1e-3;
       if (isOne) picture.fit();

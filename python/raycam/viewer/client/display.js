@@ -15,6 +15,8 @@ export class DisplayControls {
     /** @type {Display} */
     this.display = { exposure: 0, view: "standard", map: "viridis", range: null };
     this.changed = changed;
+    /** Called when exposure or view transform change. @type {(display: Display) => void} */
+    this.onDisplay = () => {};
     /** @type {Map<string, import("./paint.js").Range>} chosen ranges by channel */
     this.ranges = new Map();
     this.exposure = byId("exposure", HTMLInputElement);
@@ -47,6 +49,7 @@ export class DisplayControls {
     this.display.exposure = Math.min(Math.max(stops, -10), 10);
     this.exposure.value = String(this.display.exposure);
     byId("exposure-text", HTMLOutputElement).textContent = `${stops > 0 ? "+" : ""}${Number(stops.toFixed(2))} stops`;
+    this.onDisplay(this.display);
     this.changed();
   }
 
@@ -54,6 +57,7 @@ export class DisplayControls {
   setView(view) {
     this.display.view = view;
     this.view.value = view;
+    this.onDisplay(this.display);
     this.changed();
   }
 

@@ -155,7 +155,8 @@ export class PictureView {
     context.fillStyle = getComputedStyle(canvas).backgroundColor;
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.imageSmoothingEnabled = this.zoom * ratio < 1;
+    const isReduced = layers.a !== null && layers.a.width !== this.width;
+    context.imageSmoothingEnabled = isReduced || this.zoom * ratio < 1;
     context.imageSmoothingQuality = "high";
     const showsB = layers.b && (layers.mode === "difference" || (layers.mode === "flip" && layers.flipped));
     this.drawLayer(showsB ? layers.b : layers.a, 0, 1);

@@ -78,7 +78,7 @@ export class PageTransport {
     try {
       const plane = await this.plane(keyA);
       const other = keyB ? await this.plane(keyB) : null;
-      this.say?.({ type: "picture", channel: name, plane, other, moving: false });
+      this.say?.({ type: "picture", channel: name, plane, other, width: plane.width, height: plane.height, moving: false });
     } catch (error) {
       this.say?.({ type: "error", text: `The channel ${name} of this page is damaged: ${error}` });
     }
