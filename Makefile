@@ -1,5 +1,6 @@
 # make demo    pictures and a video in demo/
 # make test    lint, then all tests            (what CI runs)
+# make proof   what is long or needs more than every machine has: the viewer in Chromium
 # make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
 # make bench   the figures in benchmarks/results/
 # make leak    a thousand million rays aimed at edges and vertices, none may leak; Embree beside them
@@ -31,7 +32,7 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help demo test lint bench leak fuzz docs wheel clean
+.PHONY: help demo test proof lint bench leak fuzz docs wheel clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p;/^$$/q' Makefile
@@ -42,6 +43,9 @@ demo: $(DONE)/build
 test: lint
 	cargo test --locked
 	$(BIN)/python -m pytest -n 2
+
+proof: $(DONE)/build $(DONE)/develop
+	$(BIN)/python -m pytest -m proof
 
 lint: $(DONE)/build $(DONE)/develop
 	cargo fmt --check

@@ -148,7 +148,7 @@ class Session:
     def about(self) -> dict[str, Any]:
         """The camera as text, and the world's notices."""
         counts = self.world.counts
-        text = f"{counts['objects']:,} objects, {counts['triangles']:,} triangles\n\n{self.camera!r}"
+        text = f"{counts['objects']:,} objects, {counts['triangles']:,} triangles\n\n{self.given!r}"
         return {"about": text, "notices": self.world.notices, "camera": self.name}
 
     def receive(self, message: dict[str, Any]) -> None:

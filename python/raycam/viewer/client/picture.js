@@ -109,7 +109,11 @@ export class PictureView {
     this.changed();
   }
 
+  /** After a zoom or a move: the picture begins at a pixel of the display, so that 1:1 is exact. */
   changed() {
+    const ratio = devicePixelRatio || 1;
+    this.left = Math.round(this.left * ratio) / ratio;
+    this.top = Math.round(this.top * ratio) / ratio;
     this.onZoom();
     this.redraw();
   }
