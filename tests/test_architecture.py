@@ -25,7 +25,18 @@ ROOMS = {
     "render": {"scene", "bvh"},
     "bindings": {"formats", "render", "scene"},
 }
-THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pxr", "pyoidn", "cv2", "embreex", "websockets"}
+THIRD_PARTY_PYTHON = {
+    "numpy",
+    "rich",
+    "av",
+    "dask",
+    "distributed",
+    "pxr",
+    "pyoidn",
+    "cv2",
+    "embreex",
+    "websockets",
+}
 # Imported where it is needed: for what must be a class of another package, or is a process of its own.
 IMPORTED_LATE = {
     "dask_worker.py",
