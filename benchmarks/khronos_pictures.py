@@ -70,7 +70,7 @@ def picture(path: Path, scenario: dict[str, Any], options: argparse.Namespace) -
         samples=options.samples // OVER**2,
         clamp=20,
         channels=["color"] if sky else ["color", "alpha"],
-        transparent=not sky,
+        transparent_background=not sky,
     )
     color, alpha = frame["color"], np.ones(frame["color"].shape[:2]) if sky else frame["alpha"]
     shown = aces(color / np.where(alpha > 0, alpha, 1)[..., None])

@@ -15,11 +15,11 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Camera
-from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
+from .errors import CameraError, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .render import render
-from .render.frame import Frame
+from .render.frame import PAGES, Frame
 from .rig import Rig
 from .world import Animation, Object, Video, World
 from .world.load import load
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import Explanation, explain
     from .randomize import Recipe, sample
+    from .viewer.viewer import Viewer, view
 
 __all__ = [
     "FORMATS",
@@ -44,6 +45,7 @@ __all__ = [
     "JobError",
     "Keypoints",
     "Label",
+    "Notice",
     "Object",
     "Recipe",
     "Rig",
@@ -51,6 +53,7 @@ __all__ = [
     "SettingsError",
     "Texture",
     "Video",
+    "Viewer",
     "World",
     "WorldError",
     "__version__",
@@ -68,6 +71,7 @@ __all__ = [
     "sample",
     "save_cameras",
     "selfcheck",
+    "view",
 ]
 
 
@@ -78,7 +82,23 @@ _LAZY_IMPORTS = {
     "sample": "randomize",
     "SelfCheck": "calibration_check",
     "selfcheck": "calibration_check",
+    "Viewer": "viewer.viewer",
+    "view": "viewer.viewer",
 }
+
+
+def _viewer(name: str) -> Any:
+    """A function of the viewer's pages, which imports the viewer on first use."""
+
+    def call(frame: Frame, **options: Any) -> Any:
+        from .viewer import page
+
+        return getattr(page, name)(frame, **options)
+
+    return call
+
+
+PAGES.update(page=_viewer("page"), show=_viewer("show"))
 
 
 def __getattr__(name: str) -> Any:

@@ -6,11 +6,24 @@ everywhere in Python. The rest are subclasses of `Error`, and of `ValueError`.
 
 from __future__ import annotations
 
-__all__ = ["CameraError", "Error", "FormatError", "JobError", "SettingsError", "WorldError", "nearest"]
+__all__ = [
+    "CameraError",
+    "Error",
+    "FormatError",
+    "JobError",
+    "Notice",
+    "SettingsError",
+    "WorldError",
+    "nearest",
+]
 
 
 class Error(Exception):
     """Base class of the errors that raycam raises itself."""
+
+
+class Notice(UserWarning):
+    """The category of what raycam has to say without stopping; the filters of `warnings` apply."""
 
 
 class WorldError(Error, ValueError):

@@ -53,7 +53,7 @@ def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
         "samples": 4,
         "region": (7, 5, 40, 31),
         "view": "agx",
-        "transparent": True,
+        "transparent_background": True,
         "channels": ["color", "depth"],
     }
     whole = raycam.render(world, camera, **options)

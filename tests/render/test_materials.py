@@ -96,16 +96,16 @@ def test_noise_and_time_end_a_picture() -> None:
     world.add_object(plane={"size": 6}, location=[0, 0, -1])
     world.add_light(type="sky", radiance=[1, 1, 1])
     camera = raycam.Camera.look_at([0, -5, 2], [0, 0, 0], size=(32, 24))
-    frame = raycam.render(world, camera, integrator="path", noise=0.02, channels=["color", "error"])
+    frame = raycam.render(world, camera, integrator="path", noise_threshold=0.02, channels=["color", "error"])
     assert (frame["error"] <= 0.02).mean() > 0.99
     assert any("noise = 0.02" in notice for notice in frame.notices)
-    timed = raycam.render(world, camera, integrator="path", time=0.2, channels="color")
+    timed = raycam.render(world, camera, integrator="path", time_limit=0.2, channels="color")
     samples = int(timed.notices[0].split()[0])
     again = raycam.render(world, camera, integrator="path", samples=samples, channels="color")
     assert (timed["color"] == again["color"]).all()
 
 
-@pytest.mark.parametrize("setting", ["noise", "time", "clamp"])
+@pytest.mark.parametrize("setting", ["noise_threshold", "time_limit", "clamp"])
 def test_settings_below_zero_are_refused(setting: str) -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1.0})

@@ -101,7 +101,7 @@ def test_the_last_shard_makes_the_file(tmp_path: Path) -> None:
 
 def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> None:
     sound = write_wave(tmp_path / "a.wav", tone(0.5))
-    one = film(transparent=True)
+    one = film(transparent_background=True)
     assert make_video(one, tmp_path / "a.mkv", Pool(), audio=sound, keep_frames=True) == 8
     with av.open(str(tmp_path / "a.mkv")) as file:
         pictures = [frame.to_ndarray(format="rgba") for frame in file.decode(video=0)]

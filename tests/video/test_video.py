@@ -164,7 +164,7 @@ def test_a_world_without_video_is_orbited_and_says_so():
     np.testing.assert_allclose(first.C, still.C)
     np.testing.assert_allclose((first.C + half.C)[:2] / 2, [5, 0], atol=1e-9)
     assert VideoPlan(moving_world()).notices == []
-    assert "differs from run to run" in VideoPlan(moving_world(), time=1.0).notices[0]
+    assert "differs from run to run" in VideoPlan(moving_world(), time_limit=1.0).notices[0]
 
 
 def test_what_does_not_move_is_built_once(tmp_path):
@@ -216,7 +216,7 @@ def test_pictures_laid_over_the_sky_are_the_pictures_with_it(integrator):
     world.add_object(box={"size": 1}, name="veil", location=[0, 1, 1], opacity=0.5)
     options = {"integrator": integrator, "samples": 16, "filter": "blackman-harris"}
     whole = raycam.render(world, **options)
-    clear = raycam.render(world, **options, transparent=True)
+    clear = raycam.render(world, **options, transparent_background=True)
     assert whole.channels == ("color", "depth", "instance", "triangle")
     assert clear.channels == (*whole.channels, "alpha")
     alpha = clear["alpha"][..., None]
@@ -231,7 +231,9 @@ def test_pictures_laid_over_the_sky_are_the_pictures_with_it(integrator):
 
 
 def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
-    film = write_video(moving_world(), tmp_path / "frames", transparent=True, frames=(2, 4), **FLAT)
+    film = write_video(
+        moving_world(), tmp_path / "frames", transparent_background=True, frames=(2, 4), **FLAT
+    )
     frame = film.frame(2)
     with Image.open(tmp_path / "frames/frame_0002.png") as image:
         pixels = np.asarray(image)
@@ -242,13 +244,13 @@ def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
     assert edge.any()
     # At the edges to the sky, colours are those of the box and the plane, not darkened: half of each is 188.
     assert pixels[edge][:, :3].max(axis=1).min() >= 188
-    write_video(moving_world(), tmp_path / "a.mkv", transparent=True, frames=(2, 4), **FLAT)
+    write_video(moving_world(), tmp_path / "a.mkv", transparent_background=True, frames=(2, 4), **FLAT)
     with av.open(str(tmp_path / "a.mkv")) as file:
         first = next(file.decode(video=0)).to_ndarray(format="rgba")
     np.testing.assert_array_equal(first, pixels)
     with pytest.raises(raycam.SettingsError, match="never transparent"):
-        write_video(moving_world(), tmp_path / "a.mp4", transparent=True, **FLAT)
-    with pytest.raises(raycam.SettingsError, match="transparent=True"):
+        write_video(moving_world(), tmp_path / "a.mp4", transparent_background=True, **FLAT)
+    with pytest.raises(raycam.SettingsError, match="transparent_background=True"):
         VideoPlan(moving_world(), **FLAT).frame(0).to_srgba8()
 
 

@@ -15,12 +15,13 @@ from typing import NoReturn
 
 from .._core import __version__
 from ..errors import Error, SettingsError, nearest
-from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video
+from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video, view
 
 __all__ = ["COMMANDS", "main"]
 
 COMMANDS = {
     "render": render.COMMAND,
+    "view": view.COMMAND,
     "video": video.COMMAND,
     "dataset": dataset.COMMAND,
     "status": status.STATUS,

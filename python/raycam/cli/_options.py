@@ -83,6 +83,22 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     return cameras
 
 
+class Renamed(argparse.Action):
+    """Stores the value of an option whose last name is an old one, understood until 0.2 with a notice."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Stores the value, and prints a notice for the old name."""
+        if option_string == self.option_strings[-1]:
+            print_notices([f"{option_string} is called {self.option_strings[0]} now; understood until 0.2"])
+        setattr(namespace, self.dest, self.const if self.nargs == 0 else values)
+
+
 def add_rendering(command: argparse.ArgumentParser) -> None:
     """Adds the arguments of `raycam.render`."""
     group = command.add_argument_group(
@@ -96,9 +112,21 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
     group.add_argument(
-        "--noise", metavar="ERROR", type=float, help="sample each pixel until its standard error is this"
+        "--noise-threshold",
+        "--noise",
+        action=Renamed,
+        metavar="ERROR",
+        type=float,
+        help="sample each pixel until its standard error is this",
     )
-    group.add_argument("--time", metavar="SECONDS", type=seconds, help="sample for this long: 30, 30s or 5m")
+    group.add_argument(
+        "--time-limit",
+        "--time",
+        action=Renamed,
+        metavar="SECONDS",
+        type=seconds,
+        help="sample for this long: 30, 30s or 5m",
+    )
     group.add_argument(
         "--max-depth", metavar="N", type=int, help="segments of a path at most (default: no limit)"
     )
@@ -135,9 +163,11 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
         help="guess the picture without its noise; needs raycam[denoise]",
     )
     group.add_argument(
+        "--transparent-background",
         "--transparent",
-        action="store_true",
-        default=None,
+        action=Renamed,
+        nargs=0,
+        const=True,
         help="leave the sky out: pictures and videos with an opacity, to be laid over others",
     )
     group.add_argument(
@@ -150,8 +180,8 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
 RENDERING = (
     "integrator",
     "samples",
-    "noise",
-    "time",
+    "noise_threshold",
+    "time_limit",
     "max_depth",
     "clamp",
     "filter",
@@ -161,7 +191,7 @@ RENDERING = (
     "exposure",
     "view",
     "denoise",
-    "transparent",
+    "transparent_background",
 )
 
 

@@ -110,7 +110,7 @@ COMMAND = Command(
         "raycam video room.toml -o room.mp4                          again after Ctrl-C: goes on",
         "raycam video fox.glb -o fox.mp4 --animation Run",
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
-        "raycam video room.toml -o room.webm --transparent           over a page; .mov for editors",
+        "raycam video room.toml -o room.webm --transparent-background  over a page; .mov for editors",
         "raycam video room.toml -o room.mp4 --audio steps.wav",
         "raycam video car.toml --rig stereo -o car.mp4               car_left.mp4, car_right.mp4",
         "raycam video room.toml -o frames --shard 3/16               one of sixteen machines",

@@ -13,6 +13,7 @@ from ..camera import Camera
 from ..errors import JobError, SettingsError
 from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
+from ..render.old_names import current_names
 from ..world import World
 from .job import Job, Progress, Shard
 from .job_package import JobPackage
@@ -39,13 +40,14 @@ def job_package(
 
     Run the job with `Job(folder, package).run(pool)`, then `assemble` the tiles.
 
-    Raises `SettingsError` for `time` and `denoise`, which need the whole picture, and for a `region` outside the
+    Raises `SettingsError` for `time_limit` and `denoise`, which need the whole picture, and for a `region` outside the
     picture.
     """
-    for name in ("time", "denoise"):
+    settings = current_names(settings)
+    for name in ("time_limit", "denoise"):
         if settings.get(name) or world.render_settings.get(name):
             raise SettingsError(
-                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise"
+                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise_threshold"
             )
     seen = world.default_camera() if camera is None else camera
     cameras = set(world.cameras)
@@ -61,7 +63,7 @@ def job_package(
     ):
         raise SettingsError(f"region {region} (x, y, width, height) is not in a picture of {seen.size}")
     names = channel_names(channels)
-    if settings.get("transparent") and "color" in names and "alpha" not in names:
+    if settings.get("transparent_background") and "color" in names and "alpha" not in names:
         names.append("alpha")
     tile = tile or DEFAULT_TILE
     plan = {
@@ -122,7 +124,7 @@ def assemble(job: Job) -> Frame:
                     region=(x, y, width, height),
                     exposure=float(arrays["exposure"]),
                     view=str(arrays["view"]),
-                    transparent=bool(job.package.settings["render"].get("transparent")),
+                    transparent=bool(job.package.settings["render"].get("transparent_background")),
                 )
             )
     return Frame.merge(parts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -10,6 +11,7 @@ from ..arrays import whole
 from ..camera import Camera
 from ..errors import SettingsError, nearest
 from .frame import CHANNELS, VIEWS, Frame
+from .old_names import OLD_NAMES, current_names
 
 if TYPE_CHECKING:
     from ..world import World
@@ -22,7 +24,7 @@ FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
 MAX_SAMPLES = 1 << 14
-"""Default limit of samples per pixel with `noise` or `time`."""
+"""Default limit of samples per pixel with `noise_threshold` or `time_limit`."""
 
 Integrator = Literal["flat", "direct", "path", "ao", "reference"]
 Filter = Literal["box", "blackman-harris"]
@@ -38,8 +40,8 @@ def render(
     *,
     integrator: Integrator | None = None,
     samples: int | None = None,
-    noise: float | None = None,
-    time: float | None = None,
+    noise_threshold: float | None = None,
+    time_limit: float | None = None,
     max_depth: int | None = None,
     clamp: float | None = None,
     filter: Filter | None = None,
@@ -52,9 +54,10 @@ def render(
     exposure: float | None = None,
     view: View | None = None,
     denoise: bool = False,
-    transparent: bool = False,
+    transparent_background: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
+    **old_names: Any,
 ) -> Frame:
     """Renders `world`, seen by `camera` (default: the world's first camera, or one that frames the whole world).
 
@@ -64,9 +67,9 @@ def render(
       and reflectances (a world without lights gets a sky, with a notice in the frame); "path" is unbiased path tracing
       with any number of bounces; "ao" is ambient occlusion, the visible fraction of the sky; "reference" is "flat" by
       the lecture's procedure in NumPy, brute force and slow.
-    * `noise` stops each pixel when the estimated standard error of its luminance is at most this value; the channel
-      `error` has the estimate. `time` stops the picture after this many seconds; a notice tells the number of samples
-      that reproduces the picture. With either, `samples` is the maximum per pixel (default 16384).
+    * `noise_threshold` stops each pixel when the estimated standard error of its luminance is at most this value; the
+      channel `error` has the estimate. `time_limit` stops the picture after this many seconds; a notice tells the
+      number of samples that reproduces the picture. With either, `samples` is the maximum per pixel (default 16384).
     * `max_depth` (no limit): the maximum number of path segments. 1 shows emitters only, 2 adds direct light, and so
       on.
     * `clamp` (off): the maximum radiance of a sample. It removes fireflies and darkens the picture; a notice counts the
@@ -83,20 +86,32 @@ def render(
       `view` ("standard", "agx" or "pbr_neutral") are for pictures in sRGB: see `Frame.to_srgb8`.
     * `denoise` (off) applies Open Image Denoise: `pip install raycam[denoise]`. The picture is then biased, and its
       bytes may differ between machines.
-    * `transparent` (off) makes the background transparent, for compositing: the colour is premultiplied by the channel
-      `alpha`, which is added, and PNG, EXR and videos have an opacity. Surfaces with an opacity below 1 are partly
-      transparent; mirrors and glass show the sky and are opaque.
+    * `transparent_background` (off) makes the background transparent, for compositing: the colour is premultiplied by
+      the channel `alpha`, which is added, and PNG, EXR and videos have an opacity. Surfaces with an opacity below 1 are
+      partly transparent; mirrors and glass show the sky and are opaque.
     * `progress(done, total)` is called about 50 times per second; an exception that it raises stops the rendering, as
       Ctrl-C does.
+    * `old_names`: `noise`, `time` and `transparent`, the names of three options until 0.2, each with a `Notice`.
 
     Raises `SettingsError` for invalid arguments, with the nearest valid name, `WorldError`, and `CameraError` if the
     world has no camera and nothing to frame.
     """
+    renamed = current_names(
+        {
+            "noise_threshold": noise_threshold,
+            "time_limit": time_limit,
+            "transparent_background": transparent_background or None,
+            **old_names,
+        }
+    )
+    for name in renamed.keys() - set(OLD_NAMES.values()):
+        raise SettingsError(nearest("option of render", name, OPTIONS))
+    transparent_background = bool(renamed["transparent_background"])
     given = {
         "integrator": integrator,
         "samples": samples,
-        "noise": noise,
-        "time": time,
+        "noise_threshold": renamed["noise_threshold"],
+        "time_limit": renamed["time_limit"],
         "max_depth": max_depth,
         "clamp": clamp,
         "filter": filter,
@@ -110,18 +125,18 @@ def render(
     if camera is None:
         camera = world.default_camera()
     names = channel_names(channels)
-    if transparent and "color" in names and "alpha" not in names:
+    if transparent_background and "color" in names and "alpha" not in names:
         names.append("alpha")
     if denoise:
         every: dict[str, Any] = {**chosen, "frame": frame, "region": region, "surface": surface}
-        every["transparent"] = transparent
+        every["transparent_background"] = transparent_background
         return _denoised(world, camera, names, every, progress)
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
         unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
         unused |= {"surface"} if surface != "first" else set()
-        unused |= {"transparent"} if transparent else set()
+        unused |= {"transparent_background"} if transparent_background else set()
         return _reference(world, camera, names, sorted(unused), shown)
 
     settings: dict[str, Any] = {
@@ -131,8 +146,8 @@ def render(
         "seed": 0,
     }
     settings |= {
-        "noise": None,
-        "time": None,
+        "noise_threshold": None,
+        "time_limit": None,
         "max_depth": None,
         "clamp": None,
         "threads": None,
@@ -141,7 +156,7 @@ def render(
         "view": "standard",
     }
     asked = world.render_settings | chosen
-    if ("noise" in asked or "time" in asked) and "samples" not in asked:
+    if ("noise_threshold" in asked or "time_limit" in asked) and "samples" not in asked:
         asked["samples"] = MAX_SAMPLES
     settings |= asked
     stops = _stops(settings.pop("exposure"))
@@ -154,10 +169,10 @@ def render(
         "frame": whole("frame", frame, 0, (1 << 32) - 1),
         "channels": names,
         "surface": _name("surface", surface, SURFACES),
-        "transparent": bool(transparent),
+        "transparent_background": bool(transparent_background),
         "max_depth": _optional("max_depth", settings["max_depth"]),
-        "noise": _positive("noise", settings["noise"], "a radiance"),
-        "time": _positive("time", settings["time"], "seconds"),
+        "noise_threshold": _positive("noise_threshold", settings["noise_threshold"], "a radiance"),
+        "time_limit": _positive("time_limit", settings["time_limit"], "seconds"),
         "clamp": _positive("clamp", settings["clamp"], "a radiance"),
         "ambient_occlusion": _occlusion(settings["ambient_occlusion"]),
         "region": None if region is None else _region(region),
@@ -171,9 +186,13 @@ def render(
         region=area,
         exposure=stops,
         view=display,
-        transparent=transparent,
+        transparent=transparent_background,
         notices=notices,
     )
+
+
+OPTIONS = [name for name in inspect.signature(render).parameters if name != "old_names"]
+"""The names of the options of `render`."""
 
 
 def channel_names(channels: Sequence[str] | str) -> list[str]:

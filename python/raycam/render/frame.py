@@ -27,6 +27,10 @@ CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _
 Channels = dict[str, npt.NDArray[Any]]
 
 
+PAGES: dict[str, Callable[..., Any]] = {}
+"""The functions `page` and `show` of the viewer, which stands above this module: the package puts them here."""
+
+
 class Frame(Mapping[str, npt.NDArray[Any]]):
     """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
 
@@ -128,7 +132,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if not (self.transparent and "alpha" in self._channels):
             raise SettingsError(
-                "no opacity: render it with transparent=True and the channels color and alpha"
+                "no opacity: render it with transparent_background=True and the channels color and alpha"
             )
         alpha = self._channels["alpha"][..., np.newaxis]
         color = self._channels["color"] / np.where(alpha > 0, alpha, 1)
@@ -158,21 +162,36 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         half: bool | None = None,
         exposure: float | None = None,
         view: str | None = None,
+        **page: Any,
     ) -> None:
-        """Writes the frame to a .png, .exr, .hdr or .npz file atomically.
+        """Writes the frame to a .png, .exr, .hdr, .npz or .html file atomically.
 
         PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
         "pbr_neutral", see `to_srgb8`). HDR: the colour in linear light, four bytes a pixel. EXR: all channels as named
         layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
         `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
+        HTML: a page that shows all channels and every number, offline, with the options of `show`.
 
         Raises `FormatError` for other endings, `SettingsError` for options that the format does not have and for a PNG
         without colour, and `OSError` if the file cannot be written.
         """
         target = Path(path)
-        options = _options(bits=bits, half=half, exposure=exposure, view=view)
+        options = _options(bits=bits, half=half, exposure=exposure, view=view, **page)
         _check(target, self._channels, options)
         atomic_files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
+
+    def show(self, **options: Any) -> Any:
+        """Shows all channels with every number: in a notebook in its cell, elsewhere in the browser.
+
+        Options, of `save` to an .html file as well: `world` names objects and categories; `explain` are pixels
+        (column, row) whose explanation is included; `compare` is a second frame; `arrays` are more planes by name,
+        [h, w] or [h, w, 1 to 4], as {"flow": flow}; `half=True` rounds colours to float16; `exposure`, `view`, `title`.
+        Returns the path of the page where it was opened in a browser.
+        """
+        return PAGES["show"](self, **options)
+
+    def _html(self, **options: Any) -> bytes:
+        return bytes(PAGES["page"](self, **options), "utf-8")
 
     def to_png(self, bits: int = 8, exposure: float | None = None, view: str | None = None) -> bytes:
         """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`."""
@@ -287,6 +306,7 @@ SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
     ".hdr": (Frame._hdr, set()),
     ".exr": (Frame._exr, {"half"}),
     ".npz": (Frame._npz, set()),
+    ".html": (Frame._html, {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title"}),
 }
 
 

@@ -20,6 +20,7 @@ from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
 from ..render import render
 from ..render.frame import Frame
+from ..render.old_names import current_names
 from ..rig import Rig
 from ..world import Animation, World
 from .files import check_video, open_video, picture_name
@@ -40,7 +41,7 @@ class VideoPlan:
     camera; a camera of the world also moves with its animation. Instead of `camera`, `rig` is a rig and the name of one
     of its cameras, while the video moves the rig as in `World.rig_at`. `fps` replaces the world's frames per second
     (24). `seconds` plays the same motion faster or slower. `settings` are those of `raycam.render`: integrator,
-    samples, filter, seed, ambient_occlusion, exposure, transparent, threads.
+    samples, filter, seed, ambient_occlusion, exposure, transparent_background, threads.
 
     Parts that do not move are built once, before the first frame.
 
@@ -76,9 +77,10 @@ class VideoPlan:
         if world.video is None and animation is None:
             world = with_orbit(world)
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
-        if settings.get("time") or world.render_settings.get("time"):
+        settings = current_names(settings)
+        if settings.get("time_limit") or world.render_settings.get("time_limit"):
             self.notices.append(
-                "time: how well a frame is sampled depends on the machine, and differs from run to run"
+                "time_limit: how well a frame is sampled depends on the machine, and differs from run to run"
             )
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
@@ -98,7 +100,7 @@ class VideoPlan:
     @property
     def transparent(self) -> bool:
         """True if frames have an opacity."""
-        return bool(self._settings.get("transparent"))
+        return bool(self._settings.get("transparent_background"))
 
     def __len__(self) -> int:
         """The number of frames, at least 1."""
@@ -208,8 +210,8 @@ def write_video(
     """Renders the video of a world to a file (.mp4 .mov .mkv .webm .gif), or to a folder as frame_0000.png and so on.
 
     `lossless` keeps every bit of the pictures. `audio` is a file whose first audio track is added, cut or padded with
-    silence to the length of the video. With `transparent=True`, frames have an opacity, which .mov, .mkv, .webm and PNG
-    pictures keep.
+    silence to the length of the video. With `transparent_background=True`, frames have an opacity, which .mov, .mkv,
+    .webm and PNG pictures keep.
 
     `frames` (start, stop) renders a part, as in a slice: `stop` is excluded, and either may be None, or negative to
     count from the end. `progress(done, total)` is called after every frame. Other arguments are as in `VideoPlan`,
@@ -222,8 +224,11 @@ def write_video(
     width or height, a GIF of more than 50 frames per second and an empty range, `FormatError` for `audio` without
     sound, and `OSError` if files cannot be read or written.
     """
+    settings = current_names(settings)
     sound = None if audio is None else Path(audio)
-    check_video(Path(path), lossless=lossless, alpha=bool(settings.get("transparent")), audio=sound)
+    check_video(
+        Path(path), lossless=lossless, alpha=bool(settings.get("transparent_background")), audio=sound
+    )
     film = VideoPlan(world, camera, fps=fps, seconds=seconds, **settings)
     numbers = film.numbers(frames)
     shown = open_video(

@@ -29,8 +29,8 @@ ORDER = {
     """,
     "python": """
         errors arrays _serialization io camera reference render annotations/flow rig world annotations calibration
-        interop usd world/load randomize jobs cluster video dataset calibration_check explanation info doctor progress
-        bench demo cli
+        interop usd world/load randomize jobs cluster video dataset calibration_check explanation viewer info doctor
+        progress bench demo cli
         dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
     """,
 }

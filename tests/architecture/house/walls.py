@@ -18,7 +18,18 @@ MAY_USE: dict[str, set[str]] = {
     "render": {"scene", "bvh"},
     "bindings": {"formats", "render", "scene"},
 }
-THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pxr", "pyoidn", "cv2", "embreex"}
+THIRD_PARTY_PYTHON = {
+    "numpy",
+    "rich",
+    "av",
+    "dask",
+    "distributed",
+    "pxr",
+    "pyoidn",
+    "cv2",
+    "embreex",
+    "websockets",
+}
 # Imported late as a whole, so that they may import at the top what is slow to import.
 IMPORTED_LATE = ("usd/", "cluster/dask_worker.py")
 

@@ -1,0 +1,108 @@
+"""`raycam view`."""
+
+from __future__ import annotations
+
+import argparse
+import ipaddress
+from pathlib import Path
+from typing import Any
+
+from ..errors import SettingsError
+from .options import Command, add_camera, load_world, say, view
+
+
+def _add(command: argparse.ArgumentParser) -> None:
+    command.add_argument("world", metavar="WORLD|FRAME", help="a world, or a frame saved as .npz")
+    command.add_argument(
+        "compare", metavar="FRAME", nargs="?", help="a second frame, to compare with the first"
+    )
+    command.add_argument("--texture-memory", metavar="SIZE", help="memory for textures, as 512MiB")
+    add_camera(command)
+    command.add_argument("--integrator", metavar="NAME", help="the light of still pictures: direct or path")
+    command.add_argument("--samples", metavar="N", type=int, help="rays per pixel of still pictures")
+    command.add_argument("--threads", metavar="N", type=int, help="threads (default: all)")
+    command.add_argument(
+        "--port", metavar="N", type=int, help="the port (default: 7421, or the next free one)"
+    )
+    command.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="the address to listen on")
+    command.add_argument(
+        "--yes", action="store_true", help="listen on another address than this machine's own"
+    )
+    command.add_argument(
+        "--allow-host",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="a name of this server behind a proxy",
+    )
+    command.add_argument("--no-browser", action="store_true", help="print the address and open nothing")
+    command.add_argument("--exit-when-closed", action="store_true", help="end when the page is closed")
+    command.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    if Path(options.world).suffix.lower() == ".npz":
+        _show_frames(options)
+    elif options.compare is not None:
+        raise SettingsError(
+            f"{options.compare}: two frames are compared, saved as .npz; {options.world} is a world"
+        )
+    else:
+        _view_world(options)
+
+
+def _show_frames(options: argparse.Namespace) -> None:
+    """The page of one frame, or of two."""
+    from ..viewer.page import page, write_page
+    from ..viewer.saved_frames import load_frame
+
+    frame = load_frame(options.world)
+    more: dict[str, Any] = {} if options.compare is None else {"compare": load_frame(options.compare)}
+    path = write_page(page(frame, title=Path(options.world).name, **more), browser=not options.no_browser)
+    print(path)
+
+
+def _view_world(options: argparse.Namespace) -> None:
+    """The live view, until Ctrl-C."""
+    from ..viewer.viewer import Viewer, open_browser
+
+    _check_host(options)
+    world = load_world(options)
+    with Viewer(
+        world,
+        view(world, options),
+        title=Path(options.world).name,
+        integrator=options.integrator,
+        samples=options.samples,
+        host=options.host,
+        port=options.port,
+        allow_hosts=options.allow_host,
+        threads=options.threads,
+    ) as viewer:
+        print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
+        if not open_browser(viewer.url, False if options.no_browser else None):
+            port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
+            say(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
+        viewer.wait(exit_when_closed=options.exit_when_closed)
+
+
+def _check_host(options: argparse.Namespace) -> None:
+    """Refuses to be seen by the network unless it is told twice."""
+    try:
+        is_own = options.host == "localhost" or ipaddress.ip_address(options.host).is_loopback
+    except ValueError:
+        raise SettingsError(f"--host {options.host}: expected an address, as 0.0.0.0 or ::1") from None
+    if not is_own and not options.yes:
+        raise SettingsError(
+            f"--host {options.host}: everyone on the network could then read along, for there is no encryption; "
+            "forward the port with ssh instead, or add --yes"
+        )
+    if not is_own:
+        say("everyone on the network can try this port and read along")
+
+
+COMMAND = Command(
+    _add,
+    "look at a world live in the browser, or at saved frames with every number",
+    ["raycam view room.toml", "raycam view room.toml --camera left", "raycam view before.npz after.npz"],
+)

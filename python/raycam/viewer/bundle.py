@@ -1,0 +1,69 @@
+"""The client's modules as one text, which pages and the server give to the browser.
+
+The modules share one scope afterwards. That is safe because they keep to a dialect, which `bundle` checks: imports of
+names from modules beside them, named exports of declarations, and no top-level name twice.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from importlib.resources import files
+
+__all__ = ["bundle", "client_file", "modules"]
+
+IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "\./(\w+\.js)";\n', re.M)
+EXPORT = re.compile(r"^export (?=(?:async )?function |const |class )", re.M)
+DECLARATION = re.compile(r"^(?:export )?(?:async )?(?:function|const|let|class) (\[.*?\]|\w+)", re.M)
+
+
+@functools.cache
+def client_file(name: str) -> str:
+    """The text of a file of the client."""
+    return (files(__package__) / "client" / name).read_text(encoding="utf-8")
+
+
+@functools.cache
+def modules(entry: str = "main.js") -> tuple[str, ...]:
+    """The module `entry` and all that it imports, each after its imports. Raises `ValueError` for a circle."""
+    ordered: list[str] = []
+    entered: list[str] = []
+
+    def enter(name: str) -> None:
+        if name in entered:
+            raise ValueError(f"{' -> '.join([*entered, name])}: modules of the client import in a circle")
+        entered.append(name)
+        for _, imported in IMPORT.findall(client_file(name)):
+            if imported not in ordered:
+                enter(imported)
+        entered.pop()
+        ordered.append(name)
+
+    enter(entry)
+    return tuple(ordered)
+
+
+@functools.cache
+def bundle() -> str:
+    """The client as the text of one classic script. Raises `ValueError` where a module leaves the dialect."""
+    owner: dict[str, str] = {}
+    parts = []
+    for name in modules():
+        text = client_file(name)
+        for declared in DECLARATION.findall(text):
+            for word in re.findall(r"\w+", declared):
+                if word in owner:
+                    raise ValueError(f"{name}: {word} is declared in {owner[word]} too")
+                owner[word] = name
+        for imported, source in IMPORT.findall(text):
+            for word in imported.split(", "):
+                if owner.get(word) != source:
+                    raise ValueError(f"{name} imports {word}, which {source} does not declare")
+        body = EXPORT.sub("", IMPORT.sub("", text))
+        if re.search(r"^(?:import|export)\b", body, re.M):
+            raise ValueError(f"{name}: an import or export that is none of the client's dialect")
+        parts.append(f"// {name}\n{body}")
+    script = '"use strict";\n{\n' + "\n".join(parts) + "}\n"
+    if "</script" in script.lower() or "<!--" in script:
+        raise ValueError("the client's text would end the script that holds it")
+    return script

@@ -1,0 +1,85 @@
+// Channels: how the numbers of each become colours, and what the legend says of them.
+
+/** @typedef {import("./planes.js").Plane} Plane */
+/** @typedef {"light" | "scalar" | "share" | "ids" | "direction" | "weights" | "place" | "flow"} ChannelKind */
+/**
+ * @typedef {object} ChannelStyle
+ * @property {ChannelKind} kind
+ * @property {string} [unit]
+ * @property {boolean} [zeroIsMiss] a zero vector is the background
+ * @property {boolean} [log]
+ */
+
+/** @type {Record<string, ChannelStyle>} */
+const STYLES = {
+  color: { kind: "light" },
+  albedo: { kind: "light" },
+  depth: { kind: "scalar", unit: "m" },
+  distance: { kind: "scalar", unit: "m" },
+  position: { kind: "place", unit: "m" },
+  normal: { kind: "direction", zeroIsMiss: true },
+  normal_camera: { kind: "direction", zeroIsMiss: true },
+  shading_normal: { kind: "direction", zeroIsMiss: true },
+  shading_normal_camera: { kind: "direction", zeroIsMiss: true },
+  instance: { kind: "ids" },
+  category: { kind: "ids" },
+  triangle: { kind: "ids" },
+  material: { kind: "ids" },
+  barycentric: { kind: "weights", zeroIsMiss: true },
+  uv: { kind: "weights" },
+  coverage: { kind: "share" },
+  alpha: { kind: "share" },
+  error: { kind: "scalar" },
+  flow: { kind: "flow", unit: "pixels" },
+};
+
+/**
+ * The style of a channel; arrays of other names get the one that fits their type.
+ * @param {{ name: string, dtype: string, components: number }} channel
+ * @returns {ChannelStyle}
+ */
+export function styleOf({ name, dtype, components }) {
+  if (Object.hasOwn(STYLES, name)) return STYLES[name];
+  if (dtype === "int32") return { kind: "ids" };
+  return { kind: components === 2 ? "flow" : components === 3 ? "place" : "scalar" };
+}
+
+/**
+ * The sentence that tells how to read the colours of a channel.
+ * @param {ChannelStyle} style
+ * @param {number} components
+ * @returns {string}
+ */
+export function howToRead({ kind, unit }, components) {
+  const inUnit = unit ? ` in ${unit}` : "";
+  const sentences = {
+    light: "Linear Rec. 709 radiance, shown as sRGB.",
+    scalar: `Values${inUnit} by the colour map below; hatched where there is none.`,
+    share: "A share: 0 is black, 1 is white.",
+    ids: "A colour for each number; hatched where there is none (-1).",
+    direction: "Unit vectors: red is x, green is y, blue is z; from -1 (dark) to 1 (bright).",
+    weights:
+      components === 2
+        ? "Red is u, green is v; whole numbers start anew at black."
+        : "Weights of the three corners: red, green, blue.",
+    place: `Red is x, green is y, blue is z${inUnit}; each from its lowest (dark) to its highest value.`,
+    flow: `Motion${inUnit}: the hue is its direction, a stronger colour is longer; white does not move.`,
+  };
+  return sentences[kind];
+}
+
+/**
+ * Returns whether a pixel of a plane shows the background.
+ * @param {Plane} plane
+ * @param {ChannelStyle} style
+ * @param {number} pixel
+ * @returns {boolean}
+ */
+export function isMiss(plane, style, pixel) {
+  const at = pixel * plane.components;
+  const first = plane.values[at];
+  if (style.kind === "ids") return first < 0;
+  if (style.kind === "light" || style.kind === "share") return false;
+  if (!Number.isFinite(first)) return true;
+  return Boolean(style.zeroIsMiss) && first === 0 && !plane.values[at + 1] && !plane.values[at + 2];
+}

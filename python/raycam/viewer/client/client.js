@@ -1,0 +1,301 @@
+// The client: what is shown, and which command changes what. It talks to a transport, which is a page or a server.
+
+import { styleOf } from "./channels.js";
+import { inkOn } from "./colormap.js";
+import { COMPARE_MODES, areComparable, differenceOf } from "./compare.js";
+import { DisplayControls } from "./display.js";
+import { byId, element, fillSelect, saveFile } from "./dom.js";
+import { showExplanation } from "./explain.js";
+import { fillLegend } from "./legend.js";
+import { grouped, sixDigits } from "./numbers.js";
+import { paint } from "./paint.js";
+import { PictureView, layerOf } from "./picture.js";
+import { fillReadout, readoutText } from "./readout.js";
+
+/** @typedef {import("./planes.js").Plane} Plane */
+/** @typedef {import("./picture.js").Pixel} Pixel */
+/** @typedef {Record<string, any> & { type: string }} Message */
+/** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: Message) => void }} Transport */
+
+const MESSAGE_TIME = 6000; // ms that a notice stays
+
+export class Client {
+  /** @param {Transport} transport */
+  constructor(transport) {
+    this.transport = transport;
+    this.picture = new PictureView(byId("picture", HTMLCanvasElement));
+    this.controls = new DisplayControls(() => this.repaint());
+    /** @type {string[]} */
+    this.channels = [];
+    this.channel = "";
+    /** @type {Plane | null} */
+    this.plane = null;
+    /** @type {Plane | null} B of the frame that came with A */
+    this.frameB = null;
+    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} a picture that was taken as B */
+    this.taken = null;
+    /** @type {typeof COMPARE_MODES[number]} */
+    this.mode = "off";
+    /** @type {Record<string, Record<string, string>>} names of ids by channel */
+    this.names = {};
+    /** The pixel of the whole picture at the left top corner of the arrays. */
+    this.origin = { column: 0, row: 0 };
+    /** @type {Pixel | null} */
+    this.hovered = null;
+    /** @type {Pixel | null} */
+    this.held = null;
+    this.probes = 0;
+    /** @type {{ pixel: Pixel, values: import("./readout.js").PixelValues } | null} */
+    this.known = null;
+    this.messageTimer = 0;
+    /** Called with every message, after the client. @type {(message: Message) => void} */
+    this.onMessage = () => {};
+    this.picture.onZoom = () => this.showZoom();
+    this.picture.layers.valuesIn = (pixel) => this.valuesIn(pixel);
+  }
+
+  open() {
+    fillSelect(byId("compare-mode", HTMLSelectElement), COMPARE_MODES.map((mode) => [mode, mode]));
+    this.transport.open((message) => this.receive(message));
+  }
+
+  /** @param {Message} message */
+  receive(message) {
+    if (message.type === "welcome") this.welcome(message);
+    if (message.type === "picture") this.showPicture(message);
+    if (message.type === "values" && message.id === this.probes) this.showValues(message);
+    if (message.type === "unpacked") this.probe();
+    if (message.type === "explained") showExplanation(/** @type {any} */ (message));
+    if (message.type === "notice" || message.type === "error") this.say(message.text, message.type);
+    if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
+    if (message.type === "file") saveFile(message.name, message.media, message.bytes);
+    if (message.type === "about") this.showAbout(message);
+    this.onMessage(message);
+  }
+
+  /** @param {Message} welcome */
+  welcome(welcome) {
+    document.body.classList.toggle("live", this.transport.live);
+    byId("title", HTMLElement).textContent = welcome.title;
+    document.title = welcome.title;
+    this.channels = welcome.channels.map((/** @type {any} */ each) => each.name);
+    this.names = welcome.names;
+    this.origin = { column: welcome.origin[0], row: welcome.origin[1] };
+    fillSelect(byId("channel", HTMLSelectElement), this.channels.map((name) => [name, name]));
+    this.controls.setExposure(welcome.exposure);
+    this.controls.setView(welcome.view);
+    this.showAbout(welcome);
+    this.picture.layers.marks = welcome.explanations;
+    byId("explanations", HTMLElement).hidden = !welcome.explanations.length;
+    byId("explanation-list", HTMLElement).replaceChildren(
+      ...welcome.explanations.map((/** @type {Pixel} */ { column, row }) => {
+        const button = element("button", `${column + this.origin.column}, ${row + this.origin.row}`, { type: "button" });
+        button.addEventListener("click", () => this.explain({ column, row }));
+        return button;
+      }),
+    );
+    this.setChannel(this.channels.includes(this.channel) ? this.channel : this.channels[0]);
+  }
+
+  /** @param {Message} about */
+  showAbout({ about, notices }) {
+    byId("about", HTMLPreElement).textContent = about;
+    byId("notices", HTMLElement).replaceChildren(...notices.map((/** @type {string} */ text) => element("li", text)));
+  }
+
+  /** @param {string} name */
+  setChannel(name) {
+    if (!this.channels.includes(name)) return this.say(`There is no channel ${name} here.`, "notice");
+    this.channel = name;
+    byId("channel", HTMLSelectElement).value = name;
+    this.transport.send({ type: "channel", name });
+  }
+
+  /** @param {number} step */
+  stepChannel(step) {
+    const count = this.channels.length;
+    this.setChannel(this.channels[(this.channels.indexOf(this.channel) + step + count) % count]);
+  }
+
+  /** @param {Message} message */
+  showPicture({ channel, plane, other, image, width, height, moving }) {
+    if (channel !== this.channel) return;
+    this.plane = plane || null;
+    this.frameB = other || null;
+    this.picture.setSize(width, height);
+    byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
+    if (plane) {
+      this.controls.show(plane);
+      this.repaint();
+      if (!moving) this.probe();
+    } else this.picture.show({ a: layerOf(image) });
+    this.describe();
+  }
+
+  /** Paints what is shown anew: after another display, channel or mode. */
+  repaint() {
+    const { plane, controls } = this;
+    if (!plane) return this.showCompare(null);
+    const b = this.frameB || this.taken?.plane;
+    const difference = b && areComparable(plane, b) ? differenceOf(plane, b) : null;
+    let layerB = this.taken?.layer || null;
+    if (this.frameB) layerB = layerOf(paint(this.frameB, controls.display));
+    if (this.mode === "difference" && difference) layerB = layerOf(paint(difference.plane, { ...controls.display, range: null }));
+    this.picture.show({ a: layerOf(paint(plane, controls.display)), b: layerB, mode: layerB ? this.mode : "off" });
+    const legend = this.mode === "difference" && difference ? difference.plane : plane;
+    fillLegend(byId("legend", HTMLElement), legend, { ...controls.display, range: legend === plane ? controls.display.range : null }, this.names[plane.name] || {});
+    this.showCompare(difference);
+  }
+
+  /** @param {import("./compare.js").Difference | null} difference */
+  showCompare(difference) {
+    const has = Boolean(this.frameB || this.taken);
+    const select = byId("compare-mode", HTMLSelectElement);
+    select.disabled = !has;
+    select.value = this.mode;
+    select.options[COMPARE_MODES.indexOf("difference")].disabled = !difference;
+    const nothing = "B is empty: take the picture as it is now, then change something.";
+    const text = this.frameB ? "B is the second frame." : this.taken ? "B is the picture that was taken." : nothing;
+    byId("compare-text", HTMLElement).textContent = text;
+    byId("divider-label", HTMLElement).hidden = this.mode !== "slider";
+    const figures = byId("difference", HTMLElement);
+    figures.hidden = !difference;
+    if (!difference || !this.plane) return;
+    const total = this.plane.width * this.plane.height;
+    /** @type {[string, string][]} */
+    const rows = [["pixels that differ", `${grouped(difference.pixels)} of ${grouped(total)}`]];
+    if (!difference.ids) {
+      rows.push(["largest difference", sixDigits(difference.most, "float64")]);
+      rows.push(["mean", sixDigits(difference.mean, "float64")], ["root mean square", sixDigits(difference.rms, "float64")]);
+    }
+    figures.replaceChildren(...rows.flatMap(([term, value]) => [element("dt", term), element("dd", value)]));
+  }
+
+  /** @param {string} mode */
+  setMode(mode) {
+    this.mode = /** @type {any} */ (mode);
+    this.picture.layers.flipped = mode === "flip";
+    this.repaint();
+    this.describe();
+  }
+
+  nextMode() {
+    if (!this.frameB && !this.taken) return this.say("There is no B: take this picture as B with the key B.", "notice");
+    const enabled = [...byId("compare-mode", HTMLSelectElement).options].filter((option) => !option.disabled);
+    const at = enabled.findIndex((option) => option.value === this.mode);
+    this.setMode(enabled[(at + 1) % enabled.length].value);
+  }
+
+  flip() {
+    if (this.mode !== "flip") this.setMode("flip");
+    else this.picture.show({ flipped: !this.picture.layers.flipped });
+    this.describe();
+  }
+
+  takeB() {
+    if (!this.picture.layers.a) return;
+    this.taken = { plane: this.plane, layer: this.picture.layers.a };
+    this.frameB = null;
+    this.say("This picture is B now.", "notice");
+    this.repaint();
+  }
+
+  /** @param {number} share */
+  setDivider(share) {
+    const divider = Math.min(Math.max(share, 0), 1);
+    byId("divider", HTMLInputElement).value = String(divider);
+    this.picture.show({ divider });
+  }
+
+  /** @param {Pixel | null} pixel */
+  hover(pixel) {
+    if (this.held || (pixel?.column === this.hovered?.column && pixel?.row === this.hovered?.row)) return;
+    this.hovered = pixel;
+    this.probe();
+  }
+
+  /** @param {Pixel | null} pixel */
+  hold(pixel) {
+    this.held = pixel;
+    this.picture.show({ held: pixel });
+    if (pixel) this.picture.reveal(pixel);
+    for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
+    this.probe();
+    if (!pixel) byId("held", HTMLElement).textContent = "";
+  }
+
+  /** Asks for the values of the held or hovered pixel. */
+  probe() {
+    const pixel = this.held || this.hovered;
+    if (pixel && pixel.column < this.picture.width && pixel.row < this.picture.height) {
+      this.transport.send({ type: "probe", id: ++this.probes, u: pixel.column, v: pixel.row });
+    }
+  }
+
+  /** @param {Message} message */
+  showValues({ u, v, values }) {
+    const pixel = { column: u + this.origin.column, row: v + this.origin.row };
+    this.known = { pixel, values };
+    byId("pixel-place", HTMLElement).textContent = `column ${pixel.column}, row ${pixel.row}${this.held ? " (held)" : ""}`;
+    fillReadout(byId("values", HTMLTableSectionElement), values, this.channel);
+    if (this.held) byId("held", HTMLElement).textContent = readoutText(pixel, values);
+  }
+
+  async copy() {
+    if (!this.known) return;
+    try {
+      await navigator.clipboard.writeText(readoutText(this.known.pixel, this.known.values));
+      this.say("The values are in the clipboard.", "notice");
+    } catch {
+      this.say("The browser keeps its clipboard closed to this page.", "error");
+    }
+  }
+
+  /** @param {Pixel | null} pixel */
+  explain(pixel = this.held) {
+    if (!pixel) return this.say("Hold a pixel first: click it.", "notice");
+    if (pixel !== this.held) this.hold(pixel);
+    this.transport.send({ type: "explain", id: ++this.probes, u: pixel.column, v: pixel.row });
+    this.probe();
+  }
+
+  /**
+   * The text in a pixel that is drawn large.
+   * @param {Pixel} pixel
+   */
+  valuesIn({ column, row }) {
+    const { plane } = this;
+    if (!plane || this.mode !== "off" || plane.width !== this.picture.width) return { lines: [], ink: "#fff" };
+    const at = (row * plane.width + column) * plane.components;
+    const numbers = [...plane.values.subarray(at, at + plane.components)];
+    const lines = numbers.map((v) => (plane.dtype === "int32" ? String(v) : sixDigits(Number(v.toPrecision(4)), "float64")));
+    const context = /** @type {CanvasRenderingContext2D} */ (this.picture.layers.a?.getContext("2d"));
+    return { lines, ink: inkOn(context.getImageData(column, row, 1, 1).data) };
+  }
+
+  showZoom() {
+    const percent = 100 * this.picture.zoom * (devicePixelRatio || 1);
+    byId("status-zoom", HTMLElement).textContent = `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
+  }
+
+  /** Tells screen readers what the picture shows. */
+  describe() {
+    const compare = this.mode === "off" ? "" : `, comparing by ${this.mode}`;
+    const shown = this.plane ? ` (${styleOf(this.plane).kind})` : "";
+    const text = `Picture of ${this.picture.width} by ${this.picture.height} pixels, channel ${this.channel}${shown}${compare}.`;
+    this.picture.canvas.setAttribute("aria-label", `${text} Arrow keys move the held pixel, P holds one, question mark lists the keys.`);
+  }
+
+  /**
+   * @param {string} text
+   * @param {string} type "notice" or "error"
+   */
+  say(text, type) {
+    const box = byId("message", HTMLElement);
+    box.textContent = text;
+    box.classList.toggle("error", type === "error");
+    box.hidden = false;
+    clearTimeout(this.messageTimer);
+    if (type !== "error") this.messageTimer = setTimeout(() => (box.hidden = true), MESSAGE_TIME);
+  }
+}

@@ -1,0 +1,126 @@
+// The commands of keys, buttons and pointers, carried out by a client.
+
+import { byId, element } from "./dom.js";
+import { KEYS, commandOf } from "./keys.js";
+import { listenToPointers } from "./pointer.js";
+
+/** @typedef {import("./client.js").Client} Client */
+
+const WHEEL_ZOOM = 1.25;
+const PAN_STEP = 48; // CSS pixels
+const DIVIDER_REACH = 10; // CSS pixels
+
+/**
+ * The commands by name; arguments are the words after the name.
+ * @param {Client} client
+ * @returns {Record<string, (...words: string[]) => void>}
+ */
+function commandsOf(client) {
+  const { picture, controls } = client;
+  return {
+    channel: (name) => client.setChannel(name),
+    "channel-step": (step) => client.stepChannel(Number(step)),
+    exposure: (thirds) => controls.setExposure(controls.display.exposure + Number(thirds) / 3),
+    "view-transform": () => controls.nextView(),
+    fit: () => picture.fit(),
+    home: () => picture.fit(),
+    "one-to-one": () => {
+      const isOne = !picture.fitted && Math.abs(picture.zoom * (devicePixelRatio || 1) - 1) < 1e-3;
+      if (isOne) picture.fit();
+      else picture.oneToOne();
+    },
+    step: (dx, dy) => {
+      const { held } = client;
+      if (!held) return picture.pan(-PAN_STEP * Number(dx), -PAN_STEP * Number(dy));
+      const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
+      const row = Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1);
+      client.hold({ column, row });
+    },
+    magnify: (steps) => {
+      const { width, height } = picture.canvas.getBoundingClientRect();
+      picture.zoomAt(WHEEL_ZOOM ** Number(steps), width / 2, height / 2);
+    },
+    hold: () => {
+      const { width, height } = picture.canvas.getBoundingClientRect();
+      client.hold(client.hovered || picture.pixelAt(width / 2, height / 2));
+    },
+    copy: () => client.copy(),
+    explain: () => client.explain(),
+    "take-b": () => client.takeB(),
+    compare: () => client.nextMode(),
+    flip: () => client.flip(),
+    panel: () => {
+      const hidden = document.body.classList.toggle("no-panel");
+      byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", String(!hidden));
+    },
+    help: () => byId("help", HTMLDialogElement).showModal(),
+    leave: () => client.hold(null),
+  };
+}
+
+/**
+ * Binds keys, buttons and pointers to a client. `live` adds or replaces commands and mouse actions of the live view.
+ * @param {Client} client
+ * @param {{ commands: Record<string, (...words: string[]) => void>, pointers: Partial<import("./pointer.js").PointerListener>, mouse: string }} live
+ */
+export function bindCommands(client, live) {
+  const { picture } = client;
+  const commands = { ...commandsOf(client), ...live.commands };
+  const perform = (/** @type {string} */ command) => {
+    const [name, ...words] = command.split(" ");
+    commands[name](...words);
+  };
+  document.addEventListener("keydown", (event) => {
+    if (document.querySelector("dialog[open]")) return;
+    const command = commandOf(event, client.transport.live);
+    if (!command) return;
+    event.preventDefault();
+    perform(command);
+  });
+  for (const [id, command] of [
+    ["fit", "fit"], ["one-to-one", "one-to-one"], ["panel-button", "panel"], ["help-button", "help"],
+    ["copy", "copy"], ["explain", "explain"], ["leave", "leave"], ["take-b", "take-b"],
+  ]) {
+    byId(id, HTMLButtonElement).addEventListener("click", () => perform(command));
+  }
+  const channel = byId("channel", HTMLSelectElement);
+  channel.addEventListener("change", () => client.setChannel(channel.value));
+  const mode = byId("compare-mode", HTMLSelectElement);
+  mode.addEventListener("change", () => client.setMode(mode.value));
+  const divider = byId("divider", HTMLInputElement);
+  divider.addEventListener("input", () => client.setDivider(Number(divider.value)));
+
+  listenToPointers(picture.canvas, {
+    hover: ({ x, y }) => client.hover(picture.pixelAt(x, y)),
+    away: () => {},
+    click: ({ x, y }, explain) => {
+      const pixel = picture.pixelAt(x, y);
+      client.hold(pixel);
+      if (explain && pixel) client.explain(pixel);
+    },
+    doubleClick: () => {},
+    drag: (_, dx, dy) => picture.pan(dx, dy),
+    wheel: ({ x, y }, steps) => picture.zoomAt(WHEEL_ZOOM ** steps, x, y),
+    pinch: ({ x, y }, factor, dx, dy) => {
+      picture.zoomAt(factor, x, y);
+      picture.pan(dx, dy);
+    },
+    grabsDivider: ({ x }) => client.mode === "slider" && Math.abs(x - picture.dividerX()) < DIVIDER_REACH,
+    divide: ({ x }) => client.setDivider((x - picture.left) / (picture.zoom * picture.width)),
+    ...live.pointers,
+  });
+  byId("mouse-help", HTMLElement).textContent = live.mouse;
+  fillKeys(client.transport.live);
+}
+
+/** @param {boolean} live */
+function fillKeys(live) {
+  const rows = KEYS.filter((row) => live || !row.live).map(({ keys, does }) => {
+    const row = element("tr");
+    const cell = element("th", "", { scope: "row" });
+    keys.forEach((key, i) => cell.append(i ? " " : "", element("kbd", key.replace("Arrow", ""))));
+    row.append(cell, element("td", does));
+    return row;
+  });
+  byId("key-rows", HTMLElement).replaceChildren(...rows);
+}

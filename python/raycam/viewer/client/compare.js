@@ -1,0 +1,62 @@
+// Comparing two planes of one channel: their difference as a plane, and its figures.
+
+import { styleOf } from "./channels.js";
+
+/** @typedef {import("./planes.js").Plane} Plane */
+/** @typedef {{ plane: Plane, pixels: number, most: number, mean: number, rms: number, ids: boolean }} Difference */
+
+/** The modes, in the order that the key goes through. */
+export const COMPARE_MODES = /** @type {const} */ (["off", "slider", "flip", "difference"]);
+
+/**
+ * Returns whether two planes can be subtracted.
+ * @param {Plane} a
+ * @param {Plane} b
+ * @returns {boolean}
+ */
+export function areComparable(a, b) {
+  return a.name === b.name && a.width === b.width && a.height === b.height && a.components === b.components;
+}
+
+/**
+ * The difference of two planes: of each pixel the largest one of its components, or 1 where ids differ. Values that are
+ * the same, infinities and NaN included, differ by 0; a value beside none differs by infinity.
+ * @param {Plane} a
+ * @param {Plane} b
+ * @returns {Difference}
+ */
+export function differenceOf(a, b) {
+  const { components, width, height } = a;
+  const ids = styleOf(a).kind === "ids";
+  const values = new Float64Array(width * height);
+  let [pixels, most, sum, squares, finite] = [0, 0, 0, 0, 0];
+  for (let pixel = 0; pixel < values.length; pixel++) {
+    let largest = 0;
+    for (let at = pixel * components; at < (pixel + 1) * components; at++) {
+      largest = Math.max(largest, apart(a.values[at], b.values[at]));
+    }
+    if (ids) largest = largest > 0 ? 1 : 0;
+    values[pixel] = largest;
+    if (largest > 0) pixels++;
+    most = Math.max(most, largest);
+    if (Number.isFinite(largest)) {
+      finite++;
+      sum += largest;
+      squares += largest * largest;
+    }
+  }
+  const plane = { ...a, name: `difference of ${a.name}`, dtype: /** @type {const} */ ("float64"), components: 1, values };
+  const count = Math.max(finite, 1);
+  return { plane, pixels, most, mean: sum / count, rms: Math.sqrt(squares / count), ids };
+}
+
+/**
+ * @param {number} x
+ * @param {number} y
+ * @returns {number}
+ */
+function apart(x, y) {
+  if (Object.is(x, y) || x === y) return 0;
+  const distance = Math.abs(x - y);
+  return Number.isNaN(distance) ? Infinity : distance;
+}

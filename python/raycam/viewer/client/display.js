@@ -1,0 +1,102 @@
+// The controls of the display: exposure and view transform of colours, map and range of scalars.
+
+import { styleOf } from "./channels.js";
+import { MAPS } from "./colormap.js";
+import { byId, fillSelect } from "./dom.js";
+import { extremes, percentiles, rangeOf } from "./paint.js";
+import { VIEW_TRANSFORMS } from "./tone.js";
+
+/** @typedef {import("./paint.js").Display} Display */
+/** @typedef {import("./planes.js").Plane} Plane */
+
+export class DisplayControls {
+  /** @param {() => void} changed called when a control was moved */
+  constructor(changed) {
+    /** @type {Display} */
+    this.display = { exposure: 0, view: "standard", map: "viridis", range: null };
+    this.changed = changed;
+    /** Called when exposure or view transform change. @type {(display: Display) => void} */
+    this.onDisplay = () => {};
+    /** @type {Map<string, import("./paint.js").Range>} chosen ranges by channel */
+    this.ranges = new Map();
+    this.exposure = byId("exposure", HTMLInputElement);
+    this.view = byId("view-transform", HTMLSelectElement);
+    this.map = byId("map", HTMLSelectElement);
+    this.low = byId("range-low", HTMLInputElement);
+    this.high = byId("range-high", HTMLInputElement);
+    this.log = byId("range-log", HTMLInputElement);
+    /** @type {Plane | null} */
+    this.plane = null;
+    fillSelect(this.view, VIEW_TRANSFORMS.map((name) => [name, name]));
+    fillSelect(this.map, MAPS.map((name) => [name, name]));
+    this.exposure.addEventListener("input", () => this.setExposure(Number(this.exposure.value)));
+    this.view.addEventListener("change", () => this.setView(this.view.value));
+    this.map.addEventListener("change", () => {
+      this.display.map = this.map.value;
+      this.changed();
+    });
+    for (const input of [this.low, this.high, this.log]) input.addEventListener("change", () => this.readRange());
+    byId("range-percentiles", HTMLButtonElement).addEventListener("click", () => {
+      if (this.plane) this.setRange(percentiles(this.plane, 0));
+    });
+    byId("range-extremes", HTMLButtonElement).addEventListener("click", () => {
+      if (this.plane) this.setRange(extremes(this.plane));
+    });
+  }
+
+  /** @param {number} stops */
+  setExposure(stops) {
+    this.display.exposure = Math.min(Math.max(stops, -10), 10);
+    this.exposure.value = String(this.display.exposure);
+    byId("exposure-text", HTMLOutputElement).textContent = `${stops > 0 ? "+" : ""}${Number(stops.toFixed(2))} stops`;
+    this.onDisplay(this.display);
+    this.changed();
+  }
+
+  /** @param {string} view */
+  setView(view) {
+    this.display.view = view;
+    this.view.value = view;
+    this.onDisplay(this.display);
+    this.changed();
+  }
+
+  nextView() {
+    this.setView(VIEW_TRANSFORMS[(VIEW_TRANSFORMS.indexOf(this.display.view) + 1) % VIEW_TRANSFORMS.length]);
+  }
+
+  readRange() {
+    const [low, high] = [Number(this.low.value), Number(this.high.value)];
+    if (this.low.value && this.high.value && low < high) this.setRange({ low, high, log: this.log.checked });
+    else this.showRange();
+  }
+
+  /** @param {import("./paint.js").Range} range */
+  setRange(range) {
+    if (!this.plane) return;
+    this.ranges.set(this.plane.name, { ...range, log: this.log.checked });
+    this.show(this.plane);
+    this.changed();
+  }
+
+  /**
+   * Shows the controls that a plane has.
+   * @param {Plane} plane
+   */
+  show(plane) {
+    this.plane = plane;
+    this.display.range = this.ranges.get(plane.name) || null;
+    const { kind } = styleOf(plane);
+    byId("light-controls", HTMLElement).hidden = kind !== "light";
+    byId("scalar-controls", HTMLElement).hidden = kind !== "scalar";
+    if (kind === "scalar") this.showRange();
+  }
+
+  showRange() {
+    if (!this.plane) return;
+    const { low, high, log } = rangeOf(this.plane, this.display);
+    this.low.value = String(Number(low.toPrecision(6)));
+    this.high.value = String(Number(high.toPrecision(6)));
+    this.log.checked = log;
+  }
+}

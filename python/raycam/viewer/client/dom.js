@@ -1,0 +1,51 @@
+// Elements of the page by their ids, and new ones.
+
+/**
+ * The element of an id.
+ * @template {HTMLElement} T
+ * @param {string} id
+ * @param {new () => T} type
+ * @returns {T}
+ */
+export function byId(id, type) {
+  const element = document.getElementById(id);
+  if (!(element instanceof type)) throw new Error(`the page has no ${type.name} #${id}`);
+  return element;
+}
+
+/**
+ * A new element with a text, and attributes. Texts are never markup.
+ * @param {string} tag
+ * @param {string} [text]
+ * @param {Record<string, string>} [attributes]
+ * @returns {HTMLElement}
+ */
+export function element(tag, text = "", attributes = {}) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+}
+
+/**
+ * Fills a select with options.
+ * @param {HTMLSelectElement} select
+ * @param {[value: string, text: string][]} options
+ */
+export function fillSelect(select, options) {
+  select.replaceChildren(...options.map(([value, text]) => element("option", text, { value })));
+}
+
+/**
+ * Gives bytes to the browser as a file to save.
+ * @param {string} name
+ * @param {string} type
+ * @param {BlobPart} bytes
+ */
+export function saveFile(name, type, bytes) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([bytes], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}

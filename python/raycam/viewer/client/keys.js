@@ -1,0 +1,77 @@
+// The keys: one table for the handler, the help and docs/view.md.
+
+/**
+ * A row: what is pressed, the command it gives, what it does, and where it works. Ctrl, Alt and Shift are written in
+ * front of the key, in this order; "Shift" is not written for signs that need it.
+ * @type {{ keys: string[], command: string, does: string, live?: boolean }[]}
+ */
+export const KEYS = [
+  { keys: ["1"], command: "channel color", does: "color" },
+  { keys: ["2"], command: "channel albedo", does: "albedo" },
+  { keys: ["3"], command: "channel depth", does: "depth" },
+  { keys: ["4"], command: "channel normal", does: "normal" },
+  { keys: ["5"], command: "channel shading_normal", does: "shading_normal" },
+  { keys: ["6"], command: "channel instance", does: "instance" },
+  { keys: ["7"], command: "channel triangle", does: "triangle" },
+  { keys: ["8"], command: "channel uv", does: "uv" },
+  { keys: ["9"], command: "channel error", does: "error" },
+  { keys: ["["], command: "channel-step -1", does: "previous channel" },
+  { keys: ["]"], command: "channel-step 1", does: "next channel" },
+  { keys: ["-"], command: "exposure -1", does: "darker by 1/3 stop" },
+  { keys: ["=", "+"], command: "exposure 1", does: "brighter by 1/3 stop" },
+  { keys: ["T"], command: "view-transform", does: "next view transform" },
+  { keys: ["F"], command: "fit", does: "the whole picture; in the live view, the whole world" },
+  { keys: ["Home"], command: "home", does: "the whole picture; in the live view, the first camera" },
+  { keys: ["Z"], command: "one-to-one", does: "1:1, or the whole picture again" },
+  { keys: ["ArrowLeft"], command: "step -1 0", does: "with a held pixel: the pixel on the left; else pan or orbit" },
+  { keys: ["ArrowRight"], command: "step 1 0", does: "the same to the right" },
+  { keys: ["ArrowUp"], command: "step 0 -1", does: "the same upwards" },
+  { keys: ["ArrowDown"], command: "step 0 1", does: "the same downwards" },
+  { keys: ["Alt+ArrowUp"], command: "magnify 1", does: "magnify the pixels" },
+  { keys: ["Alt+ArrowDown"], command: "magnify -1", does: "magnify less" },
+  { keys: ["P"], command: "hold", does: "hold the pixel under the mouse, or the middle one" },
+  { keys: ["Ctrl+C"], command: "copy", does: "copy the values of the held pixel" },
+  { keys: ["Enter"], command: "explain", does: "explain the held pixel" },
+  { keys: ["B"], command: "take-b", does: "take this picture as B" },
+  { keys: ["X"], command: "compare", does: "compare A and B: slider, flip, difference, off" },
+  { keys: ["Space"], command: "flip", does: "flip: show the other picture" },
+  { keys: ["C"], command: "camera-step 1", does: "next camera", live: true },
+  { keys: ["Shift+C"], command: "camera-step -1", does: "previous camera", live: true },
+  { keys: ["V"], command: "look-through", does: "look through the camera, or leave it", live: true },
+  { keys: ["Tab"], command: "drive", does: "with the focus on the picture: orbit or fly (W A S D Q E)", live: true },
+  { keys: ["L"], command: "integrator", does: "direct or path", live: true },
+  { keys: ["H"], command: "panel", does: "show or hide the panel" },
+  { keys: ["?"], command: "help", does: "these keys" },
+  { keys: ["Escape"], command: "leave", does: "let go of the held pixel, close the help" },
+];
+
+/**
+ * The name of a pressed key as the table writes it.
+ * @param {KeyboardEvent} event
+ * @returns {string}
+ */
+export function keyName(event) {
+  const key = event.key === " " ? "Space" : event.key.length === 1 ? event.key.toUpperCase() : event.key;
+  const shift = event.shiftKey && /^[A-Z]$|^.{2,}$/.test(key);
+  return `${event.ctrlKey || event.metaKey ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key}`;
+}
+
+/**
+ * The command of a pressed key, or null. Keys typed into a field stay there.
+ * @param {KeyboardEvent} event
+ * @param {boolean} live
+ * @returns {string | null}
+ */
+export function commandOf(event, live) {
+  const target = /** @type {HTMLElement} */ (event.target);
+  const name = keyName(event);
+  const field = target.closest("input, select, textarea, button, summary, dialog, a");
+  if (field && (field.matches("input:not([type=checkbox]), select, textarea") || name === "Space" || name === "Enter")) {
+    return null;
+  }
+  const onPicture = target.id === "picture";
+  if (name === "Tab" && !onPicture) return null;
+  if (name === "Ctrl+C" && String(getSelection())) return null;
+  const row = KEYS.find(({ keys }) => keys.includes(name));
+  return row && (live || !row.live) ? row.command : null;
+}

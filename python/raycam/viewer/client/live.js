@@ -1,0 +1,201 @@
+// The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
+
+import { byId, fillSelect } from "./dom.js";
+
+/** @typedef {import("./client.js").Client} Client */
+/** @typedef {import("./pointer.js").Point} Point */
+
+export const LIVE_MOUSE =
+  "Drag orbits, Shift and drag or the right button pans, the wheel comes nearer to the point under the cursor. A double " +
+  "click sets the point that drags turn around. Ctrl and wheel magnifies the pixels. A click holds a pixel, Alt and " +
+  "click or a long press explains it. On a touch screen two fingers come nearer and pan.";
+
+const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
+const FLY_STEP = 1; // hundredths of the world's size
+const FLY_TICK = 50; // ms
+const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
+  KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
+});
+
+export class LiveView {
+  /** @param {Client} client */
+  constructor(client) {
+    this.client = client;
+    this.sequence = 0;
+    this.flies = false;
+    /** @type {Set<string>} codes of the keys that are down */
+    this.down = new Set();
+    this.flying = 0;
+    /** @type {string[]} */
+    this.cameras = [];
+    this.camera = byId("camera", HTMLSelectElement);
+    this.integrator = byId("integrator", HTMLSelectElement);
+    fillSelect(this.integrator, [["direct", "direct"], ["path", "path: all light"]]);
+    this.camera.addEventListener("change", () => this.lookThrough(this.camera.value));
+    this.integrator.addEventListener("change", () => this.setIntegrator(this.integrator.value));
+    for (const format of ["png", "html", "npz"]) {
+      byId(`snapshot-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format }));
+    }
+    byId("copy-camera", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format: "python" }));
+    document.addEventListener("keydown", (event) => this.pressed(event), true);
+    document.addEventListener("keyup", (event) => this.down.delete(event.code));
+    addEventListener("blur", () => this.down.clear());
+    document.addEventListener("visibilitychange", () => client.transport.send({ type: "visible", visible: !document.hidden }));
+    new ResizeObserver(() => this.resized()).observe(client.picture.canvas);
+  }
+
+  /**
+   * Does what a message says of the live view alone.
+   * @param {import("./client.js").Message} message
+   */
+  receive(message) {
+    if (message.type === "welcome") {
+      this.cameras = message.cameras;
+      fillSelect(this.camera, [["", "free"], ...message.cameras.map((/** @type {string} */ name) => [name, name])]);
+      this.integrator.value = message.integrator;
+      this.camera.value = message.camera;
+    }
+    if (message.type === "about") this.camera.value = message.camera;
+    if (message.type === "picture") this.showStatus(message);
+    if (message.type === "copied") this.copied(message.text);
+    if (message.type === "closing") this.client.say(message.text, "error");
+  }
+
+  /** @param {import("./client.js").Message} message */
+  showStatus({ samples, ms, moving, integrator }) {
+    const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
+    byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
+  }
+
+  /** @param {string} text */
+  async copied(text) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.client.say("The camera is in the clipboard, as Python.", "notice");
+    } catch {
+      this.client.say(text, "notice");
+    }
+  }
+
+  resized() {
+    clearTimeout(this.resizing);
+    this.resizing = setTimeout(() => this.client.transport.send({ type: "size", ...this.size() }), 150);
+  }
+
+  /** @returns {{ width: number, height: number, ratio: number }} the space for the picture */
+  size() {
+    const { width, height } = this.client.picture.canvas.getBoundingClientRect();
+    const whole = (/** @type {number} */ side) => Math.min(Math.max(Math.round(side), 1), 10000);
+    return { width: whole(width), height: whole(height), ratio: Math.min(Math.max(devicePixelRatio || 1, 0.1), 10) };
+  }
+
+  /**
+   * Says an intent to move.
+   * @param {string} kind
+   * @param {number} [dx]
+   * @param {number} [dy]
+   * @param {number} [dz]
+   * @param {Point} [at]
+   */
+  navigate(kind, dx = 0, dy = 0, dz = 0, at = undefined) {
+    const { picture } = this.client;
+    const u = at ? (at.x - picture.left) / picture.zoom : picture.width / 2;
+    const v = at ? (at.y - picture.top) / picture.zoom : picture.height / 2;
+    const limited = [dx, dy, dz, u, v].map((value) => Math.min(Math.max(value || 0, -1e4), 1e4));
+    const [x, y, z, column, row] = limited;
+    this.client.transport.send({ type: "nav", seq: ++this.sequence, kind, dx: x, dy: y, dz: z, u: column, v: row });
+    if (kind !== "pivot") {
+      this.camera.value = "";
+      if (this.client.held) this.client.hold(null);
+    }
+  }
+
+  /** @param {string} name */
+  lookThrough(name) {
+    this.camera.value = name;
+    this.client.transport.send({ type: "camera", name });
+  }
+
+  /** @param {string} name */
+  setIntegrator(name) {
+    this.integrator.value = name;
+    this.client.transport.send({ type: "quality", integrator: name });
+  }
+
+  /** @param {number} step */
+  stepCamera(step) {
+    if (!this.cameras.length) return this.client.say("This world has no cameras of its own.", "notice");
+    const at = this.cameras.indexOf(this.camera.value);
+    this.lookThrough(this.cameras[(Math.max(at, step < 0 ? 0 : -1) + step + this.cameras.length) % this.cameras.length]);
+  }
+
+  /** @param {KeyboardEvent} event */
+  pressed(event) {
+    if (!this.flies || event.ctrlKey || event.metaKey || event.altKey || !(event.code in FLY_KEYS)) return;
+    if (/** @type {HTMLElement} */ (event.target).id !== "picture") return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.down.add(event.code);
+    if (!this.flying) this.flying = setInterval(() => this.fly(event.shiftKey), FLY_TICK);
+  }
+
+  /** @param {boolean} fast */
+  fly(fast) {
+    const steps = [0, 0, 0];
+    for (const code of this.down) FLY_KEYS[code].forEach((step, axis) => (steps[axis] += step * FLY_STEP * (fast ? 4 : 1)));
+    if (this.down.size) this.navigate("move", ...steps);
+    else {
+      clearInterval(this.flying);
+      this.flying = 0;
+    }
+  }
+
+  /** @returns {Record<string, (...words: string[]) => void>} */
+  commands() {
+    const { client } = this;
+    return {
+      fit: () => {
+        client.picture.fit();
+        this.navigate("fit");
+      },
+      home: () => {
+        client.picture.fit();
+        this.navigate("home");
+      },
+      step: (dx, dy) => {
+        const { held, picture } = client;
+        if (!held) return this.navigate(this.flies ? "look" : "orbit", ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
+        const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
+        client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
+      },
+      "camera-step": (step) => this.stepCamera(Number(step)),
+      "look-through": () => (this.camera.value ? this.lookThrough("") : this.stepCamera(1)),
+      integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
+      drive: () => {
+        this.flies = !this.flies;
+        client.say(this.flies ? "Fly: W A S D move, E and Q rise and sink, drag looks around." : "Orbit: drag turns around the pivot.", "notice");
+      },
+    };
+  }
+
+  /** @returns {Partial<import("./pointer.js").PointerListener>} */
+  pointers() {
+    const { picture } = this.client;
+    return {
+      drag: (at, dx, dy, pans) => {
+        const kind = pans ? "pan" : this.flies ? "look" : "orbit";
+        const scale = kind === "pan" ? 1 / picture.zoom : 1;
+        this.navigate(kind, dx * scale, dy * scale, 0, at);
+      },
+      wheel: (at, steps, magnifies) => {
+        if (magnifies) picture.zoomAt(1.25 ** steps, at.x, at.y);
+        else this.navigate("dolly", 0, 0, steps, at);
+      },
+      pinch: (at, factor, dx, dy) => {
+        this.navigate("dolly", 0, 0, Math.log(factor) / Math.log(1.15), at);
+        this.navigate("pan", dx / picture.zoom, dy / picture.zoom, 0, at);
+      },
+      doubleClick: (at) => this.navigate("pivot", 0, 0, 0, at),
+    };
+  }
+}

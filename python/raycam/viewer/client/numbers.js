@@ -1,0 +1,56 @@
+// Numbers as text: the shortest decimal that reads back as the same float, as NumPy prints it.
+
+/** @typedef {"float16" | "float32" | "float64" | "int32"} NumberType */
+
+/**
+ * The shortest decimal of a value. `value` is exactly representable in `dtype`.
+ * @param {number} value
+ * @param {NumberType} dtype
+ * @returns {string}
+ */
+export function shortest(value, dtype) {
+  if (!Number.isFinite(value)) return nonFinite(value);
+  if (Object.is(value, -0)) return "-0";
+  if (dtype !== "float32") return String(value);
+  for (let digits = 1; digits < 9; digits++) {
+    const text = value.toPrecision(digits);
+    if (Math.fround(Number(text)) === value) return String(Number(text));
+  }
+  return String(Number(value.toPrecision(9)));
+}
+
+const NARROW = 9; // characters of a column
+
+/**
+ * Six significant digits of a value, fewer where they would not fit a narrow column.
+ * @param {number} value
+ * @param {NumberType} dtype
+ * @returns {string}
+ */
+export function sixDigits(value, dtype) {
+  if (!Number.isFinite(value)) return nonFinite(value);
+  const full = shortest(value, dtype);
+  if (dtype === "int32" || full.length < NARROW) return full;
+  for (let digits = 6; digits > 3; digits--) {
+    const text = String(Number(value.toPrecision(digits)));
+    if (text.length <= NARROW) return text;
+  }
+  return value.toExponential(2);
+}
+
+/**
+ * @param {number} value
+ * @returns {string} "nan", "inf" or "-inf", as NumPy prints them
+ */
+function nonFinite(value) {
+  return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
+}
+
+/**
+ * A number of bytes or things with thousands apart.
+ * @param {number} count
+ * @returns {string}
+ */
+export function grouped(count) {
+  return String(Math.round(count)).replace(/\B(?=(\d{3})+$)/g, ",");
+}

@@ -1,0 +1,66 @@
+// The numbers of a pixel: a table for the eyes, a sentence for screen readers, a text for the clipboard.
+
+import { element } from "./dom.js";
+import { shortest, sixDigits } from "./numbers.js";
+
+/** @typedef {import("./numbers.js").NumberType} NumberType */
+/** @typedef {{ dtype: NumberType, numbers: number[], name?: string, other?: number[] }} ChannelValue */
+/** @typedef {Record<string, ChannelValue>} PixelValues */
+
+/**
+ * Fills the table of values, with those of B where they differ. Hovering a number tells all of its digits.
+ * @param {HTMLTableSectionElement} body
+ * @param {PixelValues} values
+ * @param {string} shown the channel of the picture
+ */
+export function fillReadout(body, values, shown) {
+  body.replaceChildren();
+  for (const [channel, value] of Object.entries(values)) {
+    const row = element("tr", "", channel === shown ? { "aria-current": "true" } : {});
+    row.append(nameOf(channel), cellOf(value.numbers, value));
+    body.append(row);
+    if (value.other && !value.other.every((number, i) => Object.is(number, value.numbers[i]))) {
+      const other = element("tr", "", { class: "other" });
+      other.append(element("th", "B", { scope: "row", "aria-label": `${channel} of B` }), cellOf(value.other, { ...value, name: undefined }));
+      body.append(other);
+    }
+  }
+}
+
+/**
+ * @param {string} channel
+ * @returns {HTMLElement} its name, which may break after an underscore
+ */
+function nameOf(channel) {
+  const cell = element("th", "", { scope: "row" });
+  channel.split(/(?<=_)/).forEach((part, i) => cell.append(i ? element("wbr") : "", part));
+  return cell;
+}
+
+/**
+ * @param {number[]} numbers
+ * @param {ChannelValue} value
+ * @returns {HTMLElement}
+ */
+function cellOf(numbers, { dtype, name }) {
+  const cell = element("td");
+  for (const number of numbers) {
+    cell.append(element("span", sixDigits(number, dtype), { class: "number", title: shortest(number, dtype) }), " ");
+  }
+  if (name) cell.append(element("span", name, { class: "name" }));
+  return cell;
+}
+
+/**
+ * The values as lines of text, with all digits.
+ * @param {{ column: number, row: number }} pixel
+ * @param {PixelValues} values
+ * @returns {string}
+ */
+export function readoutText({ column, row }, values) {
+  const lines = Object.entries(values).flatMap(([channel, { dtype, numbers, name, other }]) => [
+    `${channel} ${numbers.map((v) => shortest(v, dtype)).join(" ")}${name ? ` ${name}` : ""}`,
+    ...(other ? [`${channel} of B ${other.map((v) => shortest(v, dtype)).join(" ")}`] : []),
+  ]);
+  return [`pixel ${column} ${row}`, ...lines].join("\n");
+}

@@ -1,0 +1,128 @@
+// The transport of a saved page: it answers the client's messages from the arrays in the page.
+
+import { bytesOfBase64, unpackPlane } from "./planes.js";
+
+/** @typedef {import("./planes.js").Plane} Plane */
+/** @typedef {import("./planes.js").PlaneHeader} PlaneHeader */
+/** @typedef {Record<string, any> & { type: string }} Message */
+
+export class PageTransport {
+  constructor() {
+    this.live = false;
+    this.document = JSON.parse(document.getElementById("document")?.textContent || "null");
+    /** @type {Map<string, Promise<Plane>>} */
+    this.planes = new Map();
+    /** @type {Map<string, Plane>} */
+    this.unpacked = new Map();
+  }
+
+  /** @returns {boolean} true if this page carries a frame */
+  get isThere() {
+    return this.document !== null;
+  }
+
+  /**
+   * Begins, and says messages to the client from now on.
+   * @param {(message: Message) => void} say
+   */
+  open(say) {
+    this.say = say;
+    say({ type: "welcome", ...this.document });
+    this.unpackAll();
+  }
+
+  /** Unpacks the channels one after the other, after the one that is shown. */
+  async unpackAll() {
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    for (const header of this.document.planes) await this.plane(header.key);
+    this.say?.({ type: "unpacked" });
+  }
+
+  /**
+   * @param {string} key
+   * @returns {Promise<Plane>}
+   */
+  plane(key) {
+    let plane = this.planes.get(key);
+    if (!plane) {
+      const header = this.document.planes.find((/** @type {any} */ each) => each.key === key);
+      const text = document.getElementById(`plane-${key}`)?.textContent || "";
+      plane = unpackPlane(header, bytesOfBase64(text));
+      plane.then((unpacked) => this.unpacked.set(key, unpacked));
+      this.planes.set(key, plane);
+    }
+    return plane;
+  }
+
+  /**
+   * @param {string} slot "a" or "b"
+   * @param {string} name
+   * @returns {string | null} the key of a plane
+   */
+  keyOf(slot, name) {
+    const key = `${slot}-${name}`;
+    return this.document.planes.some((/** @type {any} */ each) => each.key === key) ? key : null;
+  }
+
+  /** @param {Message} message */
+  send(message) {
+    if (message.type === "channel") this.sendPicture(message.name);
+    if (message.type === "probe") this.sendValues(message);
+    if (message.type === "explain") this.sendExplanation(message);
+  }
+
+  /** @param {string} name */
+  async sendPicture(name) {
+    const [keyA, keyB] = [this.keyOf("a", name), this.keyOf("b", name)];
+    if (!keyA) return;
+    try {
+      const plane = await this.plane(keyA);
+      const other = keyB ? await this.plane(keyB) : null;
+      this.say?.({ type: "picture", channel: name, plane, other, width: plane.width, height: plane.height, moving: false });
+    } catch (error) {
+      this.say?.({ type: "error", text: `The channel ${name} of this page is damaged: ${error}` });
+    }
+  }
+
+  /** @param {Message} message */
+  sendValues({ id, u, v }) {
+    /** @type {import("./readout.js").PixelValues} */
+    const values = {};
+    for (const { name } of this.document.channels) {
+      const plane = this.unpacked.get(`a-${name}`);
+      const numbers = plane && numbersAt(plane, u, v);
+      if (!numbers) continue;
+      const other = this.unpacked.get(`b-${name}`);
+      values[name] = {
+        dtype: plane.dtype,
+        numbers,
+        name: this.document.names[name]?.[numbers[0]],
+        other: other && numbersAt(other, u, v),
+      };
+    }
+    this.say?.({ type: "values", id, u, v, values });
+  }
+
+  /** @param {Message} message */
+  sendExplanation({ u, v }) {
+    const found = this.document.explanations.find((/** @type {any} */ each) => each.column === u && each.row === v);
+    if (found) this.say?.({ type: "explained", ...found });
+    else {
+      const text = this.document.explanations.length
+        ? "This page explains the marked pixels alone."
+        : "This page explains no pixel: save it with world=... and explain=[(column, row)].";
+      this.say?.({ type: "notice", text });
+    }
+  }
+}
+
+/**
+ * @param {Plane} plane
+ * @param {number} column
+ * @param {number} row
+ * @returns {number[]}
+ */
+function numbersAt({ values, components, width }, column, row) {
+  const at = (row * width + column) * components;
+  return Array.from(values.subarray(at, at + components));
+}

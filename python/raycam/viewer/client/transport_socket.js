@@ -1,0 +1,122 @@
+// The transport of the live view: a WebSocket to the server that gave the page. It comes back by itself.
+
+import { unpackPlane } from "./planes.js";
+
+/** @typedef {Record<string, any> & { type: string }} Message */
+
+const PROTOCOL = "raycam.view.1";
+const FIRST_RETRY = 250; // ms
+const LAST_RETRY = 4000;
+const TOO_MANY = 1013;
+const MISBEHAVED = 1008;
+
+/** Takes the token out of the address, where others could read it, and keeps it for reloads of this tab. */
+function takeToken() {
+  const given = new URLSearchParams(location.hash.slice(1)).get("t");
+  if (given) {
+    history.replaceState(null, "", location.pathname);
+    sessionStorage.setItem("raycam-token", given);
+  }
+  return given || sessionStorage.getItem("raycam-token");
+}
+
+export class SocketTransport {
+  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
+  constructor(size) {
+    this.live = true;
+    this.size = size;
+    this.token = takeToken();
+    this.session = "";
+    this.version = "";
+    this.retry = FIRST_RETRY;
+    this.closing = false;
+    /** Messages are decoded one after the other, so that pictures keep their order. */
+    this.decoding = Promise.resolve();
+  }
+
+  /** @param {(message: Message) => void} say */
+  open(say) {
+    this.say = say;
+    if (this.token) this.connect();
+    else say({ type: "error", text: "This address lacks its token: open the address that raycam printed." });
+  }
+
+  connect() {
+    const address = new URL("socket", location.href);
+    address.protocol = address.protocol.replace("http", "ws");
+    const socket = new WebSocket(address, [PROTOCOL, `token.${this.token}`]);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.addEventListener("open", () => {
+      this.send({ type: "hello", ...this.size(), session: this.session });
+    });
+    socket.addEventListener("message", ({ data }) => {
+      this.decoding = this.decoding.then(() => this.receive(data)).catch((error) => {
+        this.say?.({ type: "error", text: `A message of the server is damaged: ${error}` });
+      });
+    });
+    socket.addEventListener("close", ({ code, reason }) => this.closed(code, reason));
+  }
+
+  /**
+   * @param {number} code
+   * @param {string} reason
+   */
+  closed(code, reason) {
+    this.socket = undefined;
+    if (code === TOO_MANY || code === MISBEHAVED || this.closing) {
+      this.say?.({ type: "status", text: "disconnected" });
+      this.say?.({ type: "error", text: reason || "The server has ended. The last picture and its values stay." });
+      return;
+    }
+    this.say?.({ type: "status", text: "disconnected, trying again" });
+    setTimeout(() => this.connect(), this.retry);
+    this.retry = Math.min(2 * this.retry, LAST_RETRY);
+  }
+
+  /** @param {Message} message */
+  send(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  /** @param {ArrayBuffer} data */
+  async receive(data) {
+    const length = new DataView(data).getUint32(0, true);
+    const message = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
+    let at = 4 + length + ((4 - (length % 4)) % 4);
+    const buffers = message.buffers.map((/** @type {number} */ size) => new Uint8Array(data, (at += size) - size, size));
+    if (message.type === "welcome") this.welcomed(message);
+    if (message.type === "closing") this.closing = true;
+    if (message.type === "values") revive(message.values);
+    if (message.type === "file") message.bytes = buffers[0];
+    if (message.type === "picture") await this.unpack(message, buffers[0]);
+    this.say?.(message);
+    if (message.type === "picture") this.send({ type: "ack", picture: message.picture });
+  }
+
+  /** @param {Message} message */
+  welcomed(message) {
+    if (this.version && this.version !== message.version) location.reload();
+    this.version = message.version;
+    this.session = message.session;
+    this.retry = FIRST_RETRY;
+    this.say?.({ type: "status", text: "connected" });
+  }
+
+  /**
+   * @param {Message} message
+   * @param {Uint8Array<ArrayBuffer>} bytes
+   */
+  async unpack(message, bytes) {
+    if (message.encoding === "jpeg") message.image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }));
+    else message.plane = await unpackPlane(message.plane, bytes);
+  }
+}
+
+/**
+ * Numbers that JSON lacks come as text.
+ * @param {import("./readout.js").PixelValues} values
+ */
+function revive(values) {
+  for (const value of Object.values(values)) value.numbers = value.numbers.map(Number);
+}

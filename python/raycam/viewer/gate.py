@@ -1,0 +1,108 @@
+"""The gate of the server: who is let in, decided from path and headers alone.
+
+Protected are the pictures and this machine's disk and CPU, against any page open in the same browser and any other user
+of the machine. A page of another origin has neither the token nor this Origin; a name that is bound to 127.0.0.1 by a
+foreign DNS server (DNS rebinding) is not an allowed Host.
+"""
+
+from __future__ import annotations
+
+import hmac
+import re
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple, Protocol
+
+from .bundle import bundle, client_file
+from .page import filled
+
+__all__ = ["HEADERS", "PROTOCOL", "SOCKET", "Answer", "Headers", "answer_to"]
+
+PROTOCOL = "raycam.view.1"
+"""The subprotocol of the WebSocket; another number is another set of messages."""
+SOCKET = "/socket"
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
+HOST = re.compile(r"(\[[0-9a-f:]+\]|[a-z0-9.-]+)(?::\d{1,5})?", re.I)
+
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+"""The headers of every answer."""
+
+
+class Headers(Protocol):
+    """The headers of a request, as `websockets` has them."""
+
+    def get_all(self, name: str) -> Sequence[str]:
+        """All values of a header."""
+
+
+class Answer(NamedTuple):
+    """An answer over HTTP."""
+
+    status: int
+    media: str
+    text: str
+
+
+def answer_to(
+    path: str, headers: Headers, token: str, allowed: Collection[str] = (), method: str = "GET"
+) -> Answer | None:
+    """The answer to a request, or None where the WebSocket may open.
+
+    `allowed` are names of hosts beside those of this machine, for forwarding proxies.
+    """
+    hosts = headers.get_all("Host")
+    match = HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
+    if match is None or match[1].lower() not in {*LOOPBACK, *(name.lower() for name in allowed)}:
+        return _refused(403, "This server does not answer under this name. See raycam view --allow-host.")
+    if method != "GET":
+        return _refused(405, "This server answers GET alone.")
+    if headers.get_all("Upgrade"):
+        return _refusal_of_socket(path, headers, hosts[0], token)
+    pages: dict[str, tuple[str, Callable[[], str]]] = {
+        "/": ("text/html", _shell),
+        "/client.js": ("text/javascript", bundle),
+        "/style.css": ("text/css", lambda: client_file("style.css")),
+    }
+    if path not in pages:
+        return _refused(404, "There is nothing here.")
+    media, text = pages[path]
+    return Answer(200, f"{media}; charset=utf-8", text())
+
+
+def _refusal_of_socket(path: str, headers: Headers, host: str, token: str) -> Answer | None:
+    """The refusal of an upgrade, or None."""
+    if path != SOCKET:
+        return _refused(404, "There is nothing here.")
+    if headers.get_all("Origin") not in ([f"http://{host}"], [f"https://{host}"]):
+        return _refused(403, "Another page may not open this socket.")
+    offered = [word.strip() for line in headers.get_all("Sec-WebSocket-Protocol") for word in line.split(",")]
+    tokens = [word.removeprefix("token.") for word in offered if word.startswith("token.")]
+    if len(tokens) != 1 or not hmac.compare_digest(tokens[0].encode(), token.encode()):
+        return _refused(401, "The token is missing or wrong: open the address that raycam printed.")
+    if PROTOCOL not in offered:
+        return _refused(400, f"This server speaks {PROTOCOL}: reload the page.")
+    return None
+
+
+def _refused(status: int, text: str) -> Answer:
+    return Answer(status, "text/plain; charset=utf-8", f"{text}\n")
+
+
+def _shell() -> str:
+    """The page of the live view."""
+    return filled(
+        {
+            "policy": "",
+            "title": "raycam",
+            "style": '<link rel="stylesheet" href="style.css">',
+            "data": "",
+            "script": '<script src="client.js"></script>',
+        }
+    )

@@ -1,0 +1,115 @@
+"""The messages of a client: one table of names, fields and ranges. What is not in it is refused.
+
+A message of the server is a dict and a list of buffers. On the WebSocket: the length of the JSON as uint32, the JSON,
+zeros up to a multiple of 4, and the buffers one after the other, whose lengths are `buffers` of the JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..render.frame import CHANNELS, VIEWS
+
+__all__ = ["LONGEST", "MESSAGES", "BadMessage", "message_of", "packed"]
+
+LONGEST = 64 * 1024
+"""The bytes of a message of a client at most."""
+WIDEST = (1920, 1080)
+"""The pixels of a picture that a client may ask for at most."""
+
+Check = Callable[[Any], bool]
+
+
+class BadMessage(ValueError):
+    """A message that is not in the table; the text says why."""
+
+
+def _whole(low: int, high: int) -> Check:
+    return lambda value: type(value) is int and low <= value <= high
+
+
+def _number(low: float, high: float) -> Check:
+    return lambda value: type(value) in (int, float) and math.isfinite(value) and low <= value <= high
+
+
+def _one_of(*words: str) -> Check:
+    return lambda value: type(value) is str and value in words
+
+
+def _text(most: int) -> Check:
+    return lambda value: type(value) is str and len(value) <= most
+
+
+def _flag(value: Any) -> bool:
+    return type(value) is bool
+
+
+_seq = _whole(0, 2**53)
+_pixel = {"u": _whole(0, WIDEST[0] - 1), "v": _whole(0, WIDEST[1] - 1)}
+
+MESSAGES: dict[str, dict[str, Check]] = {
+    "hello": {
+        "width": _whole(1, 10000),
+        "height": _whole(1, 10000),
+        "ratio": _number(0.1, 10),
+        "session": _text(64),
+    },
+    "size": {"width": _whole(1, 10000), "height": _whole(1, 10000), "ratio": _number(0.1, 10)},
+    # dx and dy in pixels of the picture, steps or metres by the kind; u and v where the pointer is.
+    "nav": {
+        "seq": _seq,
+        "kind": _one_of("orbit", "pan", "dolly", "look", "move", "roll", "fit", "pivot", "home"),
+        "dx": _number(-1e4, 1e4),
+        "dy": _number(-1e4, 1e4),
+        "dz": _number(-1e4, 1e4),
+        "u": _number(-1e4, 1e4),
+        "v": _number(-1e4, 1e4),
+    },
+    "camera": {"name": _text(1000)},
+    "channel": {"name": _one_of(*CHANNELS)},
+    "display": {"exposure": _number(-100, 100), "view": _one_of(*VIEWS)},
+    "quality": {"integrator": _one_of("direct", "path")},
+    "probe": {"id": _seq, **_pixel},
+    "explain": {"id": _seq, **_pixel},
+    "snapshot": {"format": _one_of("png", "html", "npz")},
+    "copy": {"format": _one_of("python", "toml")},
+    "ack": {"picture": _seq},
+    "visible": {"visible": _flag},
+}
+"""The fields of every message, each required, and what they may be."""
+
+
+def message_of(data: str | bytes) -> dict[str, Any]:
+    """The message in a frame of the WebSocket. Raises `BadMessage`."""
+    if not isinstance(data, str):
+        raise BadMessage("messages are text")
+    try:
+        message = json.loads(data, parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise BadMessage("messages are JSON") from None
+    if not isinstance(message, dict) or not isinstance(message.get("type"), str):
+        raise BadMessage("messages are objects with a type")
+    kind = message["type"]
+    if kind not in MESSAGES:
+        raise BadMessage("there is no message of this type")
+    fields = MESSAGES[kind]
+    if message.keys() - {"type"} != fields.keys():
+        raise BadMessage(f"{kind} has the fields {', '.join(fields)}")
+    for name, check in fields.items():
+        if not check(message[name]):
+            raise BadMessage(f"{kind}: {name} is of another type or out of range")
+    return message
+
+
+def _no_constant(word: str) -> None:
+    raise ValueError(word)
+
+
+def packed(message: dict[str, Any], buffers: Sequence[bytes] = ()) -> bytes:
+    """A message of the server as a frame of the WebSocket."""
+    text = json.dumps({**message, "buffers": [len(each) for each in buffers]}, allow_nan=False).encode()
+    return b"".join([struct.pack("<I", len(text)), text, bytes(-len(text) % 4), *buffers])

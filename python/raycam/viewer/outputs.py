@@ -1,0 +1,46 @@
+"""Snapshots of a live view, as bytes for the browser to save."""
+
+from __future__ import annotations
+
+from ..errors import SettingsError
+from ..render.frame import Frame
+from .page import page
+from .session import Session
+from .stills import truth
+
+__all__ = ["snapshot"]
+
+MEDIA = {"png": "image/png", "html": "text/html", "npz": "application/octet-stream"}
+
+
+def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
+    """Name, media type and bytes of the picture that rests. Raises `SettingsError` where none does yet."""
+    with session.lock:
+        still, camera, exposure, view = session.still, session.camera, session.exposure, session.view
+        world, integrator = session.world, session.integrator
+    if still is None:
+        raise SettingsError("the picture has no samples yet: try again when it rests")
+    channels = dict(still)
+    if format != "png":
+        channels |= dict(truth(world, camera))
+    frame = Frame(
+        channels,
+        camera=camera,
+        size=still.size,
+        exposure=exposure,
+        view=view,
+        notices=[*still.notices, f"light: {integrator}"],
+    )
+    if format == "png":
+        data = frame.to_png()
+    elif format == "npz":
+        data = frame._npz()
+    else:
+        data = page(frame, world=world, title=session.title).encode()
+    return f"{_stem(session.title)}.{format}", MEDIA[format], data
+
+
+def _stem(title: str) -> str:
+    """A title as the name of a file."""
+    kept = "".join(letter if letter.isalnum() or letter in "._-" else "_" for letter in title)
+    return kept.lstrip("._-").rsplit(".", 1)[0][:60] or "raycam"

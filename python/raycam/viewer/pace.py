@@ -1,0 +1,32 @@
+"""The pace of moving pictures: the size that fits the time between two of them, from what the last ones took."""
+
+from __future__ import annotations
+
+__all__ = ["Pace"]
+
+TARGET = 0.040  # seconds a moving picture may take
+DIVISORS = (1, 2, 4)  # of the still picture's sides
+SMOOTHING = 0.4  # the weight of the newest measurement
+
+
+class Pace:
+    """Chooses the size of the next moving picture."""
+
+    def __init__(self) -> None:
+        self._seconds_per_pixel: float | None = None
+
+    def size(self, still: tuple[int, int]) -> tuple[int, int]:
+        """Width and height for a still picture of this size: full, a half or a quarter of its sides."""
+        sizes = [tuple(max(1, round(side / divisor)) for side in still) for divisor in DIVISORS]
+        if self._seconds_per_pixel is None:
+            return sizes[1][0], sizes[1][1]
+        for width, height in sizes:
+            if width * height * self._seconds_per_pixel <= TARGET:
+                return width, height
+        return sizes[-1][0], sizes[-1][1]
+
+    def measured(self, size: tuple[int, int], seconds: float) -> None:
+        """Takes note of what a picture took."""
+        new = seconds / (size[0] * size[1])
+        old = self._seconds_per_pixel
+        self._seconds_per_pixel = new if old is None else old + SMOOTHING * (new - old)

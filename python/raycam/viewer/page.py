@@ -1,0 +1,244 @@
+"""One frame as one HTML file: every channel as numbers, offline, for any browser."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import SettingsError
+from .bundle import bundle, client_file
+from .wire import DTYPES, pack
+
+if TYPE_CHECKING:
+    from ..render.frame import Frame
+    from ..world import World
+
+__all__ = ["Page", "filled", "page", "show", "write_page"]
+
+NOTEBOOK_HEIGHT = 640  # CSS pixels of the page in a cell
+MOST_COMPONENTS = 4
+HALF = ("color", "albedo")  # what `half` rounds
+
+Arrays = Mapping[str, npt.NDArray[Any]]
+
+
+class Page(str):
+    """The text of a page, which notebooks show in a frame of its own."""
+
+    def _repr_html_(self) -> str:
+        """The page in a sandbox: it can run its script and save files, and reach nothing of the notebook."""
+        return (
+            f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts allow-downloads" title="raycam frame" '
+            f'style="width: 100%; height: {NOTEBOOK_HEIGHT}px; border: 0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        """The size, for people."""
+        return f"Page of {len(self):,} bytes"
+
+
+def page(
+    frame: Frame,
+    *,
+    world: World | None = None,
+    explain: Iterable[tuple[int, int]] = (),
+    compare: Frame | None = None,
+    arrays: Arrays | None = None,
+    half: bool = False,
+    exposure: float | None = None,
+    view: str | None = None,
+    title: str | None = None,
+) -> Page:
+    """The frame as one HTML text: see `Frame.save`. Raises `SettingsError` where the parts do not fit."""
+    from ..render import _name, _stops
+    from ..render.frame import VIEWS
+
+    more = dict(arrays or {})
+    _check_arrays(frame, more)
+    _check_same(frame, compare)
+    x, y, width, height = frame.region
+    planes = {f"a-{name}": array for name, array in {**frame, **more}.items()}
+    if compare is not None:
+        planes |= {f"b-{name}": array for name, array in compare.items() if name in frame}
+    packed = _packed(planes, half)
+    notices = list(frame.notices)
+    if half:
+        notices.append(
+            f"{' and '.join(name for name in HALF if name in frame)}: rounded to float16 in this page"
+        )
+    first = sorted([*frame, *more], key=lambda name: name != "color")
+    document = {
+        "title": title or f"raycam {width} x {height}",
+        "channels": [{"name": name} for name in first],
+        "planes": [{**header, "key": key} for key, (header, _) in packed.items()],
+        "names": _names(world),
+        "origin": [x, y],
+        "exposure": _stops(frame.exposure if exposure is None else exposure),
+        "view": _name("view", frame.view if view is None else view, VIEWS),
+        "about": _about(frame),
+        "notices": notices,
+        "explanations": _explanations(frame, world, explain),
+    }
+    return Page(_document(document, {key: data for key, (_, data) in packed.items()}))
+
+
+def show(frame: Frame, **options: Any) -> Path | Page | None:
+    """Shows the page in the notebook's cell, or in the browser; see `Frame.show`."""
+    made = page(frame, **options)
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    if shell is not None and hasattr(shell, "kernel"):
+        sys.modules["IPython.display"].display(made)
+        return None
+    marimo = sys.modules.get("marimo")
+    if marimo is not None and marimo.running_in_notebook():
+        return made
+    return write_page(made)
+
+
+def write_page(made: Page, *, browser: bool = True) -> Path:
+    """The path of a temporary file with the page, which is opened in the browser."""
+    file, name = tempfile.mkstemp(prefix="raycam-", suffix=".html")
+    with os.fdopen(file, "w", encoding="utf-8") as opened:
+        opened.write(made)
+    if browser:
+        import webbrowser
+
+        webbrowser.open(Path(name).as_uri())
+    return Path(name)
+
+
+def _check_arrays(frame: Frame, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    """Refuses arrays that are no planes of this picture."""
+    _, _, width, height = frame.region
+    for name, array in arrays.items():
+        if name in frame:
+            raise SettingsError(f"arrays[{name!r}]: the frame has a channel of this name")
+        if not name.isidentifier():
+            raise SettingsError(f"arrays[{name!r}]: a name has letters, digits and _, as in 'flow'")
+        fits = array.shape[:2] == (height, width) and (
+            array.ndim == 2 or (array.ndim == 3 and 1 <= array.shape[2] <= MOST_COMPONENTS)
+        )
+        if not fits:
+            raise SettingsError(
+                f"arrays[{name!r}] has the shape {list(array.shape)}; expected [{height}, {width}] or "
+                f"[{height}, {width}, 1 to {MOST_COMPONENTS}]"
+            )
+        if array.dtype.name not in DTYPES:
+            raise SettingsError(f"arrays[{name!r}] is of {array.dtype.name}; expected {', '.join(DTYPES)}")
+
+
+def _check_same(frame: Frame, other: Frame | None) -> None:
+    """Refuses a second frame that has other pixels or no channel in common."""
+    if other is None:
+        return
+    if other.region[2:] != frame.region[2:]:
+        (_, _, width, height), (_, _, other_width, other_height) = frame.region, other.region
+        raise SettingsError(
+            f"compare has {other_width} x {other_height} pixels, this frame {width} x {height}"
+        )
+    if not set(other) & set(frame):
+        raise SettingsError(
+            f"compare has {', '.join(other)}, this frame {', '.join(frame)}: nothing to compare"
+        )
+
+
+def _packed(planes: Arrays, half: bool) -> dict[str, tuple[dict[str, Any], bytes]]:
+    """Headers and bytes of planes by key, packed side by side: zlib releases the GIL."""
+
+    def packed(key: str) -> tuple[dict[str, Any], bytes]:
+        name, array = key[2:], planes[key]
+        if half and name in HALF:
+            with np.errstate(over="ignore"):
+                array = array.astype(np.float16)
+        return pack(name, array)
+
+    with ThreadPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
+        return dict(zip(planes, pool.map(packed, planes), strict=True))
+
+
+def _names(world: World | None) -> dict[str, dict[int, str]]:
+    """The names of ids by channel."""
+    if world is None:
+        return {}
+    return {"instance": {each.id: each.name for each in world.objects}, "category": world.categories}
+
+
+def _about(frame: Frame) -> str:
+    """The frame and its camera as text."""
+    return f"{frame!r}\n\n{frame.camera!r}" if frame.camera is not None else repr(frame)
+
+
+def _explanations(
+    frame: Frame, world: World | None, pixels: Iterable[tuple[int, int]]
+) -> list[dict[str, Any]]:
+    """Text and figure of each pixel, its place counted from the region's corner."""
+    wanted = list(pixels)
+    if not wanted:
+        return []
+    if world is None or frame.camera is None:
+        raise SettingsError(
+            "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera"
+        )
+    from ..explanation import explain
+
+    x, y, width, height = frame.region
+    made = []
+    for pixel in wanted:
+        explanation = explain(world, frame.camera, pixel)
+        column, row = explanation.pixel[0] - x, explanation.pixel[1] - y
+        if not (0 <= column < width and 0 <= row < height):
+            raise SettingsError(f"explain: pixel {pixel} is not in the region {frame.region} of this frame")
+        made.append({"column": column, "row": row, "text": str(explanation), "svg": explanation.svg()})
+    return made
+
+
+def _document(document: dict[str, Any], planes: Mapping[str, bytes]) -> str:
+    """The HTML text. Its policy lets run this script alone, and lets nothing be loaded."""
+    script, style = f"\n{bundle()}", f"\n{client_file('style.css')}"
+    policy = (
+        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src blob: data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    blocks = [f'<script type="application/json" id="document">{_json(document)}</script>']
+    for key, data in planes.items():
+        text = base64.b64encode(data).decode()
+        blocks.append(f'<script type="text/plain" id="plane-{key}">{text}</script>')
+    parts = {
+        "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        "title": html.escape(str(document["title"])),
+        "style": f"<style>{style}</style>",
+        "data": "\n".join(blocks),
+        "script": f"<script>{script}</script>",
+    }
+    return filled(parts)
+
+
+def filled(parts: Mapping[str, str]) -> str:
+    """The page's HTML with its parts in their places; what a part says is not filled again."""
+    pieces = []
+    for piece in client_file("index.html").split("<!--"):
+        name, end, rest = piece.partition("-->")
+        pieces.append(parts[name] + rest if end else piece)
+    return "".join(pieces)
+
+
+def _json(document: dict[str, Any]) -> str:
+    """JSON that cannot end the script element that holds it."""
+    return json.dumps(document, allow_nan=False).replace("<", "\\u003c")
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

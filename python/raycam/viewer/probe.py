@@ -1,0 +1,104 @@
+"""A pixel asked for: its values, the point it sees, its explanation."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats
+from ..camera import Camera
+from ..render.frame import CHANNELS, Frame
+from ..world import World
+from .stills import truth
+
+__all__ = ["explained", "point_at", "values_at"]
+
+
+def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int) -> dict[str, Any]:
+    """The values of all channels of a pixel, with names of ids, as the message `values` has them.
+
+    Truth is rendered for this one pixel, on a thread of its own: the bytes of the whole picture.
+    """
+    seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
+    channels = {name: array[0, 0] for name, array in seen.items()}
+    if still is not None:
+        channels = {name: array[v, u] for name, array in still.items()} | channels
+    values = {}
+    for name in CHANNELS:
+        if name in channels:
+            array = np.atleast_1d(channels[name])
+            values[name] = {
+                "dtype": array.dtype.name,
+                "numbers": [_json(number) for number in array.tolist()],
+            }
+    instance = int(channels["instance"])
+    if instance >= 0:
+        values["instance"]["name"] = world.objects[instance].name
+    category = world.categories.get(int(channels["category"]))
+    if category is not None:
+        values["category"]["name"] = category
+    return values
+
+
+def _json(number: float) -> float | str:
+    """A number as JSON has it; those that JSON lacks as JavaScript's `Number` reads them."""
+    if math.isfinite(number):
+        return number
+    return "NaN" if math.isnan(number) else "Infinity" if number > 0 else "-Infinity"
+
+
+def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
+    """The surface point [3] seen at a place of the picture, counted from its left top corner, or None."""
+    pixel = np.array([u, v]) + camera.corner
+    origin, direction = camera.rays(pixel)
+    if not np.isfinite(direction).all():
+        return None
+    position = world.cast_rays(origin, direction, threads=1)["position"]
+    return position if np.isfinite(position).all() else None
+
+
+def explained(world: World, camera: Camera, u: int, v: int) -> dict[str, Any]:
+    """Text and figure of a pixel, as the message `explained` has them. Raises `CameraError` for parallel rays.
+
+    Of a camera with a lens or a shutter the ray is that of a pinhole at the same centre, and the text says so.
+    """
+    from ..explanation import explain
+
+    still = camera.still()
+    note = ""
+    if still.model != "pinhole" and not still.is_parallel:
+        note = (
+            f"The camera has a lens ({still.model}). Its ray through this pixel is explained as that of a pinhole "
+            "camera at the same centre, turned so that the pixel has the same ray.\n\n"
+        )
+        still = _pinhole(still, u, v)
+    explanation = explain(world, still, (u, v))
+    return {"column": u, "row": v, "text": note + str(explanation), "svg": explanation.svg()}
+
+
+def _pinhole(camera: Camera, u: int, v: int) -> Camera:
+    """A pinhole with the intrinsics and the centre of `camera`, turned so that the pixel has the same ray."""
+    pixel = np.array([u, v]) + camera.corner + 0.5
+    wanted = camera.R @ camera.rays(pixel)[1]
+    has = np.linalg.solve(camera.K, np.append(pixel, 1.0))
+    has /= np.linalg.norm(has)
+    middle = (wanted + has) / np.linalg.norm(wanted + has)
+    half_turn = 2.0 * np.outer(middle, middle) - np.eye(3)  # swaps the two directions
+    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # keeps `has`
+    R = mirror @ half_turn @ camera.R
+    return Camera(
+        camera.K,
+        _orthonormal(R),
+        camera.location,
+        camera.size,
+        pixel_center=camera.pixel_center,
+        up=camera.up,
+    )
+
+
+def _orthonormal(R: Floats) -> Floats:
+    """The rotation nearest to `R`."""
+    left, _, right = np.linalg.svd(R)
+    return np.asarray(left @ right)

@@ -1,0 +1,241 @@
+"""The render thread: moving pictures first, then what rests, and nothing that is out of date.
+
+Next work is a moving picture of the session with the oldest change; else the shown channel of a session that came to
+rest; else more samples. A change of the session that is being rendered ends its picture.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import Error
+from ..render import render
+from ..render.frame import Frame
+from .session import Session
+from .stills import COLORS, truth
+from .wire import pack
+
+__all__ = ["IN_FLIGHT", "Scheduler"]
+
+IN_FLIGHT = 2
+"""Pictures that a client may not have acknowledged yet."""
+REST = 0.15  # seconds without a change after which a view rests
+TICK = 0.03  # seconds between two looks for work where nothing wakes the thread
+JPEG_QUANTIZER = 3  # of FFmpeg's encoder, 2 (best) to 31
+
+Work = Callable[[], None]
+
+
+class Superseded(Exception):
+    """The view changed, and its picture is not wanted any more."""
+
+
+class Scheduler(threading.Thread):
+    """Renders for all sessions, one picture at a time."""
+
+    def __init__(self, sessions: Callable[[], list[Session]]) -> None:
+        super().__init__(name="raycam viewer", daemon=True)
+        self._sessions = sessions
+        self._wake = threading.Event()
+        self._ends = False
+
+    def wake(self) -> None:
+        """Looks for work at once."""
+        self._wake.set()
+
+    def end(self) -> None:
+        """Ends the thread, after the picture that it is at is stopped."""
+        self._ends = True
+        self._wake.set()
+
+    def run(self) -> None:
+        """Renders until it is ended."""
+        while not self._ends:
+            chosen = self._next()
+            if chosen is None:
+                self._wake.wait(TICK)
+                self._wake.clear()
+                continue
+            session, work = chosen
+            try:
+                work()
+            except Superseded:
+                continue
+            except (Error, MemoryError) as error:
+                session.send_message({"type": "error", "text": str(error) or "out of memory"})
+                session.touched = time.monotonic() + 1.0
+
+    def _next(self) -> tuple[Session, Work] | None:
+        """The session and the work that come next."""
+        ready = [
+            each
+            for each in self._sessions()
+            if each.send is not None
+            and each.visible
+            and each.sent - each.acknowledged < IN_FLIGHT
+            and each.version
+        ]
+        moving = [each for each in ready if each.moved != each.version]
+        if moving:
+            session = min(moving, key=lambda each: each.touched)
+            return session, lambda: self._move(session)
+        now = time.monotonic()
+        for session in sorted(ready, key=lambda each: -each.touched):
+            if now - session.touched < REST:
+                continue
+            if session.channel not in COLORS and session.shown != (session.version, session.channel):
+                return session, lambda session=session: self._rest(session)
+            if (
+                session.channel in COLORS
+                and session.still is not None
+                and session.shown[0] != session.version
+            ):
+                return session, lambda session=session: self._show_still(session)
+            if session.start_refinement().samples < session.most_samples():
+                return session, lambda session=session: self._refine(session)
+        return None
+
+    def _stopper(self, session: Session, version: int) -> Callable[[int, int], None]:
+        """A progress that stops a picture once it is out of date, or another session moves."""
+
+        def progress(done: int, total: int) -> None:
+            if self._ends or session.version != version:
+                raise Superseded
+            if any(each.moved != each.version and each.send and each.version for each in self._sessions()):
+                raise Superseded
+
+        return progress
+
+    def _move(self, session: Session) -> None:
+        """One moving picture, of one sample and the size that fits."""
+        with session.lock:
+            version, still, channel = session.version, session.size, session.channel
+            camera, view, exposure = session.given, session.view, session.exposure
+        size = session.pace.size(still)
+        started = time.perf_counter()
+        common: dict[str, Any] = {"ambient_occlusion": False, "threads": session.threads}
+        frame = render(
+            session.world,
+            camera.resized(size),
+            integrator="direct" if channel == "color" else "flat",
+            samples=1,
+            channels=channel,
+            **common,
+        )
+        seconds = time.perf_counter() - started
+        session.pace.measured(size, seconds)
+        if channel == "color":
+            fields: dict[str, Any] = {"encoding": "jpeg"}
+            buffers = [jpeg(frame.to_srgb8(exposure, view))]
+        else:
+            header, data = pack(channel, frame[channel], level=1)
+            fields, buffers = {"encoding": "plane", "plane": header}, [data]
+        session.moved = version
+        self._send(session, version, fields, buffers, still=still, samples=1, seconds=seconds, moving=True)
+
+    def _rest(self, session: Session) -> None:
+        """The shown channel of the exact rays, at full size."""
+        with session.lock:
+            version, camera, channel = session.version, session.camera, session.channel
+        started = time.perf_counter()
+        frame = truth(
+            session.world,
+            camera,
+            (channel,),
+            threads=session.threads,
+            progress=self._stopper(session, version),
+        )
+        session.shown = (version, channel)
+        self._send_plane(session, version, frame, channel, 1, time.perf_counter() - started)
+
+    def _refine(self, session: Session) -> None:
+        """More samples."""
+        with session.lock:
+            version, refinement, channel = session.version, session.start_refinement(), session.channel
+        started = time.perf_counter()
+        frame = refinement.refine(self._stopper(session, version))
+        if frame is None or session.version != version:
+            return
+        session.still = frame
+        session.send_message({"type": "about", **session.about()})
+        if channel in COLORS:
+            session.shown = (version, channel)
+            self._send_plane(
+                session, version, frame, channel, refinement.samples, time.perf_counter() - started
+            )
+        else:
+            session.send_message({"type": "progress", "samples": refinement.samples})
+
+    def _show_still(self, session: Session) -> None:
+        """The channel that is chosen now, of samples that are there already."""
+        with session.lock:
+            version, frame, channel, samples = (
+                session.version,
+                session.still,
+                session.channel,
+                session.start_refinement().samples,
+            )
+        if frame is not None:
+            session.shown = (version, channel)
+            self._send_plane(session, version, frame, channel, samples, 0.0)
+
+    def _send_plane(
+        self, session: Session, version: int, frame: Frame, channel: str, samples: int, seconds: float
+    ) -> None:
+        header, data = pack(channel, frame[channel], level=1)
+        fields = {"encoding": "plane", "plane": header}
+        self._send(
+            session, version, fields, [data], still=frame.size, samples=samples, seconds=seconds, moving=False
+        )
+
+    def _send(
+        self,
+        session: Session,
+        version: int,
+        fields: dict[str, Any],
+        buffers: list[bytes],
+        *,
+        still: tuple[int, int],
+        samples: int,
+        seconds: float,
+        moving: bool,
+    ) -> None:
+        """Sends a picture, numbered for its acknowledgement."""
+        session.sent += 1
+        message = {
+            "type": "picture",
+            "picture": session.sent,
+            "version": version,
+            "channel": session.channel if moving else fields["plane"]["name"],
+            "width": still[0],
+            "height": still[1],
+            "samples": samples,
+            "integrator": session.integrator,
+            "ms": round(1000 * seconds, 1),
+            "moving": moving,
+            **fields,
+        }
+        session.send_message(message, buffers)
+
+
+def jpeg(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> bytes:
+    """The bytes of a JPEG file of sRGB [h, w, 3]."""
+    from fractions import Fraction
+
+    import av
+
+    height, width = rgb.shape[:2]
+    codec: Any = av.CodecContext.create("mjpeg", "w")
+    codec.width, codec.height, codec.pix_fmt = width, height, "yuvj420p"
+    codec.time_base = Fraction(1, 25)
+    codec.qmin = codec.qmax = JPEG_QUANTIZER
+    picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24").reformat(
+        format="yuvj420p", dst_colorspace="ITU601", dst_color_range="JPEG"
+    )
+    picture.pts = 0
+    return b"".join(bytes(packet) for packet in (*codec.encode(picture), *codec.encode(None)))

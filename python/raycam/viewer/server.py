@@ -1,0 +1,345 @@
+"""The server: one port for the page and the WebSocket, in a thread of its own.
+
+Nothing that a client says reaches the disk: pages come from memory, snapshots go to the browser as bytes.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import secrets
+import socket
+import threading
+import time
+from collections.abc import Callable, Collection, Sequence
+from http import HTTPStatus
+from typing import Any
+
+from ..errors import Error, SettingsError
+from . import gate
+from .messages import LONGEST, BadMessage, message_of, packed
+from .outputs import snapshot
+from .probe import explained, values_at
+from .scheduler import Scheduler
+from .session import Session
+
+__all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
+
+PORTS = range(7421, 7431)
+"""The ports that are tried where none is given."""
+MOST_SESSIONS = 8
+MOST_CONNECTIONS = 32
+HANDSHAKE_TIME = 5.0  # seconds
+KEPT = 600.0  # seconds that a session waits for its client to come back
+QUEUED_IN = 8
+QUEUED_SLOW = 4
+QUEUED_OUT = 64
+MOST_PROBES = 60  # a second
+STRIKES = 3
+TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
+
+
+class Server:
+    """Serves sessions made by `make_session` until `close`. Raises `OSError` where it cannot listen."""
+
+    def __init__(
+        self,
+        make_session: Callable[[], Session],
+        *,
+        host: str = "127.0.0.1",
+        port: int | None = None,
+        allow_hosts: Collection[str] = (),
+    ) -> None:
+        self.token = secrets.token_urlsafe(32)
+        self._make_session = make_session
+        self._allowed = [*allow_hosts, *([] if host in ("127.0.0.1", "localhost", "::1") else [host])]
+        self._socket = _listening(host, port)
+        self.address: tuple[str, int] = self._socket.getsockname()[:2]
+        self.sessions: dict[str, Session] = {}
+        self._left: dict[str, float] = {}
+        self.emptied: float | None = None
+        """The monotonic time when the last client left; None while there is one, or none has come yet."""
+        self._connections = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._ending: asyncio.Event | None = None
+        self._started = threading.Event()
+        self.scheduler = Scheduler(lambda: list(self.sessions.values()))
+        self._thread = threading.Thread(
+            target=lambda: asyncio.run(self._serve()), name="raycam server", daemon=True
+        )
+        self._thread.start()
+        self._started.wait()
+        self.scheduler.start()
+
+    @property
+    def url(self) -> str:
+        """The address to open; the token is in its fragment, which browsers never send."""
+        host, port = self.address
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/#t={self.token}"
+
+    def close(self) -> None:
+        """Tells all clients, and ends."""
+        loop, ending = self._loop, self._ending
+        if loop is not None and ending is not None and self._thread.is_alive():
+            loop.call_soon_threadsafe(ending.set)
+        self._thread.join()
+        self.scheduler.end()
+        self.scheduler.join()
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Waits until the server has ended; returns whether it has."""
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    async def _serve(self) -> None:
+        from websockets.asyncio.server import ServerConnection, serve
+        from websockets.typing import Subprotocol
+
+        server = self
+
+        class Counted(ServerConnection):
+            """A connection that is cut where there are too many."""
+
+            counted = False
+
+            def connection_made(self, transport: Any) -> None:
+                if server._connections >= MOST_CONNECTIONS:
+                    transport.abort()
+                self.counted = True
+                server._connections += 1
+                super().connection_made(transport)
+
+            def connection_lost(self, exc: Exception | None) -> None:
+                if self.counted:
+                    server._connections -= 1
+                super().connection_lost(exc)
+
+        self._loop, self._ending = asyncio.get_running_loop(), asyncio.Event()
+        async with serve(
+            self._talk,
+            sock=self._socket,
+            process_request=self._process,
+            create_connection=Counted,
+            subprotocols=[Subprotocol(gate.PROTOCOL)],
+            compression=None,
+            server_header=None,
+            open_timeout=HANDSHAKE_TIME,
+            max_size=LONGEST,
+            max_queue=QUEUED_IN,
+            logger=_silent(),
+        ):
+            self._started.set()
+            await self._ending.wait()
+            for session in self.sessions.values():
+                session.send_message({"type": "closing", "text": "The server has ended."})
+            await asyncio.sleep(0.05)
+
+    def _process(self, connection: Any, request: Any) -> Any:
+        """The answer to a request over HTTP, or None for an upgrade that may be."""
+        from websockets.datastructures import Headers
+        from websockets.http11 import Response
+
+        method = getattr(request, "method", "GET")  # websockets before 16 refuses other methods by itself
+        answer = gate.answer_to(request.path, request.headers, self.token, self._allowed, method)
+        if answer is None:
+            return None
+        body = answer.text.encode()
+        headers = Headers(
+            {
+                **gate.HEADERS,
+                "Content-Type": answer.media,
+                "Content-Length": str(len(body)),
+                "Connection": "close",
+            }
+        )
+        return Response(answer.status, HTTPStatus(answer.status).phrase, headers, body)
+
+    async def _talk(self, connection: Any) -> None:
+        """One client, from hello to its end."""
+        from websockets.exceptions import ConnectionClosed
+
+        session: Session | None = None
+        outgoing: asyncio.Queue[bytes] = asyncio.Queue(QUEUED_OUT)
+        sending = asyncio.create_task(_send_all(connection, outgoing))
+        try:
+            session = await self._greeted(connection, outgoing)
+            if session is not None:
+                await self._listen(connection, session)
+        except ConnectionClosed:
+            pass
+        finally:
+            sending.cancel()
+            if session is not None:
+                session.send = None
+                self._left[session.id] = time.monotonic()
+                if all(each.send is None for each in self.sessions.values()):
+                    self.emptied = time.monotonic()
+
+    async def _greeted(self, connection: Any, outgoing: asyncio.Queue[bytes]) -> Session | None:
+        """The session of a client that says hello; None where it says something else, or there are too many."""
+        try:
+            hello = message_of(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
+            if hello["type"] != "hello":
+                raise BadMessage("the first message is hello")
+        except (BadMessage, TimeoutError) as error:
+            await connection.close(POLICY_VIOLATION, str(error) or "the first message is hello")
+            return None
+        session = self._session(hello["session"])
+        if session is None:
+            await connection.close(
+                TRY_AGAIN_LATER, f"{MOST_SESSIONS} clients are connected, as many as there may be"
+            )
+            return None
+        session.sent = session.acknowledged = 0
+        session.shown = (-1, "")
+        loop = asyncio.get_running_loop()
+
+        def send(message: dict[str, Any], buffers: Sequence[bytes]) -> None:
+            data = packed(message, buffers)
+            with contextlib.suppress(RuntimeError):  # the loop has ended
+                loop.call_soon_threadsafe(_put, outgoing, data)
+
+        session.send = send
+        self.emptied = None
+        session.send_message(session.welcome())
+        session.receive({**hello, "type": "size"})
+        self.scheduler.wake()
+        return session
+
+    def _session(self, resumed: str) -> Session | None:
+        """The session that is resumed, or a new one; None where there are too many."""
+        now = time.monotonic()
+        waiting = {id: left for id, left in self._left.items() if self.sessions[id].send is None}
+        if resumed in waiting:
+            self._left.pop(resumed)
+            return self.sessions[resumed]
+        full = len(self.sessions) >= MOST_SESSIONS
+        for id, left in sorted(waiting.items(), key=lambda item: item[1]):
+            if full or now - left > KEPT:
+                self.sessions.pop(id)
+                self._left.pop(id)
+                full = False
+        if full:
+            return None
+        session = self._make_session()
+        self.sessions[session.id] = session
+        return session
+
+    async def _listen(self, connection: Any, session: Session) -> None:
+        """Does what a client says, until it has said too much that is not in the table."""
+        strikes, probes = 0, [0.0] * MOST_PROBES
+        slow: asyncio.Queue[dict[str, Any]] = asyncio.Queue(QUEUED_SLOW)
+        answering = asyncio.create_task(_answer_all(session, slow))
+        try:
+            async for data in connection:
+                try:
+                    message = message_of(data)
+                    kind = message["type"]
+                    if kind == "hello":
+                        raise BadMessage("hello is said once")
+                    if kind == "probe":
+                        now = time.monotonic()
+                        if now - probes[0] > 1.0:
+                            probes = [*probes[1:], now]
+                            await asyncio.to_thread(_probe, session, message)
+                    elif kind in ("explain", "snapshot", "copy"):
+                        if slow.full():
+                            session.send_message(
+                                {
+                                    "type": "notice",
+                                    "text": "One thing after the other: answers are being made.",
+                                }
+                            )
+                        else:
+                            slow.put_nowait(message)
+                    else:
+                        session.receive(message)
+                        self.scheduler.wake()
+                except BadMessage as error:
+                    strikes += 1
+                    session.send_message({"type": "error", "text": str(error)})
+                    if strikes >= STRIKES:
+                        await connection.close(POLICY_VIOLATION, "too many messages that are none")
+                        break
+                except Error as error:
+                    session.complain(error)
+        finally:
+            answering.cancel()
+
+
+def _probe(session: Session, message: dict[str, Any]) -> None:
+    """Answers a probe."""
+    with session.lock:
+        camera, still = session.camera, session.still
+    u, v = message["u"], message["v"]
+    if u >= camera.size[0] or v >= camera.size[1]:
+        return
+    values = values_at(session.world, camera, still if still and still.size == camera.size else None, u, v)
+    session.send_message({"type": "values", "id": message["id"], "u": u, "v": v, "values": values})
+
+
+async def _answer_all(session: Session, slow: asyncio.Queue[dict[str, Any]]) -> None:
+    """Answers what takes its time, one after the other."""
+    while True:
+        await asyncio.to_thread(_answer, session, await slow.get())
+
+
+def _answer(session: Session, message: dict[str, Any]) -> None:
+    """Answers what takes its time."""
+    try:
+        with session.lock:
+            camera = session.camera
+        if message["type"] == "explain":
+            if message["u"] >= camera.size[0] or message["v"] >= camera.size[1]:
+                raise SettingsError("the pixel is not in the picture")
+            session.send_message(
+                {"type": "explained", **explained(session.world, camera, message["u"], message["v"])}
+            )
+        elif message["type"] == "copy":
+            session.send_message({"type": "copied", "text": session.copied(message["format"])})
+        else:
+            name, media, data = snapshot(session, message["format"])
+            session.send_message({"type": "file", "name": name, "media": media}, [data])
+    except (Error, MemoryError) as error:
+        session.send_message({"type": "error", "text": str(error) or "out of memory"})
+
+
+def _put(outgoing: asyncio.Queue[bytes], data: bytes) -> None:
+    """Queues a message; a client that does not read loses it."""
+    if not outgoing.full():
+        outgoing.put_nowait(data)
+
+
+async def _send_all(connection: Any, outgoing: asyncio.Queue[bytes]) -> None:
+    while True:
+        await connection.send(await outgoing.get())
+
+
+def _listening(host: str, port: int | None) -> socket.socket:
+    """A socket that listens on `port`, or on the first free one of `PORTS`."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    for tried in PORTS if port is None else [port]:
+        made = socket.socket(family, socket.SOCK_STREAM)
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            made.bind((host, tried))
+            made.listen(MOST_CONNECTIONS)
+            return made
+        except OSError as error:
+            made.close()
+            if port is not None or error.errno != errno.EADDRINUSE:
+                raise OSError(error.errno, f"cannot listen on {host}:{tried}: {error.strerror}") from None
+    raise OSError(
+        errno.EADDRINUSE, f"ports {PORTS[0]} to {PORTS[-1]} are all in use: give another with --port"
+    )
+
+
+def _silent() -> Any:
+    """A logger that says nothing of junk from strangers."""
+    import logging
+
+    logger = logging.getLogger("raycam.viewer")
+    logger.propagate = False
+    logger.addHandler(logging.NullHandler())
+    return logger

@@ -1,0 +1,272 @@
+"""A session: what one client looks at, and which message changes what.
+
+The server owns the camera. Each change gives the view a new version; a picture of an older version is not sent after
+one of a newer version.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import secrets
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from .._core import __version__
+from ..arrays import Floats
+from ..camera import Camera
+from ..errors import CameraError, Error, WorldError
+from ..render.frame import Frame
+from ..world import World
+from . import navigation
+from .pace import Pace
+from .probe import point_at
+from .stills import COLORS, TRUTH, FromScratch, Refinement
+
+__all__ = ["DEFAULT_SAMPLES", "Session"]
+
+LARGEST = (1280, 960)
+"""The pixels of a still picture at most."""
+DEFAULT_SAMPLES = {"direct": 64, "path": 256}
+ORBIT_PER_PIXEL = math.radians(0.35)
+
+Send = Callable[[dict[str, Any], Sequence[bytes]], None]
+
+
+class Session:
+    """The state of one client. Methods are called from the server's thread, the scheduler reads under `lock`."""
+
+    def __init__(
+        self,
+        world: World,
+        camera: Camera,
+        *,
+        integrator: str | None = None,
+        samples: int | None = None,
+        title: str = "raycam",
+        threads: int | None = None,
+    ) -> None:
+        settings = world.render_settings
+        self.id = secrets.token_urlsafe(24)
+        self.lock = threading.Lock()
+        self.world = world
+        self.title = title
+        self.home = camera
+        self.name = next((name for name, each in world.cameras.items() if each == camera), "")
+        """The name of the world's camera that is looked through; "" for a free one."""
+        self.given = camera
+        """The camera in its own size, at the pose looked from."""
+        self.space = (640, 480)
+        self.channel = "color"
+        self.exposure = float(settings.get("exposure", 0.0))
+        self.view = str(settings.get("view", "standard"))
+        chosen = integrator or settings.get("integrator", "direct")
+        self.integrator = chosen if chosen in DEFAULT_SAMPLES else "direct"
+        self.samples = samples
+        self.threads = threads
+        bounds = world.bounds
+        self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
+        self.pivot: Floats = self.bounds.mean(axis=0)
+        self.pace = Pace()
+        self.send: Send | None = None
+        """Sends a message to the client; None while none is connected."""
+        self.visible = True
+        self.version = 0
+        self.touched = 0.0
+        """The monotonic time of the last change."""
+        self.sent = 0
+        self.acknowledged = 0
+        self.moved = -1
+        """The version that a moving picture has shown."""
+        self.shown: tuple[int, str] = (-1, "")
+        """Version and channel of the last still picture of a channel of truth."""
+        self.refinement: Refinement | None = None
+        self.still: Frame | None = None
+        """The newest picture of samples of this version."""
+
+    # Pictures ----------------------------------------------------------------------------------------------
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The size of the still picture: the camera's sides, scaled to the space that the client has."""
+        width, height = self.given.size
+        scale = min(min(self.space[0], LARGEST[0]) / width, min(self.space[1], LARGEST[1]) / height)
+        return max(1, round(width * scale)), max(1, round(height * scale))
+
+    @property
+    def camera(self) -> Camera:
+        """The camera of the still picture."""
+        return self.given.resized(self.size)
+
+    def most_samples(self) -> int:
+        """The samples at which a still picture is done."""
+        return self.samples or DEFAULT_SAMPLES[self.integrator]
+
+    def start_refinement(self) -> Refinement:
+        """The refinement of this version, begun where there is none."""
+        if self.refinement is None:
+            self.refinement = FromScratch(
+                self.world, self.camera, self.integrator, self.most_samples(), self.threads
+            )
+        return self.refinement
+
+    def changed(self) -> None:
+        """Begins a new version: the picture starts anew, with a moving one."""
+        with self.lock:
+            self.version += 1
+            self.touched = time.monotonic()
+            self.refinement = None
+            self.still = None
+
+    # Messages ----------------------------------------------------------------------------------------------
+
+    def welcome(self) -> dict[str, Any]:
+        """The message that begins a session."""
+        return {
+            "type": "welcome",
+            "version": __version__,
+            "session": self.id,
+            "title": self.title,
+            "channels": [{"name": name} for name in (*COLORS[:1], *TRUTH, *COLORS[1:])],
+            "cameras": list(self.world.cameras),
+            "names": {
+                "instance": {each.id: each.name for each in self.world.objects},
+                "category": self.world.categories,
+            },
+            "origin": [0, 0],
+            "exposure": self.exposure,
+            "view": self.view,
+            "integrator": self.integrator,
+            "explanations": [],
+            **self.about(),
+        }
+
+    def about(self) -> dict[str, Any]:
+        """The camera as text, and the world's notices."""
+        counts = self.world.counts
+        text = f"{counts['objects']:,} objects, {counts['triangles']:,} triangles\n\n{self.given!r}"
+        return {"about": text, "notices": self.world.notices, "camera": self.name}
+
+    def receive(self, message: dict[str, Any]) -> None:
+        """Does what a message of `messages.MESSAGES` says. Raises `raycam.Error` for names that are not there."""
+        act: dict[str, Callable[[dict[str, Any]], None]] = {
+            "size": self._size,
+            "nav": self._nav,
+            "camera": self._camera,
+            "channel": self._channel,
+            "display": self._display,
+            "quality": self._quality,
+            "ack": self._ack,
+            "visible": self._visible,
+        }
+        act[message["type"]](message)
+
+    def _size(self, message: dict[str, Any]) -> None:
+        before = self.size
+        self.space = (
+            max(1, round(message["width"] * message["ratio"])),
+            max(1, round(message["height"] * message["ratio"])),
+        )
+        if self.size != before or self.version == 0:
+            self.changed()
+
+    def _camera(self, message: dict[str, Any]) -> None:
+        name = message["name"]
+        if name and name not in self.world.cameras:
+            raise WorldError("there is no camera of this name")
+        if name:
+            self.given = self.world.camera(name)
+        self.name = name
+        self.changed()
+
+    def _channel(self, message: dict[str, Any]) -> None:
+        if message["name"] not in (*COLORS, *TRUTH):
+            raise WorldError(f"the live view has no channel {message['name']}")
+        with self.lock:
+            self.channel = message["name"]
+            self.shown = (-1, "")
+
+    def _display(self, message: dict[str, Any]) -> None:
+        self.exposure, self.view = float(message["exposure"]), message["view"]
+
+    def _quality(self, message: dict[str, Any]) -> None:
+        self.integrator = message["integrator"]
+        self.changed()
+
+    def _ack(self, message: dict[str, Any]) -> None:
+        self.acknowledged = max(self.acknowledged, min(message["picture"], self.sent))
+
+    def _visible(self, message: dict[str, Any]) -> None:
+        self.visible = message["visible"]
+
+    def _nav(self, message: dict[str, Any]) -> None:
+        camera, kind = self.camera, message["kind"]
+        dx, dy, dz = (float(message[name]) for name in ("dx", "dy", "dz"))
+        if kind == "orbit":
+            moved = navigation.orbit(camera, self.pivot, -dx * ORBIT_PER_PIXEL, -dy * ORBIT_PER_PIXEL)
+        elif kind == "look":
+            moved = navigation.turn_camera(camera, -dx * ORBIT_PER_PIXEL, -dy * ORBIT_PER_PIXEL)
+        elif kind == "pan":
+            moved = navigation.pan(camera, self.pivot, dx, dy)
+        elif kind == "move":
+            moved = navigation.move(camera, *(self._pace_of_flight() * step for step in (dx, dy, dz)))
+        elif kind == "roll":
+            moved = navigation.roll(camera, math.radians(dx))
+        elif kind == "dolly":
+            moved = self._dollied(camera, message, dz)
+        elif kind == "pivot":
+            point = point_at(self.world, camera, message["u"], message["v"])
+            if point is not None:
+                self.pivot = point
+            return
+        elif kind == "fit":
+            self.pivot = self.bounds.mean(axis=0)
+            moved = navigation.fit(camera, self.bounds)
+        else:
+            self.given, self.pivot, moved = self.home, self.bounds.mean(axis=0), self.home
+        self._go(moved)
+
+    def _dollied(self, camera: Camera, message: dict[str, Any], steps: float) -> Camera:
+        """Nearer to the point under the pointer; beside everything, along the view to the pivot."""
+        if camera.is_parallel:
+            raise CameraError("a camera with parallel rays comes no nearer")
+        point = point_at(self.world, camera, message["u"], message["v"])
+        if point is None:
+            distance = float(np.linalg.norm(self.pivot - camera.location))
+            origin, direction = camera.rays(np.array([message["u"], message["v"]]) + camera.corner)
+            point = origin + distance * (direction if np.isfinite(direction).all() else camera.forward)
+        return navigation.dolly(camera, point, 1.15 ** max(-20.0, min(20.0, steps)))
+
+    def _pace_of_flight(self) -> float:
+        """Metres of a step: a share of the world's size."""
+        return float(np.linalg.norm(self.bounds[1] - self.bounds[0])) / 100
+
+    def _go(self, moved: Camera) -> None:
+        if np.isfinite(moved.location).all() and np.isfinite(moved.R).all():
+            self.given = self.given.at_pose(moved.R, moved.location)
+            self.name = ""
+            self.changed()
+
+    # Answers -----------------------------------------------------------------------------------------------
+
+    def copied(self, format: str) -> str:
+        """The camera as text, with all digits."""
+        description = self.given.to_dict()
+        if format == "python":
+            return f"camera = raycam.Camera.from_dict({description!r}, up={self.given.up!r})"
+        lines = [f"{key} = {json.dumps(value)}" for key, value in description.items()]
+        return "\n".join(["[camera]", *lines])
+
+    def send_message(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
+        """Sends a message, if a client is connected."""
+        send = self.send
+        if send is not None:
+            send(message, buffers)
+
+    def complain(self, error: Error) -> None:
+        """Tells the client of an error."""
+        self.send_message({"type": "error", "text": str(error)})

@@ -1,0 +1,163 @@
+"""`raycam.view`: a world in the browser, or frames as a page."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..camera import Camera
+from ..errors import SettingsError
+from ..render import _name
+from ..render.frame import Frame
+from ..world import World
+from .server import Server
+from .session import DEFAULT_SAMPLES, Session
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+__all__ = ["Viewer", "open_browser", "view"]
+
+LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a viewer
+
+
+class Viewer:
+    """A live view: a server in the background, with the sessions of its clients."""
+
+    def __init__(
+        self,
+        world: World,
+        camera: Camera | None = None,
+        *,
+        title: str = "raycam",
+        integrator: str | None = None,
+        samples: int | None = None,
+        host: str = "127.0.0.1",
+        port: int | None = None,
+        allow_hosts: Collection[str] = (),
+        threads: int | None = None,
+    ) -> None:
+        if integrator is not None:
+            _name("integrator", integrator, list(DEFAULT_SAMPLES))
+        if samples is not None and not (isinstance(samples, int) and 1 <= samples <= 1 << 16):
+            raise SettingsError(f"samples must be a whole number from 1 to {1 << 16}, not {samples!r}")
+        self.world = world
+        """The world of sessions that begin from now on."""
+        self._camera = world.default_camera() if camera is None else camera
+        self._options: dict[str, Any] = {
+            "title": title,
+            "integrator": integrator,
+            "samples": samples,
+            "threads": threads,
+        }
+        self._server = Server(self._session, host=host, port=port, allow_hosts=allow_hosts)
+
+    def _session(self) -> Session:
+        return Session(self.world, self._camera, **self._options)
+
+    @property
+    def url(self) -> str:
+        """The address to open in a browser. Whoever has it may look."""
+        return self._server.url
+
+    @property
+    def camera(self) -> Camera:
+        """The camera of the client that was used last, in its own size; the one given where there is none."""
+        sessions = list(self._server.sessions.values())
+        return max(sessions, key=lambda each: each.touched).given if sessions else self._camera
+
+    def frame(self) -> Frame | None:
+        """The newest still picture of the client that was used last: colour, alpha and coverage."""
+        sessions = list(self._server.sessions.values())
+        return max(sessions, key=lambda each: each.touched).still if sessions else None
+
+    def wait(self, *, exit_when_closed: bool = False) -> None:
+        """Waits until it is closed, or until 5 seconds after its last client has left."""
+        while not self._server.join(0.2):
+            emptied = self._server.emptied
+            if exit_when_closed and emptied is not None and time.monotonic() - emptied > LINGER:
+                return
+
+    def close(self) -> None:
+        """Tells the clients, and ends the server."""
+        self._server.close()
+
+    def __enter__(self) -> Viewer:
+        """The viewer, which is closed when the block ends."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Closes it."""
+        self.close()
+
+    def __repr__(self) -> str:
+        """The address, for people."""
+        return f"Viewer at {self.url}"
+
+
+def view(
+    what: World | Frame | str | os.PathLike[str],
+    camera: Camera | None = None,
+    *,
+    browser: bool | None = None,
+    block: bool | None = None,
+    **options: Any,
+) -> Any:
+    """Shows a world live in the browser: moved with the mouse, with the real light and the real lens.
+
+    `what` is a world, the path of one, or a frame, whose page is shown as `Frame.show` does. `camera` is looked
+    through first (default: the world's first). `integrator` ("direct" or "path") and `samples` are those of the still
+    picture; `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`.
+
+    `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
+    is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
+    """
+    if isinstance(what, Frame):
+        return what.show(**options)
+    if not isinstance(what, World):
+        from ..world.load import load
+
+        options.setdefault("title", Path(what).name)
+        what = load(what)
+    viewer = Viewer(what, camera, **options)
+    print(f"raycam view: {viewer.url}", file=sys.stderr, flush=True)
+    open_browser(viewer.url, browser)
+    interactive = hasattr(sys, "ps1") or bool(sys.flags.interactive) or "ipykernel" in sys.modules
+    if not interactive if block is None else block:
+        try:
+            viewer.wait()
+        finally:
+            viewer.close()
+    return viewer
+
+
+def open_browser(url: str, wanted: bool | None = None) -> bool:
+    """Opens an address where that is wanted, by default where the user would see it; returns whether it did."""
+    if not (_has_browser() if wanted is None else wanted):
+        return False
+    import webbrowser
+
+    return webbrowser.open(url)
+
+
+def _has_browser() -> bool:
+    """True if a browser can be opened where the user sits."""
+    if "SSH_CONNECTION" in os.environ:
+        return False
+    if sys.platform.startswith("linux") and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
+        return False
+    import webbrowser
+
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return True

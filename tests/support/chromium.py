@@ -1,0 +1,127 @@
+"""Chromium without a window, driven over its DevTools protocol."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+OPTIONS = [
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
+    *("--remote-debugging-port=0", "--remote-allow-origins=*"),
+]
+PATIENCE = 60.0  # seconds
+
+
+class Tab:
+    """A page in the browser."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self._socket = socket
+        self._numbers = itertools.count(1)
+        self.said: list[str] = []
+        """What the page wrote to its console, errors included."""
+        self.requests: list[str] = []
+        """The addresses that it asked for."""
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """The result of a command."""
+        number = next(self._numbers)
+        self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
+        while True:
+            message = json.loads(self._socket.recv(timeout=PATIENCE))
+            self._note(message)
+            if message.get("id") == number:
+                assert "error" not in message, message
+                result: dict[str, Any] = message["result"]
+                return result
+
+    def _note(self, message: dict[str, Any]) -> None:
+        parameters = message.get("params", {})
+        if message.get("method") in ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded"):
+            self.said.append(json.dumps(parameters))
+        if message.get("method") == "Network.requestWillBeSent":
+            self.requests.append(parameters["request"]["url"])
+
+    def evaluate(self, script: str) -> Any:
+        """The value of a script, awaited."""
+        found = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in found, found["exceptionDetails"]
+        return found["result"].get("value")
+
+    def wait(self, condition: str) -> None:
+        """Waits until a script is true."""
+        deadline = time.monotonic() + PATIENCE
+        while not self.evaluate(condition):
+            assert time.monotonic() < deadline, f"never true: {condition}"
+            time.sleep(0.05)
+
+    def show(self, width: int, height: int, scheme: str = "light") -> None:
+        """Sets the size of the window, and light or dark."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+
+    def open(self, url: str) -> None:
+        """Loads a page, until its first picture is there."""
+        self.call("Page.navigate", url=url)
+        self.wait("document.getElementById('status-picture')?.textContent")
+
+    def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
+        """A mouse event at CSS pixels of the window."""
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
+
+    def click(self, x: float, y: float, modifiers: int = 0) -> None:
+        """A click of the left button."""
+        for kind in ("mousePressed", "mouseReleased"):
+            self.mouse(kind, x, y, button="left", clickCount=1, modifiers=modifiers)
+
+    def press(self, key: str) -> None:
+        """A key, pressed and released."""
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key)
+
+
+@contextlib.contextmanager
+def chromium(folder: Path) -> Iterator[Tab]:
+    """A fresh browser with one tab. Raises `FileNotFoundError` where there is none."""
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        raise FileNotFoundError(f"there is no {' or '.join(NAMES)} (Debian, Ubuntu: apt install chromium)")
+    with subprocess.Popen(
+        [found, *OPTIONS, f"--user-data-dir={folder}", "about:blank"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        try:
+            told = folder / "DevToolsActivePort"
+            deadline = time.monotonic() + PATIENCE
+            while not (told.exists() and "\n" in told.read_text()):
+                assert time.monotonic() < deadline, "the browser did not start"
+                time.sleep(0.05)
+            port = told.read_text().split("\n")[0]
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=PATIENCE) as answer:
+                (tab,) = [each for each in json.load(answer) if each["type"] == "page"]
+            with connect(tab["webSocketDebuggerUrl"], max_size=None, proxy=None) as socket:
+                yield Tab(socket)
+        finally:
+            process.terminate()
+            process.wait(PATIENCE)

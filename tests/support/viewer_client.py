@@ -1,0 +1,47 @@
+"""A client of the live view that keeps to the protocol."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+from websockets.sync.client import ClientConnection
+
+SPACE = {"width": 48, "height": 32, "ratio": 1}
+
+
+class Client:
+    """A client that keeps to the protocol, and acknowledges pictures."""
+
+    def __init__(self, socket: ClientConnection, session: str = "") -> None:
+        self.socket = socket
+        self.pictures: list[tuple[dict[str, Any], bytes]] = []
+        self.say("hello", session=session, **SPACE)
+        self.welcome = self.hear("welcome")[0]
+
+    def say(self, kind: str, /, **fields: Any) -> None:
+        self.socket.send(json.dumps({"type": kind, **fields}))
+
+    def next(self) -> tuple[dict[str, Any], list[bytes]]:
+        """The next message, with its buffers."""
+        data = self.socket.recv(timeout=60)
+        assert isinstance(data, bytes)
+        (length,) = struct.unpack_from("<I", data)
+        message = json.loads(data[4 : 4 + length])
+        at = 4 + length + (-length % 4)
+        buffers = []
+        for size in message["buffers"]:
+            buffers.append(data[at : at + size])
+            at += size
+        if message["type"] == "picture":
+            self.pictures.append((message, buffers[0]))
+            self.say("ack", picture=message["picture"])
+        return message, buffers
+
+    def hear(self, kind: str, **fields: Any) -> tuple[dict[str, Any], list[bytes]]:
+        """The next message of a type that has these fields; others are passed over."""
+        while True:
+            message, buffers = self.next()
+            if message["type"] == kind and all(message[name] == value for name, value in fields.items()):
+                return message, buffers

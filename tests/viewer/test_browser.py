@@ -1,0 +1,323 @@
+"""The client in a browser: its numbers, its colours, and what people do with it. Needs Chromium: `make proof`."""
+
+from __future__ import annotations
+
+import base64
+import itertools
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.render.frame import VIEWS
+from raycam.viewer import bundle as bundling
+from raycam.viewer.server import Server
+from raycam.viewer.wire import DTYPES, FILTERS, pack
+from support.chromium import Tab, chromium
+
+pytestmark = pytest.mark.proof
+EVIL = "</script><img src=x onerror=document.title='evil'>"
+SCHEMES_AND_WIDTHS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 360)]
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    with chromium(tmp_path_factory.mktemp("browser")) as made:
+        made.show(1280, 800)
+        yield made
+
+
+@pytest.fixture
+def client(tab: Tab) -> Tab:
+    """A blank tab that has the client's functions as `client`."""
+    tab.call("Page.navigate", url="about:blank")
+    bodies = [bundling.client_file(name) for name in bundling.modules() if name != "main.js"]
+    text = "\n".join(bundling.EXPORT.sub("", bundling.IMPORT.sub("", body)) for body in bodies)
+    names = "shortest, sixDigits, unpackPlane, bytesOfBase64, toneMap, differenceOf, percentiles, mapTable, idColor"
+    tab.evaluate(f"globalThis.client = (() => {{ {text}\n return {{ {names} }}; }})(), null")
+    return tab
+
+
+@pytest.fixture(scope="module")
+def frame(small_world: raycam.World) -> raycam.Frame:
+    return raycam.render(small_world, small_world.camera("front"), channels="all", samples=4)
+
+
+def base64_of(array: np.ndarray[Any, Any]) -> str:
+    return base64.b64encode(array.tobytes()).decode()
+
+
+# Functions ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("filter", FILTERS)
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("level", [0, 6])
+def test_planes_are_unpacked_to_the_bit(client: Tab, filter: str, dtype: str, level: int) -> None:
+    random = np.random.default_rng(5)
+    bits = random.integers(0, 256, (7, 5, 3 * np.dtype(dtype).itemsize), np.uint8)
+    values = bits.view(dtype)
+    if dtype == "float16":
+        values = np.nan_to_num(values)  # a NaN widened to float32 has other bits
+    header, data = pack("x", values, level=level, filter=filter)
+    found = client.evaluate(
+        f"client.unpackPlane({json.dumps(header)}, client.bytesOfBase64('{base64.b64encode(data).decode()}'))"
+        ".then((plane) => Array.from(new Uint8Array(plane.values.buffer)))"
+    )
+    expected = values.astype(np.float32) if dtype == "float16" else values
+    assert bytes(found) == expected.tobytes()
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_decimals_are_the_same_numbers_and_no_longer_than_numpys(client: Tab, dtype: str) -> None:
+    random = np.random.default_rng(6)
+    bits = random.integers(0, 2 ** (8 * np.dtype(dtype).itemsize), 20000, f"u{np.dtype(dtype).itemsize}")
+    values = np.concatenate([bits.view(dtype), np.array([0.1, -0.0, 1e-45, 3.4e38, 5e-324, 1 / 3], dtype)])
+    values = values[np.isfinite(values)]
+    texts = client.evaluate(
+        f"Array.from(new {dtype.title()}Array(client.bytesOfBase64('{base64_of(values)}').buffer), "
+        f"(v) => client.shortest(v, '{dtype}'))"
+    )
+    assert np.array(texts, dtype=dtype).tobytes() == values.tobytes()
+    digits = [sum(c.isdigit() for c in text.split("e")[0].strip("-0.").replace(".", "")) for text in texts]
+    shortest = [
+        sum(c.isdigit() for c in np.format_float_scientific(v).split("e")[0].strip("-0.")) for v in values
+    ]
+    assert all(
+        mine <= numpys
+        for mine, numpys, v in zip(digits, shortest, values, strict=True)
+        if 1e-5 < abs(v) < 1e15
+    )
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("exposure", [-2.5, 0.0, 3.0])
+def test_colours_are_those_of_raycam(client: Tab, view: str, exposure: float) -> None:
+    random = np.random.default_rng(7)
+    linear = (10 ** random.uniform(-4, 2, (32, 64, 3))).astype(np.float32)
+    linear[0] = np.linspace(-0.1, 1.2, 192, dtype=np.float32).reshape(64, 3)
+    frame = raycam.Frame({"color": linear}, camera=None, size=(64, 32))
+    rgba = client.evaluate(
+        f"(() => {{ const out = new Uint8ClampedArray({4 * 64 * 32});"
+        f"const linear = new Float32Array(client.bytesOfBase64('{base64_of(linear)}').buffer);"
+        f"client.toneMap(linear, {exposure}, '{view}', out);"
+        "return Array.from(out); })()"
+    )
+    found = np.array(rgba, np.uint8).reshape(32, 64, 4)
+    assert (found[..., 3] == 255).all()
+    assert np.abs(found[..., :3].astype(int) - frame.to_srgb8(exposure, view)).max() <= 1
+
+
+def test_six_digits_fit_their_column(client: Tab) -> None:
+    values = [0.1, -0.0583998, 123456.789, -1e-9, 1.5e30, 0, -12345678.9, 70972]
+    texts = client.evaluate(f"{values}.map((v) => client.sixDigits(Math.fround(v), 'float32'))")
+    assert max(map(len, texts)) <= 9
+    for text, value in zip(texts, values, strict=True):
+        assert float(text) == pytest.approx(value, rel=1e-2)
+
+
+# The page -------------------------------------------------------------------------------------------------
+
+
+def place_of(tab: Tab, column: int, row: int, size: tuple[int, int]) -> tuple[float, float]:
+    """Where the middle of a pixel of the fitted picture is in the window."""
+    box = tab.evaluate(
+        "(({x, y, width, height}) => [x, y, width, height])(document.getElementById('picture').getBoundingClientRect())"
+    )
+    zoom = min(box[2] / size[0], box[3] / size[1])
+    left, top = box[0] + (box[2] - zoom * size[0]) / 2, box[1] + (box[3] - zoom * size[1]) / 2
+    return left + (column + 0.5) * zoom, top + (row + 0.5) * zoom
+
+
+def readout(tab: Tab) -> dict[str, list[str]]:
+    """The values in the table, with all digits."""
+    found: dict[str, list[str]] = tab.evaluate(
+        "Object.fromEntries([...document.querySelectorAll('#values tr:not(.other)')].map((row) => "
+        "[row.querySelector('th').textContent, [...row.querySelectorAll('.number')].map((each) => each.title)]))"
+    )
+    return found
+
+
+def held(tab: Tab) -> tuple[int, int]:
+    """Column and row of the pixel in the table."""
+    words = tab.evaluate("document.getElementById('pixel-place').textContent").split()
+    return int(words[1].strip(",")), int(words[3])
+
+
+def test_a_page_tells_the_numbers_of_the_frame(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+    frame.save(tmp_path / "x.html")
+    tab.said.clear()
+    tab.requests.clear()
+    tab.open((tmp_path / "x.html").as_uri())
+    random = np.random.default_rng(8)
+    tab.mouse("mouseMoved", *place_of(tab, 1, 1, frame.size))
+    tab.wait(f"document.querySelectorAll('#values tr').length === {len(frame)}")
+    for column, row in random.integers(0, frame.size, (20, 2)).tolist():
+        tab.mouse("mouseMoved", *place_of(tab, column, row, frame.size))
+        tab.wait(
+            f"document.getElementById('pixel-place').textContent.startsWith('column {column}, row {row}')"
+        )
+        for name, numbers in readout(tab).items():
+            value = np.atleast_1d(frame[name][row, column])
+            assert np.array(numbers, value.dtype).tobytes() == value.tobytes(), (name, column, row)
+    assert tab.said == []
+    assert [url for url in tab.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_the_picture_on_the_screen_is_that_of_raycam(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+    frame.save(tmp_path / "x.html", exposure=1.0, view="agx")
+    tab.open((tmp_path / "x.html").as_uri())
+    tab.evaluate("document.getElementById('one-to-one').click()")
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    data = tab.evaluate(
+        "(() => { const c = document.getElementById('picture');"
+        "return [c.width, ...c.getContext('2d').getImageData(0, 0, c.width, c.height).data]; })()"
+    )
+    width, pixels = data[0], np.array(data[1:], np.uint8)
+    screen = pixels.reshape(-1, width, 4)[..., :3].astype(int)
+    expected = frame.to_srgb8(1.0, "agx").astype(int)
+    left, top = (width - 48) // 2, (len(screen) - 32) // 2  # the middle, up to a pixel of rounding
+    places = itertools.product(range(top - 2, top + 3), range(left - 2, left + 3))
+    assert min(np.abs(screen[y : y + 32, x : x + 48] - expected).max() for y, x in places) <= 1
+
+
+def test_names_and_titles_are_text(tab: Tab, small_world: raycam.World, tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name=EVIL)
+    raycam.render(world, channels=["color", "instance"], samples=1).save(
+        tmp_path / "x.html", world=world, title=EVIL
+    )
+    tab.open((tmp_path / "x.html").as_uri())
+    tab.press("6")
+    tab.wait("document.querySelector('.ids') !== null")
+    assert EVIL in tab.evaluate("document.querySelector('.ids').textContent")
+    assert tab.evaluate("document.title") == EVIL
+    assert tab.evaluate("document.querySelectorAll('img').length") == 1  # of the explanation
+
+
+def test_every_channel_has_a_picture_and_a_legend(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+    frame.save(tmp_path / "x.html")
+    tab.said.clear()
+    tab.open((tmp_path / "x.html").as_uri())
+    for _ in frame:
+        tab.press("]")
+        tab.evaluate("new Promise((done) => setTimeout(done, 60))")
+        assert tab.evaluate("document.getElementById('legend').textContent.length") > 20
+    assert tab.evaluate("document.getElementById('channel').value") == "color"
+    assert tab.said == []
+
+
+def test_two_frames_are_compared_by_the_keyboard(
+    tab: Tab, frame: raycam.Frame, small_world: raycam.World, tmp_path: Path
+) -> None:
+    other = raycam.render(small_world, small_world.camera("front"), samples=4, seed=1)
+    frame.save(tmp_path / "x.html", compare=other)
+    tab.open((tmp_path / "x.html").as_uri())
+    modes = []
+    for _ in range(4):
+        tab.press("x")
+        modes.append(tab.evaluate("document.getElementById('compare-mode').value"))
+    assert modes == ["slider", "flip", "difference", "off"]
+    differs = np.abs(frame["color"].astype(float) - other["color"]).max(axis=2)
+    figures = tab.evaluate("[...document.querySelectorAll('#difference dd')].map((each) => each.textContent)")
+    assert figures[0] == f"{np.count_nonzero(differs):,} of {differs.size:,}"
+    assert float(figures[1]) == pytest.approx(differs.max(), rel=1e-4)
+    assert float(figures[3]) == pytest.approx(np.sqrt((differs**2).mean()), rel=1e-4)
+
+
+def test_a_pixel_is_held_moved_and_explained_by_the_keyboard(
+    tab: Tab, frame: raycam.Frame, small_world: raycam.World, tmp_path: Path
+) -> None:
+    frame.save(tmp_path / "x.html", world=small_world, explain=[(25, 16)])
+    tab.open((tmp_path / "x.html").as_uri())
+    tab.evaluate("document.getElementById('picture').focus()")
+    tab.mouse("mouseMoved", 1, 1)
+    tab.press("p")
+    tab.wait("document.getElementById('pixel-place').textContent.endsWith('(held)')")
+    column, row = held(tab)
+    for key, steps in (
+        ("ArrowRight", 25 - column),
+        ("ArrowLeft", column - 25),
+        ("ArrowDown", 16 - row),
+        ("ArrowUp", row - 16),
+    ):
+        for _ in range(steps):
+            tab.press(key)
+    tab.wait("document.getElementById('pixel-place').textContent === 'column 25, row 16 (held)'")
+    assert "depth" in tab.evaluate("document.getElementById('held').textContent")
+    tab.press("Enter")
+    tab.wait("document.getElementById('explained').open")
+    text = tab.evaluate("document.getElementById('explained-text').textContent")
+    assert text == str(raycam.explain(small_world, frame.camera, (25, 16)))
+    tab.wait("document.getElementById('explained-figure').naturalWidth > 0")
+
+
+@pytest.mark.parametrize(("scheme", "width"), SCHEMES_AND_WIDTHS)
+def test_it_fits_the_window(tab: Tab, frame: raycam.Frame, scheme: str, width: int, tmp_path: Path) -> None:
+    frame.save(tmp_path / "x.html")
+    tab.show(width, 800, scheme)
+    tab.open((tmp_path / "x.html").as_uri())
+    tab.click(*place_of(tab, 24, 16, frame.size))
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    small = tab.evaluate(
+        "[...document.querySelectorAll('button, select, input:not([type=checkbox])')].filter((each) => "
+        "each.offsetParent && each.getBoundingClientRect().height < 16).map((each) => each.id)"
+    )
+    assert small == []
+    unnamed = tab.evaluate(
+        "[...document.querySelectorAll('button, select, input')].filter((each) => "
+        "!each.textContent.trim() && !each.labels?.length && !each.getAttribute('aria-label')).map((each) => each.id)"
+    )
+    assert unnamed == []
+    tab.show(1280, 800)
+
+
+# The live view --------------------------------------------------------------------------------------------
+
+
+def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None:
+    tab.said.clear()
+    tab.requests.clear()
+    tab.open(server.url)
+    assert server.token not in tab.evaluate("location.href")
+    tab.wait("document.getElementById('status').textContent.includes('16 samples')")
+    (session,) = server.sessions.values()
+    before = session.given
+    x, y = place_of(tab, 24, 16, (48, 32))
+    tab.mouse("mousePressed", x, y, button="left", clickCount=1)
+    for step in range(1, 6):
+        tab.mouse("mouseMoved", x + 8 * step, y, button="left", buttons=1)
+    tab.mouse("mouseReleased", x + 40, y, button="left", clickCount=1)
+    tab.wait("document.getElementById('status').textContent.includes('16 samples')")
+    assert session.given != before
+    tab.click(x, y)
+    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    seen = raycam.render(session.world, session.camera, channels="all", samples=1)
+    column, row = held(tab)
+    for name in ("depth", "position", "triangle", "barycentric"):
+        value = np.atleast_1d(seen[name][row, column])
+        assert np.array(readout(tab)[name], value.dtype).tobytes() == value.tobytes()
+    tab.press("Enter")
+    tab.wait("document.getElementById('explained').open")
+    assert tab.said == []
+    host, port = server.address
+    own = (f"http://{host}:{port}/", f"ws://{host}:{port}/", "data:", "blob:")
+    assert [url for url in tab.requests if not url.startswith(own)] == []
+
+
+def test_without_the_token_the_page_says_so(tab: Tab, server: Server) -> None:
+    tab.evaluate("sessionStorage.clear()")
+    tab.call("Page.navigate", url=server.url.split("#")[0])
+    tab.wait("document.getElementById('message')?.textContent.includes('token')")
+    assert not server.sessions
+
+
+def test_the_end_of_the_server_is_said_and_the_picture_stays(tab: Tab, server: Server) -> None:
+    tab.open(server.url)
+    tab.wait("document.getElementById('status').textContent.includes('16 samples')")
+    server.close()
+    tab.wait("document.getElementById('message').textContent.includes('ended')")
+    assert tab.evaluate("document.getElementById('status-picture').textContent")

@@ -1,0 +1,76 @@
+"""The client's modules as one text."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import raycam
+from raycam.viewer import bundle as bundling
+
+CLIENT = Path(raycam.__file__).parent / "viewer" / "client"
+LONGEST_FILE = 400
+
+
+@pytest.fixture
+def altered(monkeypatch: pytest.MonkeyPatch):
+    """Replaces the text of some modules."""
+
+    def alter(texts: dict[str, str]) -> None:
+        monkeypatch.setattr(bundling, "client_file", texts.__getitem__)
+        for cached in (bundling.modules, bundling.bundle):
+            monkeypatch.setattr(bundling, cached.__name__, cached.__wrapped__)
+
+    return alter
+
+
+def test_every_module_is_in_it_after_its_imports() -> None:
+    names = bundling.modules()
+    assert sorted(names) == sorted(path.name for path in CLIENT.glob("*.js"))
+    for name in names:
+        for _, imported in bundling.IMPORT.findall(bundling.client_file(name)):
+            assert names.index(imported) < names.index(name)
+
+
+def test_no_import_is_left_and_nothing_is_loaded() -> None:
+    text = bundling.bundle()
+    assert not re.search(r"^\s*(?:import|export)\b", text, re.M)
+    assert not re.search(
+        r"https?://|\beval\b|new Function|innerHTML|insertAdjacentHTML|document\.write", text
+    )
+
+
+@pytest.mark.parametrize("path", sorted(CLIENT.glob("*.*")), ids=lambda path: path.name)
+def test_files_are_short_and_begin_with_a_comment(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert text.count("\n") <= LONGEST_FILE
+    assert text.startswith({".js": "// ", ".css": "/* ", ".html": "<!doctype html>"}[path.suffix])
+
+
+def test_circles_are_refused(altered) -> None:
+    altered(
+        {
+            "main.js": 'import { a } from "./a.js";\n',
+            "a.js": 'import { b } from "./b.js";\nexport const a = 1;\n',
+            "b.js": 'import { a } from "./a.js";\nexport const b = 1;\n',
+        }
+    )
+    with pytest.raises(ValueError, match=r"a\.js -> b\.js -> a\.js"):
+        bundling.modules()
+
+
+@pytest.mark.parametrize(
+    ("main", "told"),
+    [
+        ('import { a } from "./a.js";\nconst a = 1;\n', "a is declared in a.js too"),
+        ('import { c } from "./a.js";\n', "imports c, which a.js does not declare"),
+        ('import * as a from "./a.js";\n', "none of the client's dialect"),
+        ("export default 1;\n", "none of the client's dialect"),
+        ('const text = "</script>";\n', "would end the script"),
+    ],
+)
+def test_another_dialect_is_refused(main: str, told: str, altered) -> None:
+    altered({"main.js": main, "a.js": "export const a = 1;\n"})
+    with pytest.raises(ValueError, match=re.escape(told)):
+        bundling.bundle()

@@ -1,0 +1,129 @@
+"""Messages: the table, and everything that is not in it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import struct
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from raycam.viewer.messages import MESSAGES, BadMessage, message_of, packed
+
+GOOD: dict[str, dict[str, Any]] = {
+    "hello": {"width": 640, "height": 480, "ratio": 1.5, "session": ""},
+    "size": {"width": 1, "height": 10000, "ratio": 2},
+    "nav": {"seq": 0, "kind": "orbit", "dx": 1.5, "dy": -2, "dz": 0, "u": 3.25, "v": -4},
+    "camera": {"name": "front"},
+    "channel": {"name": "depth"},
+    "display": {"exposure": -1.5, "view": "agx"},
+    "quality": {"integrator": "path"},
+    "probe": {"id": 7, "u": 0, "v": 1079},
+    "explain": {"id": 7, "u": 1919, "v": 0},
+    "snapshot": {"format": "png"},
+    "copy": {"format": "toml"},
+    "ack": {"picture": 3},
+    "visible": {"visible": False},
+}
+WRONG: list[Any] = [
+    None,
+    [],
+    {},
+    "x" * 2000,
+    True,
+    1.5,
+    -1,
+    2**60,
+    float("nan"),
+    float("inf"),
+    "../../etc/passwd",
+]
+PATH = WRONG[-1]
+TAKEN = {
+    **{("nav", field): (1.5, -1) for field in ("dx", "dy", "dz", "u", "v")},
+    **{(kind, "ratio"): (1.5,) for kind in ("hello", "size")},
+    ("display", "exposure"): (1.5, -1),
+    ("visible", "visible"): (True,),
+    ("camera", "name"): (PATH,),  # a name that no camera has
+    ("hello", "session"): (PATH,),  # a session that is not there
+}
+"""What of these a field may be."""
+CASES = [(kind, field) for kind, fields in MESSAGES.items() for field in fields]
+
+
+def said(message: str, /, **changed: Any) -> str:
+    return json.dumps({"type": message, **GOOD[message], **changed})
+
+
+def test_each_message_has_an_example() -> None:
+    assert GOOD.keys() == MESSAGES.keys()
+
+
+@pytest.mark.parametrize("kind", MESSAGES)
+def test_good_messages_are_taken(kind: str) -> None:
+    assert message_of(said(kind)) == {"type": kind, **GOOD[kind]}
+
+
+@pytest.mark.parametrize("kind", MESSAGES)
+def test_missing_and_strange_fields_are_refused(kind: str) -> None:
+    with pytest.raises(BadMessage, match="has the fields"):
+        message_of(said(kind, more=1))
+    for field in MESSAGES[kind]:
+        short = {"type": kind, **GOOD[kind]}
+        del short[field]
+        with pytest.raises(BadMessage, match="has the fields"):
+            message_of(json.dumps(short))
+
+
+@pytest.mark.parametrize(("kind", "field"), CASES)
+@pytest.mark.parametrize("value", WRONG, ids=repr)
+def test_values_out_of_type_and_range_are_refused(kind: str, field: str, value: Any) -> None:
+    if any(type(value) is type(each) and value == each for each in TAKEN.get((kind, field), ())):
+        assert message_of(said(kind, **{field: value}))[field] == value
+        return
+    with pytest.raises(BadMessage):
+        message_of(said(kind, **{field: value}))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"{}", "", "{", "[]", "null", "1", '"nav"', "{}", '{"type": 1}', '{"type": "exec"}', "[" * 60000, "NaN"],
+)
+def test_junk_is_refused(data: str | bytes) -> None:
+    with pytest.raises(BadMessage):
+        message_of(data)
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: (
+        st.lists(inner)
+        | st.dictionaries(st.sampled_from(["type", "u", "v", "id", "name", "kind"]) | st.text(), inner)
+    ),
+    max_leaves=12,
+)
+
+
+@given(JSON, st.sampled_from(sorted(MESSAGES)))
+def test_any_json_is_taken_or_refused(value: Any, kind: str) -> None:
+    for each in (value, {**value, "type": kind} if isinstance(value, dict) else value):
+        with contextlib.suppress(BadMessage):
+            assert message_of(json.dumps(each))["type"] in MESSAGES
+
+
+@given(st.text())
+def test_any_text_is_taken_or_refused(text: str) -> None:
+    with pytest.raises(BadMessage):
+        message_of(text)
+
+
+def test_buffers_follow_the_text_at_a_multiple_of_four() -> None:
+    data = packed({"type": "picture", "name": "é"}, [b"abc", b"", b"defg"])
+    (length,) = struct.unpack_from("<I", data)
+    message = json.loads(data[4 : 4 + length])
+    assert message == {"type": "picture", "name": "é", "buffers": [3, 0, 4]}
+    start = 4 + length + (-length % 4)
+    assert start % 4 == 0
+    assert data[start:] == b"abcdefg"

@@ -1,0 +1,39 @@
+"""Snapshots of a live view."""
+
+from __future__ import annotations
+
+import pytest
+import raycam
+from raycam.viewer.outputs import _stem, snapshot
+from raycam.viewer.session import Session
+
+
+def test_there_is_none_before_a_picture_rests(small_world: raycam.World) -> None:
+    session = Session(small_world, small_world.camera("front"))
+    with pytest.raises(raycam.SettingsError, match="no samples yet"):
+        snapshot(session, "png")
+
+
+def test_a_png_is_that_of_the_frame(small_world: raycam.World) -> None:
+    session = Session(small_world, small_world.camera("front"), title="a room.toml", samples=4)
+    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
+    session.exposure, session.view = 1.0, "agx"
+    session.still = session.start_refinement().refine(lambda done, total: None)
+    name, media, data = snapshot(session, "png")
+    assert (name, media) == ("a_room.png", "image/png")
+    expected = raycam.render(small_world, small_world.camera("front"), samples=4, exposure=1.0, view="agx")
+    assert data == expected.to_png()
+
+
+@pytest.mark.parametrize(
+    ("title", "stem"),
+    [
+        ("../../etc/passwd", "etc_passwd"),
+        ("", "raycam"),
+        ("..", "raycam"),
+        ("x" * 99, "x" * 60),
+        ("a/b.toml", "a_b"),
+    ],
+)
+def test_titles_become_names_of_files(title: str, stem: str) -> None:
+    assert _stem(title) == stem

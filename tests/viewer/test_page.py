@@ -1,0 +1,220 @@
+"""Frames as pages: one file, nothing loaded, every number in it."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.viewer import page as pages
+from raycam.viewer.page import Page, page
+from raycam.viewer.wire import unpack
+
+EVIL = "</script><img src=x onerror=alert(1)><!--"
+
+
+class Elements(HTMLParser):
+    """The elements of a page with their attributes and the text in them."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None], list[str]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs), []))
+
+    def handle_endtag(self, tag: str) -> None:
+        self.found.append((f"/{tag}", {}, []))
+
+    def handle_data(self, data: str) -> None:
+        if self.found:
+            self.found[-1][2].append(data)
+
+    def text(self, tag: str, **attributes: str) -> str:
+        """The text of the one element that has these attributes."""
+        (found,) = [
+            text
+            for name, has, text in self.found
+            if name == tag and all(has.get(key) == value for key, value in attributes.items())
+        ]
+        return "".join(found)
+
+
+@pytest.fixture(scope="module")
+def world() -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, color="#c83c28", name=EVIL, category="crate")
+    world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5], name="floor")
+    return world
+
+
+@pytest.fixture(scope="module")
+def camera() -> raycam.Camera:
+    return raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=60)
+
+
+@pytest.fixture(scope="module")
+def frame(world: raycam.World, camera: raycam.Camera) -> raycam.Frame:
+    return raycam.render(world, camera, channels="all", samples=4)
+
+
+def document(text: str) -> dict:
+    return json.loads(Elements(text).text("script", id="document"))
+
+
+def planes(text: str) -> dict[str, np.ndarray]:
+    elements = Elements(text)
+    return {
+        header["key"]: unpack(header, base64.b64decode(elements.text("script", id=f"plane-{header['key']}")))
+        for header in document(text)["planes"]
+    }
+
+
+def test_every_channel_is_in_it_to_the_bit(frame: raycam.Frame) -> None:
+    found = planes(page(frame))
+    assert set(found) == {f"a-{name}" for name in frame}
+    for name, array in frame.items():
+        assert found[f"a-{name}"].dtype == array.dtype
+        assert found[f"a-{name}"].tobytes() == array.tobytes()
+
+
+def test_nothing_is_loaded_and_the_policy_knows_the_script(frame: raycam.Frame) -> None:
+    elements = Elements(page(frame))
+    (policy,) = [has["content"] for tag, has, _ in elements.found if has.get("http-equiv")]
+    hashes = dict(re.findall(r"(script|style)-src 'sha256-([^']+)'", policy or ""))
+    scripts = [text for tag, has, text in elements.found if tag == "script" and "type" not in has]
+    styles = [text for tag, _, text in elements.found if tag == "style"]
+    for kind, (only,) in {"script": scripts, "style": styles}.items():
+        digest = hashlib.sha256("".join(only).encode()).digest()
+        assert hashes[kind] == base64.b64encode(digest).decode()
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    for tag, has, _ in elements.found:
+        assert not any(name.startswith("on") or name in ("src", "style", "action") for name in has), tag
+        assert has.get("href", "data:,") == "data:,"
+
+
+def test_names_of_a_world_are_text(frame: raycam.Frame, world: raycam.World) -> None:
+    text = page(frame, world=world, title=EVIL)
+    assert EVIL not in text
+    assert document(text)["names"]["instance"] == {"0": EVIL, "1": "floor"}
+    assert document(text)["names"]["category"] == {"1": "crate"}
+    assert Elements(text).text("h1").strip() == EVIL
+
+
+def test_color_comes_first(frame: raycam.Frame) -> None:
+    shown = document(page(frame))["channels"]
+    assert shown[0] == {"name": "color"}
+    assert len(shown) == len(frame)
+
+
+def test_a_second_frame_comes_beside_the_first(
+    world: raycam.World, camera: raycam.Camera, frame: raycam.Frame
+) -> None:
+    other = raycam.render(world, camera, samples=1, seed=1)
+    found = planes(page(frame, compare=other))
+    assert {name for name in found if name.startswith("b-")} == {f"b-{name}" for name in other}
+    assert found["b-color"].tobytes() == other["color"].tobytes()
+
+
+def test_half_rounds_the_color_alone_and_says_so(frame: raycam.Frame) -> None:
+    text = page(frame, half=True)
+    found = planes(text)
+    assert found["a-color"].tobytes() == frame["color"].astype(np.float16).tobytes()
+    assert found["a-depth"].tobytes() == frame["depth"].tobytes()
+    assert any("float16" in notice for notice in document(text)["notices"])
+
+
+def test_more_arrays_are_planes(frame: raycam.Frame) -> None:
+    flow = np.zeros((32, 48, 2), np.float32)
+    assert planes(page(frame, arrays={"flow": flow}))["a-flow"].shape == (32, 48, 2)
+
+
+def test_a_region_counts_from_the_whole_picture(world: raycam.World, camera: raycam.Camera) -> None:
+    part = raycam.render(world, camera, samples=1, region=(8, 4, 16, 16))
+    made = document(page(part, world=world, explain=[(10, 6)]))
+    assert made["origin"] == [8, 4]
+    assert [(each["column"], each["row"]) for each in made["explanations"]] == [(2, 2)]
+
+
+def test_explanations_have_text_and_figure(frame: raycam.Frame, world: raycam.World) -> None:
+    (made,) = document(page(frame, world=world, explain=[(24, 16)]))["explanations"]
+    assert made["text"] == str(raycam.explain(world, frame.camera, (24, 16)))
+    assert made["svg"].startswith("<svg")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"explain": [(1, 1)]}, "explain needs the world"),
+        ({"exposure": float("nan")}, "exposure"),
+        ({"view": "filmic"}, "view"),
+        ({"arrays": {"depth": np.zeros((32, 48), np.float32)}}, "channel of this name"),
+        ({"arrays": {"my flow": np.zeros((32, 48), np.float32)}}, "letters, digits"),
+        ({"arrays": {"flow": np.zeros((48, 32), np.float32)}}, "shape"),
+        ({"arrays": {"flow": np.zeros((32, 48), np.int64)}}, "int64"),
+    ],
+)
+def test_parts_that_do_not_fit_are_refused(frame: raycam.Frame, options: dict, told: str) -> None:
+    with pytest.raises(raycam.SettingsError, match=re.escape(told)):
+        page(frame, **options)
+
+
+def test_frames_that_cannot_be_compared_are_refused(
+    world: raycam.World, camera: raycam.Camera, frame: raycam.Frame
+) -> None:
+    with pytest.raises(raycam.SettingsError, match="24 x 16 pixels"):
+        page(frame, compare=raycam.render(world, camera.resized((24, 16)), samples=1))
+    depth, color = (raycam.render(world, camera, samples=1, channels=name) for name in ("depth", "color"))
+    with pytest.raises(raycam.SettingsError, match="nothing to compare"):
+        page(depth, compare=color)
+
+
+def test_explained_pixels_lie_in_the_region(world: raycam.World, camera: raycam.Camera) -> None:
+    part = raycam.render(world, camera, samples=1, region=(8, 4, 16, 16))
+    with pytest.raises(raycam.SettingsError, match="region"):
+        page(part, world=world, explain=[(0, 0)])
+
+
+def test_frames_are_saved_as_pages(frame: raycam.Frame, tmp_path: Path) -> None:
+    frame.save(tmp_path / "x.html", title="a title")
+    assert (tmp_path / "x.html").read_text(encoding="utf-8") == page(frame, title="a title")
+    with pytest.raises(raycam.SettingsError, match=r"title is not an option of \.png files"):
+        frame.save(tmp_path / "x.png", title="a title")
+    with pytest.raises(raycam.SettingsError, match=r"bits is not an option of \.html files"):
+        frame.save(tmp_path / "x.html", bits=8)
+
+
+def test_show_opens_the_browser(frame: raycam.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    path = frame.show(title="here")
+    assert opened == [path.as_uri()]
+    assert path.read_text(encoding="utf-8") == page(frame, title="here")
+    path.unlink()
+
+
+def test_show_fills_the_cell_of_a_notebook(frame: raycam.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Shell:
+        kernel = None
+
+    class IPython:
+        get_ipython = staticmethod(Shell)
+
+    class Display:
+        shown: list[Page] = []  # noqa: RUF012
+        display = staticmethod(shown.append)
+
+    monkeypatch.setitem(pages.sys.modules, "IPython", IPython)
+    monkeypatch.setitem(pages.sys.modules, "IPython.display", Display)
+    assert frame.show() is None
+    (shown,) = Display.shown
+    tag, has, _ = Elements(shown._repr_html_()).found[0]
+    assert (tag, has["sandbox"], has["srcdoc"]) == ("iframe", "allow-scripts allow-downloads", str(shown))

@@ -1,0 +1,110 @@
+"""What is rendered next."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+import raycam
+from raycam.viewer import scheduler as scheduling
+from raycam.viewer.scheduler import IN_FLIGHT, Scheduler, Superseded, jpeg
+from raycam.viewer.session import Session
+
+
+def ready(world: raycam.World, touched: float = 0.0) -> Session:
+    session = Session(world, world.camera("front"), samples=16)
+    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
+    session.send = lambda message, buffers: None
+    session.moved, session.touched = session.version, touched
+    return session
+
+
+def step(scheduler: Scheduler) -> Session | None:
+    """Does the next work; returns whose it was."""
+    found = scheduler._next()
+    if found is None:
+        return None
+    session, work = found
+    work()
+    session.acknowledged = session.sent
+    return session
+
+
+def test_moving_comes_before_resting_and_the_oldest_first(small_world: raycam.World) -> None:
+    rests, late, early = (ready(small_world) for _ in range(3))  # rests has work too
+    early.changed()
+    late.changed()
+    late.touched = early.touched + 1e-3
+    scheduler = Scheduler(lambda: [rests, late, early])
+    assert [step(scheduler) for _ in range(2)] == [early, late]
+
+
+def test_a_view_rests_for_a_while_before_it_is_refined(small_world: raycam.World) -> None:
+    session = ready(small_world, time.monotonic())
+    assert Scheduler(lambda: [session])._next() is None
+
+
+def test_refinement_ends_at_the_samples_asked_for(small_world: raycam.World) -> None:
+    session = ready(small_world)
+    scheduler = Scheduler(lambda: [session])
+    while step(scheduler):
+        pass
+    assert session.start_refinement().samples == 16
+    assert session.sent == 2
+
+
+def test_nothing_is_rendered_for_who_does_not_look(small_world: raycam.World) -> None:
+    hidden, gone, behind = (ready(small_world) for _ in range(3))
+    hidden.visible = False
+    gone.send = None
+    behind.sent = IN_FLIGHT
+    assert Scheduler(lambda: [hidden, gone, behind])._next() is None
+
+
+def test_a_change_ends_a_picture(small_world: raycam.World) -> None:
+    session = ready(small_world)
+    progress = Scheduler(lambda: [session])._stopper(session, session.version)
+    progress(1, 2)
+    session.changed()
+    with pytest.raises(Superseded):
+        progress(1, 2)
+
+
+def test_channels_are_shown_from_what_is_there(small_world: raycam.World) -> None:
+    session = ready(small_world)
+    heard: list[tuple[str, int]] = []
+    session.send = lambda message, buffers: (
+        heard.append((message["channel"], message["samples"])) if message["type"] == "picture" else None
+    )
+    scheduler = Scheduler(lambda: [session])
+    for channel in ("color", "depth", "alpha", "color"):
+        session.receive({"type": "channel", "name": channel})
+        while step(scheduler):
+            pass
+    assert heard == [("color", 4), ("color", 16), ("depth", 1), ("alpha", 16), ("color", 16)]
+
+
+def test_errors_are_told_and_the_thread_goes_on(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session, heard = ready(small_world), []
+    session.send = lambda message, buffers: heard.append(message)
+    scheduler = Scheduler(lambda: [session])
+
+    def fail(session: Session) -> None:
+        scheduler.end()
+        raise raycam.WorldError("no such thing")
+
+    monkeypatch.setattr(scheduler, "_refine", fail)
+    scheduler.run()
+    assert heard == [{"type": "error", "text": "no such thing"}]
+
+
+def test_jpegs_are_near_the_picture(small_world: raycam.World) -> None:
+    import cv2
+    import numpy as np
+
+    rgb = raycam.render(small_world, small_world.camera("front").resized((96, 64)), samples=4).to_srgb8()
+    back = cv2.imdecode(np.frombuffer(jpeg(rgb), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    assert np.abs(back.astype(int) - rgb).mean() < 3
+    assert scheduling.JPEG_QUANTIZER > 1

@@ -1,0 +1,409 @@
+"""The server: pictures for those who may, and nothing for anyone else."""
+
+from __future__ import annotations
+
+import builtins
+import io
+import json
+import os
+import random
+import socket
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.render.frame import CHANNELS
+from raycam.viewer import server as serving
+from raycam.viewer.server import MOST_CONNECTIONS, MOST_SESSIONS, PORTS, Server
+from raycam.viewer.wire import unpack
+from support.viewer_client import SPACE, Client
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
+from websockets.sync.client import ClientConnection
+from websockets.typing import Subprotocol
+
+Open = Callable[..., ClientConnection]
+
+
+def raw(server: Server, request: bytes, *, wait: float = 10) -> bytes:
+    """What comes back for bytes on the port."""
+    with socket.create_connection(server.address, timeout=wait) as made:
+        made.sendall(request)
+        answer = b""
+        try:
+            while part := made.recv(65536):
+                answer += part
+        except (TimeoutError, ConnectionResetError):
+            pass
+        return answer
+
+
+def get(server: Server, path: str, host: str = "127.0.0.1") -> tuple[int, dict[str, str], bytes]:
+    head, _, body = raw(server, f"GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode()).partition(
+        b"\r\n\r\n"
+    )
+    first, *lines = head.decode().split("\r\n")
+    return int(first.split()[1]), dict(line.split(": ", 1) for line in lines), body
+
+
+# Pages ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("path", "status"), [("/", 200), ("/client.js", 200), ("/style.css", 200), ("/x", 404)]
+)
+def test_every_answer_has_the_headers(server: Server, path: str, status: int) -> None:
+    got, headers, body = get(server, path)
+    assert got == status
+    assert body
+    assert serving.gate.HEADERS.items() <= headers.items()
+    assert "server" not in {name.lower() for name in headers}
+    assert server.token.encode() not in body
+
+
+def test_another_host_gets_nothing(server: Server) -> None:
+    assert get(server, "/", "evil.example")[0] == 403
+
+
+def test_it_listens_on_this_machine_alone(server: Server) -> None:
+    assert server.address[0] == "127.0.0.1"
+    assert server.url == f"http://127.0.0.1:{server.address[1]}/#t={server.token}"
+    assert len(server.token) >= 43
+
+
+@pytest.mark.parametrize(
+    "request_bytes",
+    [
+        *(
+            b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n",
+            b"\x16\x03\x01\x02\x00\x01",
+            b"\r\n\r\n",
+        ),
+        *(
+            b"GET / HTTP/1.1\r\n\r\n",
+            b"GET /" + b"a" * 100000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n",
+            b"GET / HTTP/9\r\n\r\n",
+        ),
+        b"GET / HTTP/1.1\r\n" + b"".join(b"X-%d: y\r\n" % i for i in range(500)) + b"Host: localhost\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n",
+        *(
+            os.urandom(500),
+            b"PUT /etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n",
+            b"GET ../../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        ),
+    ],
+    ids=range(11),
+)
+def test_junk_gets_no_page_and_the_next_one_does(server: Server, request_bytes: bytes) -> None:
+    answer = raw(server, request_bytes, wait=1)
+    assert b"<html" not in answer
+    assert answer[9:12] in (b"", b"400", b"403", b"404", b"405", b"414", b"431", b"500", b"501", b"505")
+    assert get(server, "/")[0] == 200
+
+
+def test_too_many_connections_are_cut_and_others_are_answered(server: Server) -> None:
+    idle = [socket.create_connection(server.address) for _ in range(MOST_CONNECTIONS + 20)]
+    time.sleep(0.3)
+    open_still = 0
+    for each in idle:
+        each.setblocking(False)
+        try:
+            open_still += each.recv(1) != b""
+        except BlockingIOError:
+            open_still += 1
+        except ConnectionResetError:
+            pass
+    assert open_still <= MOST_CONNECTIONS
+    for each in idle:
+        each.close()
+    time.sleep(0.3)
+    assert get(server, "/")[0] == 200
+
+
+def assert_ended(client: Client) -> None:
+    """The server closes the connection, after what it has said already."""
+    for _ in range(1000):
+        try:
+            client.next()
+        except ConnectionClosed:
+            return
+    raise AssertionError("the connection is open still")
+
+
+# The socket -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [
+        ({"origin": "http://evil.example"}, 403),
+        ({"origin": None}, 403),
+        ({"origin": "http://127.0.0.1:1"}, 403),
+        ({"subprotocols": [Subprotocol("raycam.view.1")]}, 401),
+        ({"subprotocols": [Subprotocol("raycam.view.1"), Subprotocol("token.wrong")]}, 401),
+        ({"subprotocols": None}, 401),
+    ],
+)
+def test_strangers_are_refused(
+    server: Server, open_socket: Open, changed: dict[str, Any], status: int
+) -> None:
+    with pytest.raises(InvalidStatus) as refused:
+        open_socket(**changed)
+    assert refused.value.response.status_code == status
+    assert not server.sessions
+
+
+@pytest.mark.parametrize("path", ["/", "/client.js", "/socket?t=1", "/other"])
+def test_there_is_one_socket(server: Server, open_socket: Open, path: str) -> None:
+    host, port = server.address
+    with pytest.raises(InvalidHandshake):
+        open_socket(uri=f"ws://{host}:{port}{path}")
+    assert not server.sessions
+
+
+@pytest.mark.parametrize("first", ["junk", b"\x00", "{}", json.dumps({"type": "ack", "picture": 0})])
+def test_the_first_message_is_hello(server: Server, open_socket: Open, first: str | bytes) -> None:
+    made = open_socket()
+    made.send(first)
+    with pytest.raises(ConnectionClosed) as closed:
+        made.recv(timeout=10)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == serving.POLICY_VIOLATION
+    assert not server.sessions
+
+
+def test_three_messages_that_are_none_end_a_client_and_no_other(client: Client, open_socket: Open) -> None:
+    bad = Client(open_socket())
+    for junk in ("junk", json.dumps({"type": "nav"}), json.dumps({"type": "hello", "session": "", **SPACE})):
+        bad.socket.send(junk)
+    assert_ended(bad)
+    client.say("probe", id=1, u=1, v=1)
+    assert client.hear("values")[0]["id"] == 1
+
+
+def test_long_messages_end_a_client(open_socket: Open) -> None:
+    bad = Client(open_socket())
+    bad.socket.send(json.dumps({"type": "camera", "name": "x" * 70000}))
+    assert_ended(bad)
+
+
+def test_there_are_so_many_sessions_and_no_more(server: Server, open_socket: Open) -> None:
+    for _ in range(MOST_SESSIONS):
+        Client(open_socket())
+    with pytest.raises(ConnectionClosed) as closed:
+        Client(open_socket())
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == serving.TRY_AGAIN_LATER
+    assert len(server.sessions) == MOST_SESSIONS
+
+
+def test_a_client_that_left_makes_room(server: Server, open_socket: Open) -> None:
+    clients = [Client(open_socket()) for _ in range(MOST_SESSIONS)]
+    clients[3].socket.close()
+    deadline = time.monotonic() + 10
+    while all(each.send for each in server.sessions.values()) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    left = clients[3].welcome["session"]
+    assert Client(open_socket()).welcome["session"] not in {each.welcome["session"] for each in clients}
+    assert left not in server.sessions
+
+
+def test_nothing_a_client_says_reaches_the_disk(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    client.hear("picture", samples=16)
+    opened: list[str] = []
+
+    def recorded(function: Callable[..., Any]) -> Callable[..., Any]:
+        def record(path: Any, *rest: Any, **more: Any) -> Any:
+            opened.append(os.fspath(path))
+            return function(path, *rest, **more)
+
+        return record
+
+    with monkeypatch.context() as patched:
+        for module in (builtins, io, os):
+            patched.setattr(module, "open", recorded(module.open))
+        for name in ("../../etc/passwd", "/etc/passwd", "\0", "front/../../x"):
+            client.say("camera", name=name)
+            assert "no camera" in client.hear("error")[0]["text"]
+        for format in ("png", "npz", "html"):
+            client.say("snapshot", format=format)
+            assert client.hear("file")[1][0]
+    package = Path(raycam.__file__).parent
+    assert [path for path in opened if not Path(path).is_relative_to(package)] == []
+
+
+def test_random_messages_change_nothing_of_others(server: Server, client: Client, open_socket: Open) -> None:
+    client.hear("picture", samples=16)
+    before = server.sessions[client.welcome["session"]].version
+    chance = random.Random(7)
+    words = [None, True, -1, 1e300, "depth", "", [], {}, "nav", 2**70]
+    for _ in range(15):
+        bad = Client(open_socket())
+        try:
+            for _ in range(serving.STRIKES + 2):
+                bad.socket.send(
+                    json.dumps(
+                        {chance.choice(["type", "u", "v", "x"]): chance.choice(words) for _ in range(4)}
+                    )
+                )
+            for _ in range(200):
+                bad.next()
+        except (ConnectionClosed, TimeoutError):
+            pass
+        bad.socket.close()
+    assert server.sessions[client.welcome["session"]].version == before
+    assert get(server, "/")[0] == 200
+
+
+# What a client gets ---------------------------------------------------------------------------------------
+
+
+def test_pictures_come_from_coarse_to_fine_and_are_those_of_render(
+    client: Client, small_world: raycam.World
+) -> None:
+    client.hear("picture", samples=16)
+    assert [(each["moving"], each["samples"]) for each, _ in client.pictures] == [
+        (True, 1),
+        (False, 4),
+        (False, 16),
+    ]
+    assert client.pictures[0][1][:3] == b"\xff\xd8\xff"
+    camera = small_world.camera("front")
+    for message, data in client.pictures[1:]:
+        expected = raycam.render(
+            small_world, camera, samples=message["samples"], channels=["color", "alpha", "coverage"]
+        )
+        assert unpack(message["plane"], data).tobytes() == expected["color"].tobytes()
+
+
+def test_every_channel_comes_exactly(client: Client, small_world: raycam.World) -> None:
+    camera = small_world.camera("front")
+    client.hear("picture", samples=16)
+    names = [channel["name"] for channel in client.welcome["channels"]]
+    assert {*names, "error"} == set(CHANNELS)
+    expected = raycam.render(small_world, camera, samples=16, channels=names)
+    for channel in names:
+        client.say("channel", name=channel)
+        message, (data,) = client.hear("picture", channel=channel, moving=False)
+        assert unpack(message["plane"], data).tobytes() == expected[channel].tobytes(), channel
+
+
+def test_probes_tell_the_numbers_of_the_picture(client: Client, small_world: raycam.World) -> None:
+    client.hear("picture", samples=16)
+    names = [channel["name"] for channel in client.welcome["channels"]]
+    expected = raycam.render(small_world, small_world.camera("front"), samples=16, channels=names)
+    for id, (u, v) in enumerate([(24, 16), (0, 0), (47, 31), (10, 25)]):
+        client.say("probe", id=id, u=u, v=v)
+        values = client.hear("values", id=id)[0]["values"]
+        assert set(values) == set(names)
+        for name in names:
+            numbers = np.array([float(number) for number in values[name]["numbers"]], expected[name].dtype)
+            assert numbers.tobytes() == np.atleast_1d(expected[name][v, u]).tobytes(), name
+    client.say("probe", id=9, u=24, v=16)
+    values = client.hear("values", id=9)[0]["values"]
+    assert (values["instance"]["name"], values["category"]["name"]) == ("box", "crate")
+
+
+def test_pictures_never_go_back_to_an_older_view(client: Client) -> None:
+    for step in range(30):
+        client.say("nav", seq=step, kind="orbit", dx=3, dy=1, dz=0, u=24, v=16)
+    client.hear("picture", samples=16)
+    versions = [message["version"] for message, _ in client.pictures]
+    assert versions == sorted(versions)
+    assert client.pictures[-1][0]["samples"] == 16
+
+
+def test_two_pictures_are_under_way_at_most(server: Server, open_socket: Open) -> None:
+    lazy = Client(open_socket())
+    lazy.say = lambda kind, /, **fields: None if kind == "ack" else Client.say(lazy, kind, **fields)  # type: ignore[method-assign]
+    for step in range(10):
+        Client.say(lazy, "nav", seq=step, kind="orbit", dx=3, dy=1, dz=0, u=24, v=16)
+        time.sleep(0.05)
+    session = server.sessions[lazy.welcome["session"]]
+    assert session.sent - session.acknowledged <= 2
+
+
+def test_each_client_has_its_own_camera(server: Server, client: Client, open_socket: Open) -> None:
+    other = Client(open_socket())
+    other.say("camera", name="side")
+    other.hear("picture", samples=16)
+    one, two = (server.sessions[each.welcome["session"]].given for each in (client, other))
+    assert np.allclose(one.C, [4, -3, 2])
+    assert np.allclose(two.C, [-4, -3, 2])
+
+
+def test_a_client_that_comes_back_finds_its_view(server: Server, client: Client, open_socket: Open) -> None:
+    client.say("nav", seq=1, kind="orbit", dx=100, dy=0, dz=0, u=24, v=16)
+    client.hear("picture", samples=16)
+    moved = server.sessions[client.welcome["session"]].given
+    client.socket.close()
+    deadline = time.monotonic() + 10
+    while server.sessions[client.welcome["session"]].send and time.monotonic() < deadline:
+        time.sleep(0.02)
+    back = Client(open_socket(), client.welcome["session"])
+    assert back.welcome["session"] == client.welcome["session"]
+    assert server.sessions[back.welcome["session"]].given == moved
+    assert back.hear("picture", moving=False)[0]["samples"] == 16
+
+
+def test_a_session_is_not_taken_from_its_client(client: Client, open_socket: Open) -> None:
+    assert Client(open_socket(), client.welcome["session"]).welcome["session"] != client.welcome["session"]
+
+
+def test_pixels_are_explained_and_cameras_copied(client: Client, small_world: raycam.World) -> None:
+    client.hear("picture", samples=16)
+    client.say("explain", id=1, u=24, v=16)
+    explained = client.hear("explained")[0]
+    camera = small_world.camera("front")
+    assert explained["text"] == str(raycam.explain(small_world, camera, (24, 16)))
+    client.say("explain", id=2, u=1000, v=16)
+    assert "not in the picture" in client.hear("error")[0]["text"]
+    client.say("copy", format="python")
+    names: dict[str, Any] = {"raycam": raycam}
+    exec(client.hear("copied")[0]["text"], names)
+    assert names["camera"] == camera
+
+
+def test_snapshots_are_the_frame(client: Client, small_world: raycam.World) -> None:
+    client.hear("picture", samples=16)
+    client.say("snapshot", format="npz")
+    message, (data,) = client.hear("file")
+    assert message["name"] == "small.npz"
+    saved = np.load(io.BytesIO(data))
+    expected = raycam.render(
+        small_world, small_world.camera("front"), samples=16, channels=["color", "depth"]
+    )
+    assert saved["color"].tobytes() == expected["color"].tobytes()
+    assert saved["depth"].tobytes() == expected["depth"].tobytes()
+    client.say("snapshot", format="html")
+    message, (data,) = client.hear("file")
+    assert data.startswith(b"<!doctype html>")
+
+
+def test_the_end_is_told(server: Server, client: Client) -> None:
+    server.close()
+    assert client.hear("closing")
+    with pytest.raises(ConnectionClosed):
+        client.next()
+    assert not server.scheduler.is_alive()
+
+
+def test_a_used_port_is_told(server: Server) -> None:
+    with pytest.raises(OSError, match="cannot listen on"):
+        Server(lambda: None, port=server.address[1])  # type: ignore[arg-type, return-value]
+
+
+def test_the_next_free_port_is_taken(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, server: Server
+) -> None:
+    monkeypatch.setattr(serving, "PORTS", [server.address[1], 0])
+    other = Server(lambda: None)  # type: ignore[arg-type, return-value]
+    assert other.address[1] not in (server.address[1], 0)
+    other.close()
+    monkeypatch.setattr(serving, "PORTS", [server.address[1]])
+    with pytest.raises(OSError, match="all in use"):
+        Server(lambda: None)  # type: ignore[arg-type, return-value]
+    assert PORTS[0] == 7421

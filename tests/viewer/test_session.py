@@ -1,0 +1,144 @@
+"""Sessions: what a message changes, and the size of pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.viewer.messages import MESSAGES
+from raycam.viewer.session import LARGEST, Session
+
+
+@pytest.fixture
+def session(small_world: raycam.World) -> Session:
+    made = Session(small_world, small_world.camera("front"))
+    made.receive({"type": "size", "width": 96, "height": 64, "ratio": 1})
+    return made
+
+
+def nav(kind: str, **changed: Any) -> dict[str, Any]:
+    return {"type": "nav", "seq": 1, "kind": kind, "dx": 0, "dy": 0, "dz": 0, "u": 48, "v": 32, **changed}
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "ratio", "size"),
+    [
+        (96, 64, 1, (96, 64)),
+        (300, 64, 1, (96, 64)),
+        (48, 32, 2, (96, 64)),
+        (10000, 10000, 10, (1280, 853)),
+        (1, 1, 0.1, (1, 1)),
+    ],
+)
+def test_pictures_fill_the_space_with_the_sides_of_the_camera(
+    session: Session, width: int, height: int, ratio: float, size: tuple[int, int]
+) -> None:
+    session.receive({"type": "size", "width": width, "height": height, "ratio": ratio})
+    assert session.size == session.camera.size == size
+    assert size <= LARGEST
+
+
+@pytest.mark.parametrize("kind", ["orbit", "look", "pan", "move", "roll", "dolly", "fit"])
+def test_moving_makes_a_new_version_of_a_free_camera(session: Session, kind: str) -> None:
+    before, version = session.given, session.version
+    assert session.name == "front"
+    session.receive(nav(kind, dx=5, dy=3, dz=2))
+    assert session.given != before
+    assert session.given.size == before.size
+    assert np.allclose(session.given.K, before.K)
+    assert (session.version, session.name, session.still) == (version + 1, "", None)
+
+
+def test_home_is_where_it_began(session: Session) -> None:
+    before = session.given
+    session.receive(nav("orbit", dx=50))
+    session.receive(nav("home"))
+    assert session.given == before
+
+
+def test_the_pivot_is_the_point_under_the_pointer(session: Session, small_world: raycam.World) -> None:
+    session.receive(nav("pivot"))
+    origin, direction = session.camera.rays(np.array([48, 32]) + session.camera.corner)
+    assert np.allclose(session.pivot, small_world.cast_rays(origin, direction)["position"])
+    before = session.pivot
+    session.receive(nav("pivot", u=0.0, v=-1e4))
+    assert np.array_equal(session.pivot, before)
+
+
+def test_coming_nearer_beside_everything_keeps_going(session: Session) -> None:
+    session.receive(nav("move", dy=10000, dz=0))
+    before = session.given.C
+    session.receive(nav("dolly", dz=3, u=1, v=1))
+    assert np.isfinite(session.given.C).all()
+    assert not np.allclose(session.given.C, before)
+
+
+def test_parallel_rays_come_no_nearer(small_world: raycam.World) -> None:
+    camera = raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], size=(48, 32), height=4)
+    session = Session(small_world, camera)
+    with pytest.raises(raycam.CameraError, match="parallel"):
+        session.receive(nav("dolly", dz=1))
+
+
+def test_cameras_of_the_world_are_looked_through(session: Session, small_world: raycam.World) -> None:
+    session.receive({"type": "camera", "name": "side"})
+    assert (session.given, session.name) == (small_world.camera("side"), "side")
+    session.receive({"type": "camera", "name": ""})
+    assert (session.given, session.name) == (small_world.camera("side"), "")
+    with pytest.raises(raycam.WorldError):
+        session.receive({"type": "camera", "name": "behind"})
+
+
+def test_light_channel_and_display(session: Session) -> None:
+    version = session.version
+    session.receive({"type": "channel", "name": "depth"})
+    session.receive({"type": "display", "exposure": 1.5, "view": "agx"})
+    assert (session.channel, session.exposure, session.view, session.version) == (
+        "depth",
+        1.5,
+        "agx",
+        version,
+    )
+    session.receive({"type": "quality", "integrator": "path"})
+    assert (session.integrator, session.most_samples(), session.version) == ("path", 256, version + 1)
+    with pytest.raises(raycam.WorldError, match="error"):
+        session.receive({"type": "channel", "name": "error"})
+
+
+def test_acknowledgements_are_of_pictures_that_were_sent(session: Session) -> None:
+    session.sent = 5
+    session.receive({"type": "ack", "picture": 2**53})
+    assert session.acknowledged == 5
+    session.receive({"type": "ack", "picture": 1})
+    assert session.acknowledged == 5
+
+
+def test_every_message_is_for_the_session_or_the_server(session: Session) -> None:
+    for kind in MESSAGES.keys() - {"hello", "probe", "explain", "snapshot", "copy", "nav", "camera"}:
+        example = {"name": "depth", "exposure": 0.0, "view": "standard", "integrator": "direct", "picture": 0}
+        session.receive({"type": kind, "width": 9, "height": 6, "ratio": 1, "visible": True, **example})
+
+
+def test_settings_of_the_world_are_where_it_begins() -> None:
+    world = raycam.World.from_dict(
+        {"object": [{"box": {"size": 1}}], "render": {"integrator": "path", "exposure": 1, "view": "agx"}}
+    )
+    session = Session(world, world.default_camera())
+    assert (session.integrator, session.exposure, session.view, session.name) == ("path", 1.0, "agx", "")
+    assert session.welcome()["cameras"] == []
+
+
+@pytest.mark.parametrize("format", ["python", "toml"])
+def test_cameras_are_copied_with_all_digits(session: Session, format: str) -> None:
+    session.receive(nav("orbit", dx=7, dy=3))
+    text = session.copied(format)
+    if format == "python":
+        names: dict[str, Any] = {"raycam": raycam}
+        exec(text, names)
+        assert names["camera"] == session.given
+    else:
+        import tomllib
+
+        assert raycam.Camera.from_dict(tomllib.loads(text)["camera"]) == session.given

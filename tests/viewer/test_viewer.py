@@ -1,0 +1,149 @@
+"""`raycam.view`, and its command."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import pytest
+import raycam
+from raycam import cli
+from raycam.viewer import viewer as viewing
+from raycam.viewer.viewer import Viewer
+
+
+@pytest.fixture
+def no_browser(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The addresses that would have been opened."""
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) is None)
+    return opened
+
+
+def page_at(url: str) -> str:
+    with urllib.request.urlopen(url.split("#")[0], timeout=30) as answer:
+        return answer.read().decode()
+
+
+def test_a_world_is_served_until_it_is_closed(small_world: raycam.World, no_browser: list[str]) -> None:
+    viewer = raycam.view(small_world, block=False, browser=True, port=0)
+    assert isinstance(viewer, Viewer)
+    assert no_browser == [viewer.url]
+    assert "raycam" in page_at(viewer.url)
+    assert viewer.camera == small_world.default_camera()
+    assert viewer.frame() is None
+    viewer.close()
+    with pytest.raises(OSError):  # noqa: PT011
+        page_at(viewer.url)
+
+
+def test_the_path_of_a_world_is_loaded(no_browser: list[str], tmp_path: Path) -> None:
+    (tmp_path / "room.toml").write_text("[[object]]\nbox = { size = 1 }\n")
+    with raycam.view(tmp_path / "room.toml", block=False, browser=False, port=0) as viewer:
+        assert [each.name for each in viewer.world.objects]
+    assert no_browser == []
+
+
+def test_a_frame_is_shown_as_its_page(small_world: raycam.World, no_browser: list[str]) -> None:
+    path = raycam.view(raycam.render(small_world, samples=1), title="mine")
+    assert no_browser == [path.as_uri()]
+    assert "mine" in path.read_text(encoding="utf-8")
+    path.unlink()
+
+
+@pytest.mark.parametrize(
+    "options", [{"integrator": "flat"}, {"integrator": "pth"}, {"samples": 0}, {"samples": 1.5}]
+)
+def test_options_are_checked_before_anything_is_served(
+    small_world: raycam.World, options: dict[str, Any]
+) -> None:
+    with pytest.raises(raycam.SettingsError):
+        Viewer(small_world, port=0, **options)
+
+
+@pytest.mark.parametrize(
+    ("environment", "platform", "found"),
+    [
+        ({"SSH_CONNECTION": "1", "DISPLAY": ":0"}, "linux", False),
+        ({}, "linux", False),
+        ({"DISPLAY": ":0"}, "linux", True),
+        ({}, "darwin", True),
+    ],
+)
+def test_a_browser_opens_where_the_user_sits(
+    environment: dict[str, str],
+    platform: str,
+    found: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    no_browser: list[str],
+) -> None:
+    for name in ("SSH_CONNECTION", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(viewing.sys, "platform", platform)
+    monkeypatch.setattr("webbrowser.get", lambda: None)
+    assert viewing.open_browser("http://x") == found
+    assert viewing.open_browser("http://x", False) is False
+
+
+# The command ----------------------------------------------------------------------------------------------
+
+
+def test_two_saved_frames_become_a_page(
+    small_world: raycam.World, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for seed in (0, 1):
+        raycam.render(small_world, samples=2, seed=seed).save(tmp_path / f"{seed}.npz")
+    assert cli.main(["view", str(tmp_path / "0.npz"), str(tmp_path / "1.npz"), "--no-browser"]) == 0
+    path = Path(capsys.readouterr().out.strip())
+    text = path.read_text(encoding="utf-8")
+    path.unlink()
+    document = json.loads(re.search(r'id="document">(.*?)</script>', text)[1])  # type: ignore[index]
+    assert {"a-color", "b-color"} <= {plane["key"] for plane in document["planes"]}
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["w.toml", "--host", "0.0.0.0"], "everyone on the network"),
+        (["w.toml", "--host", "example.org"], "expected an address"),
+        (["w.toml", "b.npz"], "two frames are compared"),
+        (["w.toml", "--integrator", "pth"], "integrator"),
+        (["missing.npz"], "missing.npz"),
+        (["w.npz"], "no .npz file of raycam"),
+    ],
+)
+def test_what_cannot_be_viewed_is_told(
+    words: list[str],
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("w.toml").write_text("[[object]]\nbox = { size = 1 }\n")
+    Path("w.npz").write_text("no")
+    assert cli.main(["view", *words, "--no-browser", "--port", "0"]) != 0
+    assert told in capsys.readouterr().err
+
+
+def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
+    (tmp_path / "w.toml").write_text("[[object]]\nbox = { size = 1 }\n")
+    words = [sys.executable, "-m", "raycam", "view", str(tmp_path / "w.toml"), "--no-browser", "--port", "0"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    ) as made:
+        assert made.stdout is not None
+        url = re.search(r"http\S+", made.stdout.readline())
+        assert url
+        assert "<html" in page_at(url[0])
+        made.send_signal(2)
+        assert made.wait(30) == cli.STOPPED

@@ -1,0 +1,39 @@
+"""Planes packed and unpacked: every bit comes back, by every filter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from raycam.viewer.wire import BEST, DTYPES, FILTERS, pack, unpack
+
+
+@pytest.mark.parametrize("filter", FILTERS)
+@pytest.mark.parametrize("dtype", DTYPES)
+@given(data=st.data())
+def test_every_bit_comes_back(filter: str, dtype: str, data: st.DataObject) -> None:
+    height, width, components = (data.draw(st.integers(1, n)) for n in (7, 9, 4))
+    bits = arrays.arrays(f"u{np.dtype(dtype).itemsize}", (height, width, components))
+    values = data.draw(bits).view(dtype)
+    for level in (0, 1, 6):
+        header, packed = pack("x", values, level=level, filter=filter)
+        assert unpack(header, packed).tobytes() == values.tobytes()
+
+
+def test_planes_without_components_have_one() -> None:
+    header, packed = pack("depth", np.full((2, 3), np.inf, np.float32))
+    assert (header["components"], header["filter"]) == (1, BEST["depth"])
+    assert unpack(header, packed).shape == (2, 3, 1)
+
+
+def test_views_that_are_not_contiguous_are_packed() -> None:
+    values = np.arange(24, dtype=np.int32).reshape(4, 6)[::2, ::3]
+    header, packed = pack("x", values)
+    assert unpack(header, packed)[..., 0].tolist() == values.tolist()
+
+
+def test_other_types_are_refused() -> None:
+    with pytest.raises(ValueError, match="int64"):
+        pack("x", np.zeros((1, 1), np.int64))
