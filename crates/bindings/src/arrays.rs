@@ -1,9 +1,7 @@
 //! Arrays in and out. Python hands in C-contiguous arrays of the right type and shape: it has checked them.
 
 use glam::{DMat3, DVec3};
-use numpy::{
-    Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
-};
+use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::RayHits;
@@ -55,14 +53,8 @@ pub(crate) fn hits_to_dict(py: Python<'_>, hits: RayHits) -> PyResult<Bound<'_, 
     dict.set_item("t", array(py, hits.t, &[n])?)?;
     dict.set_item("instance", array(py, hits.instance, &[n])?)?;
     dict.set_item("triangle", array(py, hits.triangle, &[n])?)?;
-    dict.set_item(
-        "barycentric",
-        array(py, hits.barycentric.into_flattened(), &[n, 3])?,
-    )?;
+    dict.set_item("barycentric", array(py, hits.barycentric.into_flattened(), &[n, 3])?)?;
     dict.set_item("normal", array(py, hits.normal.into_flattened(), &[n, 3])?)?;
-    dict.set_item(
-        "position",
-        array(py, hits.position.into_flattened(), &[n, 3])?,
-    )?;
+    dict.set_item("position", array(py, hits.position.into_flattened(), &[n, 3])?)?;
     Ok(dict)
 }

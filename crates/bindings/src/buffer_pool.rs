@@ -116,9 +116,8 @@ impl BufferPool {
 
     /// An idle array, if there is one.
     fn acquire(&mut self, py: Python<'_>, kind: PixelType, values: usize) -> Option<PooledArray> {
-        let fits = |entry: &PoolEntry| {
-            entry.values == values && entry.array.kind() == kind && entry.array.is_unreferenced(py)
-        };
+        let fits =
+            |entry: &PoolEntry| entry.values == values && entry.array.kind() == kind && entry.array.is_unreferenced(py);
         let at = self.entries.iter().position(fits)?;
         Some(self.entries.swap_remove(at).array)
     }
@@ -128,11 +127,7 @@ impl BufferPool {
         let render = self.renders;
         self.entries.extend(planes.iter().filter_map(|plane| {
             let size = bytes(plane.array.kind(), plane.values);
-            (size >= MIN_BYTES).then(|| PoolEntry {
-                array: plane.array.clone_ref(py),
-                values: plane.values,
-                render,
-            })
+            (size >= MIN_BYTES).then(|| PoolEntry { array: plane.array.clone_ref(py), values: plane.values, render })
         }));
         self.entries.sort_by_key(|entry| entry.render);
         let mut all: usize = self.entries.iter().map(PoolEntry::bytes).sum();
@@ -175,38 +170,26 @@ impl OutputPlanes {
         let wanted: Vec<_> = wanted.collect();
         drop(lock);
         drop(dropped);
-        let planes = wanted
-            .into_iter()
-            .map(|(channel, values, used)| ImagePlane {
-                channel,
-                values,
-                zero: used.is_none(),
-                array: used.unwrap_or_else(|| PooledArray::zeros(py, channel.pixel_type(), values)),
-            });
+        let planes = wanted.into_iter().map(|(channel, values, used)| ImagePlane {
+            channel,
+            values,
+            zero: used.is_none(),
+            array: used.unwrap_or_else(|| PooledArray::zeros(py, channel.pixel_type(), values)),
+        });
         Self(planes.collect())
     }
 
     /// Lets them be written.
-    pub fn write<T>(
-        &self,
-        py: Python<'_>,
-        write: impl FnOnce(Vec<OutputPlane<'_>>) -> PyResult<T>,
-    ) -> PyResult<T> {
+    pub fn write<T>(&self, py: Python<'_>, write: impl FnOnce(Vec<OutputPlane<'_>>) -> PyResult<T>) -> PyResult<T> {
         enum PlaneGuard<'py> {
             F32(PyReadwriteArray1<'py, f32>),
             F64(PyReadwriteArray1<'py, f64>),
             I32(PyReadwriteArray1<'py, i32>),
         }
-        fn open<'py, T: Element>(
-            py: Python<'py>,
-            array: &Py<PyArray1<T>>,
-        ) -> PyResult<PyReadwriteArray1<'py, T>> {
+        fn open<'py, T: Element>(py: Python<'py>, array: &Py<PyArray1<T>>) -> PyResult<PyReadwriteArray1<'py, T>> {
             Ok(array.bind(py).try_readwrite()?)
         }
-        fn part<'a, T: Element>(
-            array: &'a mut PyReadwriteArray1<'_, T>,
-            values: usize,
-        ) -> PyResult<&'a mut [T]> {
+        fn part<'a, T: Element>(array: &'a mut PyReadwriteArray1<'_, T>, values: usize) -> PyResult<&'a mut [T]> {
             let all = array.as_slice_mut()?;
             let part = aligned_range(all.as_ptr(), values);
             Ok(&mut all[part])
@@ -235,11 +218,7 @@ impl OutputPlanes {
 
     /// The arrays for Python by name, [height, width] or [height, width, components]. Once Python references them no more,
     /// others get their memory.
-    pub fn into_arrays<'py>(
-        self,
-        py: Python<'py>,
-        [height, width]: [usize; 2],
-    ) -> PyResult<Bound<'py, PyDict>> {
+    pub fn into_arrays<'py>(self, py: Python<'py>, [height, width]: [usize; 2]) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         for plane in &self.0 {
             let shape = [height, width, plane.channel.components()];

@@ -44,15 +44,9 @@ fn scene_error(error: &SceneError, place: &str) -> PyErr {
     match error {
         SceneError::Camera(message) => camera_error(format!("{place}{message}")),
         SceneError::World(message) => world_error(format!("{place}{message}")),
-        SceneError::Schema { path, message, .. } if path.is_empty() => {
-            world_error(format!("{place}{message}"))
-        }
+        SceneError::Schema { path, message, .. } if path.is_empty() => world_error(format!("{place}{message}")),
         SceneError::Schema { .. } => world_error(format!("{place}{error}")),
-        SceneError::Storage {
-            path,
-            number,
-            message,
-        } => storage_error(path, *number, message),
+        SceneError::Storage { path, number, message } => storage_error(path, *number, message),
     }
 }
 
@@ -73,9 +67,7 @@ impl IntoPyErr for FormatError {
         match self {
             FormatError::Io { path, source } => io_error(&path, &source, ""),
             FormatError::Scene { path, source } => {
-                let place = path
-                    .map(|path| format!("{}: ", path.display()))
-                    .unwrap_or_default();
+                let place = path.map(|path| format!("{}: ", path.display())).unwrap_or_default();
                 scene_error(&source, &place)
             }
             FormatError::Schema { .. } => world_error(self.to_string()),
@@ -93,15 +85,10 @@ fn named_error(error: &FormatError) -> PyErr {
     };
     match &**source {
         FormatError::Io { path, source } => {
-            let line = place
-                .as_ref()
-                .map(|(path, line)| format!("{}:{line}: ", path.display()))
-                .unwrap_or_default();
+            let line = place.as_ref().map(|(path, line)| format!("{}:{line}: ", path.display())).unwrap_or_default();
             io_error(path, source, &format!(" ({line}{key})"))
         }
-        FormatError::Scene { source, .. } if matches!(source, SceneError::Storage { .. }) => {
-            scene_error(source, "")
-        }
+        FormatError::Scene { source, .. } if matches!(source, SceneError::Storage { .. }) => scene_error(source, ""),
         FormatError::Scene { .. } => world_error(message),
         _ => python::FormatError::new_err(message),
     }
@@ -110,9 +97,7 @@ fn named_error(error: &FormatError) -> PyErr {
 /// The exception of a temporary file that the operating system refuses.
 fn storage_error(path: &Path, number: Option<i32>, message: &str) -> PyErr {
     match number {
-        Some(number) => {
-            PyOSError::new_err((number, message.to_owned(), path.display().to_string()))
-        }
+        Some(number) => PyOSError::new_err((number, message.to_owned(), path.display().to_string())),
         None => PyOSError::new_err(format!("{}: {message}", path.display())),
     }
 }

@@ -23,9 +23,9 @@ pub(crate) fn run_interruptible<T: Send>(
         Python::attach(|py| {
             py.check_signals()?;
             match (progress, control.total()) {
-                (Some(progress), total) if total > 0 => progress
-                    .call1(py, (control.done().min(total), total))
-                    .map(drop),
+                (Some(progress), total) if total > 0 => {
+                    progress.call1(py, (control.done().min(total), total)).map(drop)
+                }
                 _ => Ok(()),
             }
         })
@@ -58,8 +58,7 @@ pub(crate) fn run_interruptible<T: Send>(
             if let Some(error) = stopped {
                 return Err(error);
             }
-            let result =
-                result.ok_or_else(|| raycam_error("the work ended without a result".into()))?;
+            let result = result.ok_or_else(|| raycam_error("the work ended without a result".into()))?;
             let value = result.map_err(IntoPyErr::into_py_err)?;
             poll()?;
             Ok(value)

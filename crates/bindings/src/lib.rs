@@ -20,9 +20,7 @@ mod core {
     use super::*;
 
     #[pymodule_export]
-    use crate::camera::calibration::{
-        PyCameraRecord, calibration_formats, read_cameras, write_cameras,
-    };
+    use crate::camera::calibration::{PyCameraRecord, calibration_formats, read_cameras, write_cameras};
     #[pymodule_export]
     use crate::camera::rig::Rig;
     #[pymodule_export]
@@ -31,19 +29,14 @@ mod core {
     use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
     #[pymodule_export]
     use crate::render::encode::{
-        encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs,
-        srgb_from_linear,
+        encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs, srgb_from_linear,
     };
     #[pymodule_export]
     use crate::render::frame::{channels, merge};
     #[pymodule_export]
-    use crate::world::bundle::{
-        world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras,
-    };
+    use crate::world::bundle::{world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras};
     #[pymodule_export]
-    use crate::world::from_description::{
-        world_add_light, world_add_object, world_from_dict, world_set_video,
-    };
+    use crate::world::from_description::{world_add_light, world_add_object, world_from_dict, world_set_video};
     #[pymodule_export]
     use crate::world::state::World;
 

@@ -1,8 +1,6 @@
 //! Python's dicts, lists and arrays as the schema's nodes.
 
-use numpy::{
-    PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
-};
+use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
@@ -58,11 +56,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
             };
             let dot = if path.is_empty() { "" } else { "." };
             let node = convert(&value, &format!("{path}{dot}{key}"), depth + 1)?.into();
-            entries.push(Entry {
-                key,
-                key_span: None,
-                value: node,
-            });
+            entries.push(Entry { key, key_span: None, value: node });
         }
         return Ok(Value::Table(entries));
     }
@@ -72,15 +66,8 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         _ => None,
     };
     if let Some(items) = items {
-        let convert =
-            |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(SpannedValue::from);
-        return Ok(Value::List(
-            items
-                .into_iter()
-                .enumerate()
-                .map(convert)
-                .collect::<PyResult<_>>()?,
-        ));
+        let convert = |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(SpannedValue::from);
+        return Ok(Value::List(items.into_iter().enumerate().map(convert).collect::<PyResult<_>>()?));
     }
     // NumPy's scalars, and what else is a number or a path.
     if let Ok(scalar) = value.call_method0("item") {
@@ -91,10 +78,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
     }
     fail(format!(
         "{} is not a number, text, list, dict or array",
-        value
-            .get_type()
-            .name()
-            .map_err(|_| PyTypeError::new_err("a value of unknown type"))?
+        value.get_type().name().map_err(|_| PyTypeError::new_err("a value of unknown type"))?
     ))
 }
 
@@ -107,37 +91,20 @@ fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value>
     {
         let linear = |v| f64::from(color::linear_from_srgb8([v; 3])[0]);
         let table: Vec<f64> = (0..=255).map(linear).collect();
-        let data = bytes
-            .to_owned_array()
-            .iter()
-            .map(|&v| table[usize::from(v)])
-            .collect();
+        let data = bytes.to_owned_array().iter().map(|&v| table[usize::from(v)]).collect();
         return Ok(Value::Floats { shape, data });
     }
     // `astype` brings every width and byte order to one; C order, whatever the strides.
     let values = |dtype| array.call_method1("astype", (dtype,));
     match kind {
         b'f' => {
-            let data = values("float64")?
-                .cast_into::<PyArrayDyn<f64>>()?
-                .to_owned_array();
-            Ok(Value::Floats {
-                shape,
-                data: data.iter().copied().collect(),
-            })
+            let data = values("float64")?.cast_into::<PyArrayDyn<f64>>()?.to_owned_array();
+            Ok(Value::Floats { shape, data: data.iter().copied().collect() })
         }
         b'i' | b'u' => {
-            let data = values("int64")?
-                .cast_into::<PyArrayDyn<i64>>()?
-                .to_owned_array();
-            Ok(Value::Integers {
-                shape,
-                data: data.iter().copied().collect(),
-            })
+            let data = values("int64")?.cast_into::<PyArrayDyn<i64>>()?.to_owned_array();
+            Ok(Value::Integers { shape, data: data.iter().copied().collect() })
         }
-        _ => Err(world_error(format!(
-            "{path}: an array of dtype {}, expected numbers",
-            array.dtype()
-        ))),
+        _ => Err(world_error(format!("{path}: an array of dtype {}, expected numbers", array.dtype()))),
     }
 }

@@ -12,10 +12,7 @@ const PARTS: u64 = 16;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut count, mut triangles) = (1e7, 90);
-    let mut isas: Vec<_> = InstructionSet::ALL
-        .into_iter()
-        .filter(|isa| isa.is_available())
-        .collect();
+    let mut isas: Vec<_> = InstructionSet::ALL.into_iter().filter(|isa| isa.is_available()).collect();
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or(format!("{arg} needs a value"));
@@ -32,9 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("no such instruction set here".into());
     }
     let meshes = brute::meshes(triangles);
-    let mut tallies: Vec<_> = (0..brute::KINDS.len())
-        .map(|_| brute::Tally::default())
-        .collect();
+    let mut tallies: Vec<_> = (0..brute::KINDS.len()).map(|_| brute::Tally::default()).collect();
     for (m, mesh) in meshes.iter().enumerate() {
         let parts = (0..PARTS).into_par_iter().map(|part| {
             let isa = isas[(m + part as usize) % isas.len()];
@@ -51,9 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let mut total = brute::Tally::default();
     let told = |name: &str, tally: &brute::Tally| {
-        let brute::Tally {
-            rays, hits, ties, ..
-        } = tally;
+        let brute::Tally { rays, hits, ties, .. } = tally;
         let wrong = tally.faults.len();
         println!("{name:<8} {rays:>12} rays {hits:>12} hits {ties:>12} ties {wrong:>6} wrong");
     };

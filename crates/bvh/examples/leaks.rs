@@ -26,10 +26,8 @@ fn main() -> Result<(), Error> {
         match arg.as_str() {
             "--isa" => {
                 let name = value()?;
-                isa = InstructionSet::ALL
-                    .into_iter()
-                    .find(|isa| isa.name() == name)
-                    .ok_or("no such instruction set")?;
+                isa =
+                    InstructionSet::ALL.into_iter().find(|isa| isa.name() == name).ok_or("no such instruction set")?;
             }
             "--dump" => folder = Some(value()?),
             _ => count = arg.parse()?,
@@ -52,25 +50,12 @@ fn main() -> Result<(), Error> {
             rays: a.rays + b.rays,
             leaks: a.leaks + b.leaks,
         });
-        println!(
-            "{:<24} {:>12} rays {:>6} leaks",
-            mesh.name, tally.rays, tally.leaks
-        );
+        println!("{:<24} {:>12} rays {:>6} leaks", mesh.name, tally.rays, tally.leaks);
         total.rays += tally.rays;
         total.leaks += tally.leaks;
     }
-    println!(
-        "{:<24} {:>12} rays {:>6} leaks  ({})",
-        "all",
-        total.rays,
-        total.leaks,
-        isa.name()
-    );
-    if total.leaks > 0 {
-        Err("rays leak".into())
-    } else {
-        Ok(())
-    }
+    println!("{:<24} {:>12} rays {:>6} leaks  ({})", "all", total.rays, total.leaks, isa.name());
+    if total.leaks > 0 { Err("rays leak".into()) } else { Ok(()) }
 }
 
 fn seed(mesh: usize, part: u64) -> u64 {
@@ -81,18 +66,8 @@ fn seed(mesh: usize, part: u64) -> u64 {
 fn dump(mesh: &edge_rays::Closed, folder: &Path, number: usize, each: usize) -> Result<(), Error> {
     let (vertices, triangles) = (mesh.placed_vertices(), mesh.triangles());
     let counts = [vertices.len() as u32, triangles.len() as u32];
-    let words = |words: &[u32]| {
-        words
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect::<Vec<_>>()
-    };
-    let floats = |floats: &[f32]| {
-        floats
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect::<Vec<_>>()
-    };
+    let words = |words: &[u32]| words.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>();
+    let floats = |floats: &[f32]| floats.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>();
     let mut bytes = words(&counts);
     bytes.extend(floats(vertices.as_flattened()));
     bytes.extend(words(triangles.as_flattened()));

@@ -14,8 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
 use raycam_bvh::{
-    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet,
-    Ray, Scene,
+    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
 };
 
 /// Counts what is allocated.
@@ -73,9 +72,7 @@ fn main() -> Result<(), Error> {
         return Err("which SCENE.tri?".into());
     };
     let (vertices, triangles) = read_tri(tri)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads)
-        .build()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
     let (mut bvh, mut build, mut held, mut peak) = (None, f64::INFINITY, 0, 0);
     for _ in 0..3 {
         drop(bvh.take());
@@ -96,54 +93,29 @@ fn main() -> Result<(), Error> {
         held as f64 / n,
         peak as f64 / n
     );
-    let world_from_mesh = [
-        [1.0, 0.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0, 0.0],
-        [0.0, 0.0, 1.0, 0.0],
-    ];
-    let mut scene = Scene::build(
-        vec![Instance {
-            bvh,
-            world_from_mesh,
-        }],
-        [0.0; 3],
-    )?;
+    let world_from_mesh = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    let mut scene = Scene::build(vec![Instance { bvh, world_from_mesh }], [0.0; 3])?;
     if !scene.set_instruction_set(options.isa) {
         return Err(format!("this machine has no {}", options.isa.name()).into());
     }
-    let mesh = Corners {
-        vertices: &vertices,
-        triangles: &triangles,
-    };
-    rays.iter()
-        .try_for_each(|path| replay(&scene, &mesh, path, &options))
+    let mesh = Corners { vertices: &vertices, triangles: &triangles };
+    rays.iter().try_for_each(|path| replay(&scene, &mesh, path, &options))
 }
 
 fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Result<(), Error> {
     let rays: Vec<Ray> = read(Path::new(path))?
         .chunks_exact(28)
         .map(|ray| {
-            let f = |i: usize| {
-                f32::from_le_bytes([ray[4 * i], ray[4 * i + 1], ray[4 * i + 2], ray[4 * i + 3]])
-            };
-            Ray {
-                origin: [f(0), f(1), f(2)],
-                direction: [f(3), f(4), f(5)],
-                t_max: f(6),
-            }
+            let f = |i: usize| f32::from_le_bytes([ray[4 * i], ray[4 * i + 1], ray[4 * i + 2], ray[4 * i + 3]]);
+            Ray { origin: [f(0), f(1), f(2)], direction: [f(3), f(4), f(5)], t_max: f(6) }
         })
         .collect();
-    let name = Path::new(path)
-        .file_stem()
-        .map(|stem| stem.to_string_lossy().into_owned())
-        .unwrap_or_default();
+    let name = Path::new(path).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let any = name.starts_with("shadow");
-    let coherence = options
-        .coherence
-        .unwrap_or(match name.starts_with("bounce") {
-            true => Coherence::Incoherent,
-            false => Coherence::Coherent,
-        });
+    let coherence = options.coherence.unwrap_or(match name.starts_with("bounce") {
+        true => Coherence::Incoherent,
+        false => Coherence::Coherent,
+    });
     let mut hits = vec![Hit::MISS; rays.len()];
     let mut occluded = vec![false; rays.len()];
     let mut times = vec![];
@@ -151,10 +123,8 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
         let start = Instant::now();
         let cpu_start = cpu_seconds();
         if options.cpu {
-            for ((rays, hits), occluded) in rays
-                .chunks(BATCH)
-                .zip(hits.chunks_mut(BATCH))
-                .zip(occluded.chunks_mut(BATCH))
+            for ((rays, hits), occluded) in
+                rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)).zip(occluded.chunks_mut(BATCH))
             {
                 match any {
                     true => scene.occluded(rays, occluded, coherence),
@@ -167,13 +137,9 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
                 scene.occluded(rays, occluded, coherence)
             });
         } else if options.exact {
-            in_parallel(options.threads, &rays, &mut hits, |rays, hits| {
-                closest_exact(scene, mesh, rays, hits)
-            });
+            in_parallel(options.threads, &rays, &mut hits, |rays, hits| closest_exact(scene, mesh, rays, hits));
         } else {
-            in_parallel(options.threads, &rays, &mut hits, |rays, hits| {
-                scene.closest(rays, hits, coherence)
-            });
+            in_parallel(options.threads, &rays, &mut hits, |rays, hits| scene.closest(rays, hits, coherence));
         }
         times.push(match options.cpu {
             true => cpu_seconds() - cpu_start,
@@ -200,11 +166,7 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
         .count();
     let median = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
     let best = times.first().copied().unwrap_or(f64::NAN);
-    println!(
-        "{name:<10} best {:7.2}  median {:7.2} Mray/s  differ {differ}",
-        rate(best),
-        rate(median)
-    );
+    println!("{name:<10} best {:7.2}  median {:7.2} Mray/s  differ {differ}", rate(best), rate(median));
     Ok(())
 }
 
@@ -233,21 +195,8 @@ fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) 
     let mut exact = vec![ExactHit::MISS; rays.len()];
     scene.closest_exact(&rays, mesh, &mut exact);
     for (hit, exact) in hits.iter_mut().zip(exact) {
-        let ExactHit {
-            t,
-            u,
-            v,
-            instance,
-            triangle,
-            ..
-        } = exact;
-        *hit = Hit {
-            t: t as f32,
-            u: u as f32,
-            v: v as f32,
-            instance,
-            triangle,
-        };
+        let ExactHit { t, u, v, instance, triangle, .. } = exact;
+        *hit = Hit { t: t as f32, u: u as f32, v: v as f32, instance, triangle };
     }
 }
 
@@ -256,27 +205,17 @@ fn cpu_seconds() -> f64 {
     // Giving way makes the kernel bring its books up to date.
     std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    text.split(' ')
-        .next()
-        .and_then(|ns| ns.parse::<f64>().ok())
-        .unwrap_or(f64::NAN)
-        * 1e-9
+    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1e-9
 }
 
 /// Deals rays out to threads, a batch at a time.
-fn in_parallel<T: Send>(
-    threads: usize,
-    rays: &[Ray],
-    answers: &mut [T],
-    query: impl Fn(&[Ray], &mut [T]) + Sync,
-) {
+fn in_parallel<T: Send>(threads: usize, rays: &[Ray], answers: &mut [T], query: impl Fn(&[Ray], &mut [T]) + Sync) {
     let work = std::sync::Mutex::new(rays.chunks(BATCH).zip(answers.chunks_mut(BATCH)));
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
                 loop {
-                    let Some((rays, answers)) = work.lock().ok().and_then(|mut work| work.next())
-                    else {
+                    let Some((rays, answers)) = work.lock().ok().and_then(|mut work| work.next()) else {
                         return;
                     };
                     query(rays, answers);
@@ -314,9 +253,7 @@ fn options() -> Result<Options, Error> {
             "--exact" => options.exact = true,
             "--isa" => {
                 let name = value()?;
-                let known = InstructionSet::ALL
-                    .into_iter()
-                    .find(|isa| isa.name() == name);
+                let known = InstructionSet::ALL.into_iter().find(|isa| isa.name() == name);
                 options.isa = known.ok_or(format!("instruction set {name} is not known"))?;
             }
             _ => options.files.push(arg),
@@ -333,21 +270,14 @@ type Indexed = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
 fn read_tri(path: &str) -> Result<Indexed, Error> {
     let bytes = read(Path::new(path))?;
-    let mut words = bytes
-        .chunks_exact(4)
-        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let mut words = bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let (Some(v), Some(t)) = (words.next(), words.next()) else {
         return Err("an empty .tri file".into());
     };
     let mut three = |n: u32| -> Vec<[u32; 3]> {
-        (0..n)
-            .map_while(|_| Some([words.next()?, words.next()?, words.next()?]))
-            .collect()
+        (0..n).map_while(|_| Some([words.next()?, words.next()?, words.next()?])).collect()
     };
-    let vertices = three(v)
-        .into_iter()
-        .map(|p| p.map(f32::from_bits))
-        .collect();
+    let vertices = three(v).into_iter().map(|p| p.map(f32::from_bits)).collect();
     let triangles = three(t);
     if triangles.len() != t as usize {
         return Err(format!("{path}: shorter than its head says").into());

@@ -38,15 +38,8 @@ pub enum BuildError {
 impl std::fmt::Display for BuildError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::IndexOutOfRange {
-                triangle,
-                index,
-                vertices,
-            } => {
-                write!(
-                    f,
-                    "triangle {triangle} names vertex {index}, but there are {vertices} vertices"
-                )
+            Self::IndexOutOfRange { triangle, index, vertices } => {
+                write!(f, "triangle {triangle} names vertex {index}, but there are {vertices} vertices")
             }
             Self::NonFinite { what } => write!(f, "{what} is NaN or infinite"),
             Self::TooLarge { what, given, limit } => {

@@ -94,10 +94,7 @@ impl WideNode {
     /// The bounds of a child.
     pub fn child_bounds(&self, lane: usize) -> Aabb {
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side][lane]);
-        Aabb {
-            lower: corner(0),
-            upper: corner(1),
-        }
+        Aabb { lower: corner(0), upper: corner(1) }
     }
 }
 
@@ -192,10 +189,7 @@ impl LeafNode {
         }
         *self = Self::new(&vertices[..used], &corners[..count], self.first_prim);
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side]);
-        Aabb {
-            lower: corner(0),
-            upper: corner(1),
-        }
+        Aabb { lower: corner(0), upper: corner(1) }
     }
 }
 
@@ -217,15 +211,9 @@ fn classify_triangles(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u3
 /// (b - a) x (c - a) of a triangle a, b, c.
 #[inline(always)]
 pub fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
-    let (e, f): ([f64; 3], [f64; 3]) = (
-        std::array::from_fn(|axis| b[axis] - a[axis]),
-        std::array::from_fn(|axis| c[axis] - a[axis]),
-    );
-    [
-        e[1] * f[2] - e[2] * f[1],
-        e[2] * f[0] - e[0] * f[2],
-        e[0] * f[1] - e[1] * f[0],
-    ]
+    let (e, f): ([f64; 3], [f64; 3]) =
+        (std::array::from_fn(|axis| b[axis] - a[axis]), std::array::from_fn(|axis| c[axis] - a[axis]));
+    [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]]
 }
 
 #[inline(always)]
@@ -245,9 +233,7 @@ pub union NodeBlock {
     pub leaf: LeafNode,
 }
 
-const _: () = assert!(
-    size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 256 && size_of::<NodeBlock>() == 256
-);
+const _: () = assert!(size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 256 && size_of::<NodeBlock>() == 256);
 
 /// The inner node that `at` refers to.
 #[inline(always)]

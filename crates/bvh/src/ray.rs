@@ -46,13 +46,7 @@ pub struct Hit {
 
 impl Hit {
     /// The hit of a ray that misses.
-    pub const MISS: Hit = Hit {
-        t: f32::INFINITY,
-        u: 0.0,
-        v: 0.0,
-        instance: INVALID_ID,
-        triangle: INVALID_ID,
-    };
+    pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, instance: INVALID_ID, triangle: INVALID_ID };
 
     /// Replaces the hit by another one of the same ray if that is closer.
     #[inline(always)]
@@ -94,14 +88,8 @@ pub struct ExactHit {
 
 impl ExactHit {
     /// The hit of a ray that misses.
-    pub const MISS: ExactHit = ExactHit {
-        t: f64::INFINITY,
-        u: 0.0,
-        v: 0.0,
-        instance: INVALID_ID,
-        triangle: INVALID_ID,
-        normal: [0.0; 3],
-    };
+    pub const MISS: ExactHit =
+        ExactHit { t: f64::INFINITY, u: 0.0, v: 0.0, instance: INVALID_ID, triangle: INVALID_ID, normal: [0.0; 3] };
 }
 
 /// The caller's knowledge of a batch. A hint for speed; hits do not depend on it.

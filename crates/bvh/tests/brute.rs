@@ -16,22 +16,8 @@ fn a_hundred_meshes_are_brute_force() {
         brute::trial(mesh, &scene, 20_000, m as u64)
     });
     let tally = tally.reduce(brute::Tally::default, brute::Tally::add);
-    assert!(
-        tally.faults.is_empty(),
-        "{:#?}",
-        &tally.faults[..tally.faults.len().min(10)]
-    );
+    assert!(tally.faults.is_empty(), "{:#?}", &tally.faults[..tally.faults.len().min(10)]);
     // Many rays meet something, and the band is no excuse for most of them.
-    assert!(
-        tally.hits > tally.rays / 3,
-        "{} of {}",
-        tally.hits,
-        tally.rays
-    );
-    assert!(
-        tally.ties < tally.hits / 3 * 2,
-        "{} of {}",
-        tally.ties,
-        tally.rays
-    );
+    assert!(tally.hits > tally.rays / 3, "{} of {}", tally.hits, tally.rays);
+    assert!(tally.ties < tally.hits / 3 * 2, "{} of {}", tally.ties, tally.rays);
 }

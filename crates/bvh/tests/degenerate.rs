@@ -2,31 +2,18 @@
 
 mod support;
 
-use raycam_bvh::{
-    BuildError, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Ray, Scene,
-};
+use raycam_bvh::{BuildError, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Ray, Scene};
 use support::*;
 
 fn one(scene: &Scene, origin: [f32; 3], direction: [f32; 3]) -> Hit {
     let mut hit = [Hit::MISS];
-    scene.closest(
-        &[Ray {
-            origin,
-            direction,
-            t_max: f32::INFINITY,
-        }],
-        &mut hit,
-        Coherence::Unknown,
-    );
+    scene.closest(&[Ray { origin, direction, t_max: f32::INFINITY }], &mut hit, Coherence::Unknown);
     hit[0]
 }
 
 #[test]
 fn empty_scenes_are_missed() {
-    let empty = Mesh {
-        vertices: vec![],
-        triangles: vec![],
-    };
+    let empty = Mesh { vertices: vec![], triangles: vec![] };
     assert_eq!(one(&empty.scene(), [0.0; 3], [0.0, 0.0, 1.0]), Hit::MISS);
     let nothing = Scene::build(vec![], [0.0; 3]).unwrap();
     assert_eq!(one(&nothing, [0.0; 3], [0.0, 0.0, 1.0]), Hit::MISS);
@@ -36,21 +23,9 @@ fn empty_scenes_are_missed() {
 fn bad_meshes_are_named() {
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, f32::NAN, 0.0]];
     let built = Bvh::build(&vertices, &[[0, 1, 2]]);
-    assert_eq!(
-        built.unwrap_err(),
-        BuildError::NonFinite {
-            what: "vertex 2".into()
-        }
-    );
+    assert_eq!(built.unwrap_err(), BuildError::NonFinite { what: "vertex 2".into() });
     let built = Bvh::build(&vertices[..2], &[[0, 1, 0], [0, 1, 9]]);
-    assert_eq!(
-        built.unwrap_err(),
-        BuildError::IndexOutOfRange {
-            triangle: 1,
-            index: 9,
-            vertices: 2
-        }
-    );
+    assert_eq!(built.unwrap_err(), BuildError::IndexOutOfRange { triangle: 1, index: 9, vertices: 2 });
 }
 
 #[test]
@@ -68,11 +43,7 @@ fn rays_that_are_none_meet_nothing() {
     assert_eq!(one(&scene, [0.0; 3], [0.0; 3]), Hit::MISS);
     for t_max in [f32::NAN, -1.0, f32::NEG_INFINITY] {
         let mut hit = [Hit::MISS];
-        let ray = Ray {
-            origin: [0.0; 3],
-            direction: [0.0, 0.0, 1.0],
-            t_max,
-        };
+        let ray = Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], t_max };
         scene.closest(&[ray], &mut hit, Coherence::Unknown);
         assert_eq!(hit[0], Hit::MISS);
     }
@@ -104,10 +75,7 @@ fn flat_triangles_are_kept_and_never_hit() {
 #[test]
 fn rounding_makes_no_flat_triangle_hit() {
     let line = [-3.404_480_2, -3.404_479_7, -3.404_479];
-    let mesh = Mesh {
-        vertices: line.map(|y| [-16.090_368, y, 17.793_077]).to_vec(),
-        triangles: vec![[0, 1, 2]],
-    };
+    let mesh = Mesh { vertices: line.map(|y| [-16.090_368, y, 17.793_077]).to_vec(), triangles: vec![[0, 1, 2]] };
     let (scene, world) = (mesh.scene(), World::of(&mesh));
     let mut rng = Rng(13);
     for _ in 0..10_000 {
@@ -127,25 +95,15 @@ fn rounding_makes_no_flat_triangle_hit() {
 #[test]
 fn copies_and_common_centres_build_and_answer() {
     let n = 200_000;
-    let copies = Mesh {
-        vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-        triangles: vec![[0, 1, 2]; n],
-    };
+    let copies = Mesh { vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]; n] };
     let hit = one(&copies.scene(), [0.2, 0.2, 1.0], [0.0, 0.0, -1.0]);
     assert_eq!((hit.t, hit.triangle), (1.0, 0));
     // Nested squares around one centre, each a little larger.
-    let mut nested = Mesh {
-        vertices: vec![],
-        triangles: vec![],
-    };
+    let mut nested = Mesh { vertices: vec![], triangles: vec![] };
     for i in 0..20_000u32 {
         let r = 1.0 + i as f32 * 1e-3;
-        nested
-            .vertices
-            .extend([[-r, -r, 0.0], [r, -r, 0.0], [r, r, 0.0], [-r, r, 0.0]]);
-        nested
-            .triangles
-            .extend([[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]);
+        nested.vertices.extend([[-r, -r, 0.0], [r, -r, 0.0], [r, r, 0.0], [-r, r, 0.0]]);
+        nested.triangles.extend([[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]);
     }
     let hit = one(&nested.scene(), [15.0005, 14.0, 1.0], [0.0, 0.0, -1.0]);
     assert_eq!((hit.t, hit.triangle), (1.0, 2 * 14_001));
@@ -155,9 +113,7 @@ fn copies_and_common_centres_build_and_answer() {
 fn extreme_extents_answer() {
     for scale in [1e-36f32, 1e-20, 1e-6, 1.0, 1e6, 1e20, 1e37] {
         let mut mesh = sphere(12, &mut Rng(8));
-        mesh.vertices
-            .iter_mut()
-            .for_each(|v| *v = v.map(|x| x * scale));
+        mesh.vertices.iter_mut().for_each(|v| *v = v.map(|x| x * scale));
         let scene = mesh.scene();
         for v in &mesh.vertices {
             let hit = one(&scene, [0.0; 3], v.map(|x| x / scale));
@@ -165,14 +121,10 @@ fn extreme_extents_answer() {
         }
     }
     // Exponentially shrinking triangles: the heuristic alone would dig a tree as deep as there are triangles.
-    let mut mesh = Mesh {
-        vertices: vec![],
-        triangles: vec![],
-    };
+    let mut mesh = Mesh { vertices: vec![], triangles: vec![] };
     for i in 0..120u32 {
         let r = 0.5f32.powi(i as i32);
-        mesh.vertices
-            .extend([[r, 0.0, 0.0], [r, r, 0.0], [r, 0.0, r]]);
+        mesh.vertices.extend([[r, 0.0, 0.0], [r, r, 0.0], [r, 0.0, r]]);
         mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
     }
     let scene = mesh.scene();

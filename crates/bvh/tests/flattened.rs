@@ -5,19 +5,12 @@ mod support;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};
 use support::*;
 
-const STILL: [[f64; 4]; 3] = [
-    [1.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-];
+const STILL: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 #[test]
 fn meshes_in_one_tree_answer_as_instances_do() {
     let mut rng = Rng(11);
-    let nothing = Mesh {
-        vertices: vec![],
-        triangles: vec![],
-    };
+    let nothing = Mesh { vertices: vec![], triangles: vec![] };
     let (ball, floor) = (sphere(6, &mut rng), grid(40));
     // The floor twice: of what is equally near, the first counts.
     let meshes = [&nothing, &floor, &ball, &nothing, &floor, &nothing];

@@ -8,26 +8,10 @@ use support::*;
 /// Soups in one place: moved, turned, mirrored, sheared and scaled; one of them flat.
 fn soups(rng: &mut Rng) -> World {
     let matrices = [
-        [
-            [1.0, 0.0, 0.0, 0.5],
-            [0.0, 1.0, 0.0, -0.25],
-            [0.0, 0.0, 1.0, 0.125],
-        ],
-        [
-            [0.6, -0.8, 0.0, 0.1],
-            [0.8, 0.6, 0.0, 0.2],
-            [0.0, 0.0, -1.0, 0.3],
-        ],
-        [
-            [1.5, 0.3, 0.0, -0.2],
-            [0.0, 0.75, 0.0, 0.0],
-            [0.1, 0.0, 1.1, 0.1],
-        ],
-        [
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 1.0, 0.0],
-        ],
+        [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, -0.25], [0.0, 0.0, 1.0, 0.125]],
+        [[0.6, -0.8, 0.0, 0.1], [0.8, 0.6, 0.0, 0.2], [0.0, 0.0, -1.0, 0.3]],
+        [[1.5, 0.3, 0.0, -0.2], [0.0, 0.75, 0.0, 0.0], [0.1, 0.0, 1.1, 0.1]],
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
     ];
     let instances = matrices.iter().enumerate().map(|(i, matrix)| {
         let mut mesh = soup(1500, 0.03, rng);
@@ -39,10 +23,7 @@ fn soups(rng: &mut Rng) -> World {
         let vertices = mesh.vertices.iter().map(|v| v.map(f64::from)).collect();
         (vertices, mesh.triangles, *matrix)
     });
-    World {
-        instances: instances.collect(),
-        origin: [0.0; 3],
-    }
+    World { instances: instances.collect(), origin: [0.0; 3] }
 }
 
 #[test]
@@ -63,10 +44,7 @@ fn rays_through_parts_are_brute_force() {
             let mut sure = vec![ExactHit::MISS; rays.len()];
             scene.closest_exact(&exact_rays, &world, &mut sure);
             let answers = (hits, occluded, sure);
-            assert!(
-                known.get_or_insert_with(|| answers.clone()) == &answers,
-                "{isa:?}"
-            );
+            assert!(known.get_or_insert_with(|| answers.clone()) == &answers, "{isa:?}");
         }
     }
     let (hits, occluded, sure) = known.unwrap();
@@ -74,19 +52,12 @@ fn rays_through_parts_are_brute_force() {
     for (((ray, hit), occluded), sure) in exact_rays.iter().zip(&hits).zip(occluded).zip(sure) {
         let (t, instance, triangle, next) = world.nearest(ray);
         assert_eq!(occluded, hit.instance != INVALID_ID, "{ray:?} {hit:?}");
-        assert!(
-            (sure.t - t).abs() <= 1e-12 * t || sure.t == t,
-            "{sure:?} {t}"
-        );
+        assert!((sure.t - t).abs() <= 1e-12 * t || sure.t == t, "{sure:?} {t}");
         if next - t > 1e-9 {
             assert_eq!((sure.instance, sure.triangle), (instance, triangle));
         }
         if next - t > 1e-4 || t == f64::INFINITY {
-            assert_eq!(
-                (hit.instance, hit.triangle),
-                (instance, triangle),
-                "{ray:?} {hit:?}"
-            );
+            assert_eq!((hit.instance, hit.triangle), (instance, triangle), "{ray:?} {hit:?}");
         }
         if let Some(met) = met.get_mut(instance as usize) {
             *met += 1;
@@ -103,11 +74,7 @@ fn of_triangles_in_one_plane_the_first_is_met() {
     let rays: Vec<_> = (0..2_000)
         .map(|_| {
             let ([x, y, _], [a, b, _]) = (rng.vector(), rng.vector());
-            Ray {
-                origin: [x + 0.5, y - 0.25, 0.6],
-                direction: [0.1 * a, 0.1 * b, -1.0],
-                t_max: f32::INFINITY,
-            }
+            Ray { origin: [x + 0.5, y - 0.25, 0.6], direction: [0.1 * a, 0.1 * b, -1.0], t_max: f32::INFINITY }
         })
         .collect();
     let mut hits = vec![Hit::MISS; rays.len()];

@@ -10,11 +10,7 @@ use support::*;
 fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
     let instances = Instance {
         bvh: Arc::new(bvh),
-        world_from_mesh: [
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 1.0, 0.0],
-        ],
+        world_from_mesh: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
     };
     let scene = Scene::build(vec![instances], [0.0; 3]).unwrap();
     let mut hits = vec![Hit::MISS; rays.len()];
@@ -33,11 +29,8 @@ fn a_refitted_tree_answers_as_a_new_one() {
                 t_max: f32::INFINITY,
             })
             .collect();
-        let bent: Vec<[f32; 3]> = mesh
-            .vertices
-            .iter()
-            .map(|&[x, y, z]| [x + 0.3 * z.sin(), 1.2 * y, z - 0.4 * x * y])
-            .collect();
+        let bent: Vec<[f32; 3]> =
+            mesh.vertices.iter().map(|&[x, y, z]| [x + 0.3 * z.sin(), 1.2 * y, z - 0.4 * x * y]).collect();
         let mut moved = Bvh::build(&mesh.vertices, &mesh.triangles).unwrap();
         let still = moved.sah_cost();
         moved.refit(&bent, &mesh.triangles).unwrap();
@@ -56,10 +49,7 @@ fn another_mesh_is_refused() {
     let fewer = &mesh.triangles[1..];
     assert_eq!(
         bvh.refit(&mesh.vertices, fewer),
-        Err(BuildError::TopologyMismatch {
-            given: fewer.len(),
-            built: mesh.triangles.len()
-        })
+        Err(BuildError::TopologyMismatch { given: fewer.len(), built: mesh.triangles.len() })
     );
     let huge: Vec<_> = mesh.vertices.iter().map(|v| v.map(|x| x * 1e30)).collect();
     assert!(bvh.refit(&huge, &mesh.triangles).is_err());

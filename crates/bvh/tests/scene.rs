@@ -2,9 +2,7 @@
 
 mod support;
 
-use raycam_bvh::{
-    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Ray, Scene,
-};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Ray, Scene};
 use support::*;
 
 fn closest(scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
@@ -44,17 +42,11 @@ fn closest_is_brute_force_up_to_rounding() {
             met += u32::from(triangle != INVALID_ID);
             if next - t > 1e-5 && hit.triangle != triangle {
                 // Only rays that graze an edge may differ.
-                let other = world.nearest(&ExactRay {
-                    t_max: f64::INFINITY,
-                    ..exact(ray)
-                });
+                let other = world.nearest(&ExactRay { t_max: f64::INFINITY, ..exact(ray) });
                 panic!("{n} triangles, {ray:?}: {hit:?}, brute force {triangle} at {t}, {other:?}");
             }
             if hit.triangle == triangle && triangle != INVALID_ID {
-                assert!(
-                    (f64::from(hit.t) - t).abs() <= 2e-6 * (1.0 + t),
-                    "{hit:?} {t}"
-                );
+                assert!((f64::from(hit.t) - t).abs() <= 2e-6 * (1.0 + t), "{hit:?} {t}");
             }
         }
         assert!(met > 50, "{met} of 2000 rays met {n} triangles");
@@ -81,19 +73,9 @@ fn instances_are_brute_force() {
         let instances = transforms(&mut rng, 9, 3.0).into_iter().map(|mut matrix| {
             matrix.iter_mut().for_each(|row| row[3] += offset);
             let mesh = sphere(9, &mut rng);
-            (
-                mesh.vertices
-                    .iter()
-                    .map(|v| v.map(|x| f64::from(x) + 1e-9))
-                    .collect(),
-                mesh.triangles,
-                matrix,
-            )
+            (mesh.vertices.iter().map(|v| v.map(|x| f64::from(x) + 1e-9)).collect(), mesh.triangles, matrix)
         });
-        let world = World {
-            instances: instances.collect(),
-            origin: [offset; 3],
-        };
+        let world = World { instances: instances.collect(), origin: [offset; 3] };
         let scene = world.scene();
         let rays = rays(4000, 4.0, &mut rng);
         let exact: Vec<_> = rays
@@ -173,17 +155,10 @@ fn exact_packets_are_brute_force() {
                 *v = v.map(|x| x * 1.000_000_1 + offset);
             }
             let local = Mesh {
-                vertices: mesh
-                    .vertices
-                    .iter()
-                    .map(|v| v.map(|x| (f64::from(x) * 1.000_000_1) as f32))
-                    .collect(),
+                vertices: mesh.vertices.iter().map(|v| v.map(|x| (f64::from(x) * 1.000_000_1) as f32)).collect(),
                 triangles: mesh.triangles.clone(),
             };
-            let instance = Instance {
-                bvh: local.build(),
-                world_from_mesh: IDENTITY,
-            };
+            let instance = Instance { bvh: local.build(), world_from_mesh: IDENTITY };
             let scene = Scene::build(vec![instance], world.origin).unwrap();
             let away = rng.vector().map(|x| f64::from(x) + 0.1);
             let length = away.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -194,15 +169,11 @@ fn exact_packets_are_brute_force() {
                     let [a, b, c] = world.corners(0, k);
                     let (u, v) = match i % 3 {
                         // Next to a corner or an edge: nearer than float32 can tell.
-                        0 => (
-                            1e-6 * f64::from(rng.signed()),
-                            1e-6 * f64::from(rng.signed()),
-                        ),
+                        0 => (1e-6 * f64::from(rng.signed()), 1e-6 * f64::from(rng.signed())),
                         1 => (0.5, 1e-6 * f64::from(rng.signed())),
                         _ => (f64::from(rng.signed()), f64::from(rng.signed())),
                     };
-                    let target: [f64; 3] =
-                        std::array::from_fn(|x| a[x] + u * (b[x] - a[x]) + v * (c[x] - a[x]));
+                    let target: [f64; 3] = std::array::from_fn(|x| a[x] + u * (b[x] - a[x]) + v * (c[x] - a[x]));
                     ExactRay {
                         origin: eye,
                         direction: std::array::from_fn(|x| target[x] - eye[x]),
@@ -278,10 +249,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
     let mut mesh = grid(8);
     let copies = mesh.triangles.clone();
     mesh.triangles.extend(copies);
-    let world = World {
-        instances: vec![(vec![], vec![], [[0.0; 4]; 3]); 3],
-        origin: [0.0; 3],
-    };
+    let world = World { instances: vec![(vec![], vec![], [[0.0; 4]; 3]); 3], origin: [0.0; 3] };
     let mut world = world;
     for place in &mut world.instances {
         *place = World::of(&mesh).instances.remove(0);
@@ -296,11 +264,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
         })
         .collect();
     let exact: Vec<_> = rays.iter().map(exact).collect();
-    for ((ray, hit), far) in rays
-        .iter()
-        .zip(closest(&scene, &rays))
-        .zip(exact_hits(&scene, &exact, &world))
-    {
+    for ((ray, hit), far) in rays.iter().zip(closest(&scene, &rays)).zip(exact_hits(&scene, &exact, &world)) {
         let first = (0..mesh.triangles.len() as u32)
             .find(|&k| intersect(&support::exact(ray), world.corners(0, k)).is_some())
             .unwrap();
@@ -331,38 +295,18 @@ fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 4] {
     for tile in 0..n * n {
         for k in 0..64 {
             let (x, y) = (tile % n * 8 + k % 8, tile / n * 8 + k / 8);
-            let (x, y) = (
-                x as f32 / (8 * n) as f32 - 0.5,
-                y as f32 / (8 * n) as f32 - 0.5,
-            );
-            primary.push(Ray {
-                origin: eye,
-                direction: [x + 0.013, y + 0.007, -1.0],
-                t_max: f32::INFINITY,
-            });
+            let (x, y) = (x as f32 / (8 * n) as f32 - 0.5, y as f32 / (8 * n) as f32 - 0.5);
+            primary.push(Ray { origin: eye, direction: [x + 0.013, y + 0.007, -1.0], t_max: f32::INFINITY });
         }
     }
     let hits = closest(scene, &primary);
     let (mut bulbs, mut sun) = ([vec![], vec![]], vec![]);
-    for (ray, hit) in primary
-        .iter()
-        .zip(&hits)
-        .filter(|(_, hit)| hit.instance != INVALID_ID)
-    {
-        let origin: [f32; 3] =
-            std::array::from_fn(|a| ray.origin[a] + ray.direction[a] * hit.t * 0.999);
+    for (ray, hit) in primary.iter().zip(&hits).filter(|(_, hit)| hit.instance != INVALID_ID) {
+        let origin: [f32; 3] = std::array::from_fn(|a| ray.origin[a] + ray.direction[a] * hit.t * 0.999);
         for (bulb, light) in bulbs.iter_mut().zip([[1.5, 2.5, 4.0], [0.1, 0.15, 1.1]]) {
-            bulb.push(Ray {
-                origin,
-                direction: std::array::from_fn(|a| light[a] - origin[a]),
-                t_max: 1.0,
-            });
+            bulb.push(Ray { origin, direction: std::array::from_fn(|a| light[a] - origin[a]), t_max: 1.0 });
         }
-        sun.push(Ray {
-            origin,
-            direction: [0.3, 0.4, 1.0],
-            t_max: f32::INFINITY,
-        });
+        sun.push(Ray { origin, direction: [0.3, 0.4, 1.0], t_max: f32::INFINITY });
     }
     let [far, near] = bulbs;
     [primary, far, near, sun]
@@ -373,25 +317,12 @@ fn packets_give_the_bits_of_single_rays() {
     let mut rng = Rng(9);
     let turned = transforms(&mut rng, 5, 1.0);
     let place = |mesh: &Mesh, matrix: [[f64; 4]; 3]| {
-        (
-            mesh.vertices.iter().map(|v| v.map(f64::from)).collect(),
-            mesh.triangles.clone(),
-            matrix,
-        )
+        (mesh.vertices.iter().map(|v| v.map(f64::from)).collect(), mesh.triangles.clone(), matrix)
     };
     let fine = sphere(120, &mut rng);
     let coarse = soup(300, 0.4, &mut rng);
     let many = turned.iter().map(|m| place(&fine, *m)).collect();
-    let worlds = [
-        fine.scene(),
-        coarse.scene(),
-        grid(16).scene(),
-        World {
-            instances: many,
-            origin: [0.0; 3],
-        }
-        .scene(),
-    ];
+    let worlds = [fine.scene(), coarse.scene(), grid(16).scene(), World { instances: many, origin: [0.0; 3] }.scene()];
     for (w, mut scene) in worlds.into_iter().enumerate() {
         for (k, rays) in camera_rays(&scene, [0.1, 0.2, 3.0], 16).iter().enumerate() {
             for isa in available() {
@@ -408,16 +339,8 @@ fn packets_give_the_bits_of_single_rays() {
                 let mut occluded = vec![false; rays.len()];
                 for coherence in [Coherence::Coherent, Coherence::Incoherent] {
                     scene.occluded(rays, &mut occluded, coherence);
-                    let wrong = occluded
-                        .iter()
-                        .zip(&apart)
-                        .position(|(d, hit)| *d != (hit.instance != INVALID_ID));
-                    assert_eq!(
-                        wrong,
-                        None,
-                        "scene {w}, rays {k}, {} {coherence:?}",
-                        isa.name()
-                    );
+                    let wrong = occluded.iter().zip(&apart).position(|(d, hit)| *d != (hit.instance != INVALID_ID));
+                    assert_eq!(wrong, None, "scene {w}, rays {k}, {} {coherence:?}", isa.name());
                 }
             }
         }

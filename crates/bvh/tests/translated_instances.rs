@@ -10,13 +10,8 @@ use support::*;
 fn rays_among_moved_instances_are_brute_force() {
     let mut rng = Rng(5);
     let (ball, floor) = (sphere(6, &mut rng), grid(40));
-    let still =
-        |x: f64, y: f64, z: f64| [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]];
-    let turned = [
-        [0.6, -0.8, 0.0, 3.0],
-        [0.8, 0.6, 0.0, 2.0],
-        [0.0, 0.0, 1.0, 1.0],
-    ];
+    let still = |x: f64, y: f64, z: f64| [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]];
+    let turned = [[0.6, -0.8, 0.0, 3.0], [0.8, 0.6, 0.0, 2.0], [0.0, 0.0, 1.0, 1.0]];
     let places = [
         (&floor, still(-20.0, -20.0, 0.0)),
         (&ball, still(0.25, 0.5, 1.0)),
@@ -42,11 +37,7 @@ fn rays_among_moved_instances_are_brute_force() {
             let flat = |d: f32, every: usize| if k % every == 0 { 0.0 } else { d };
             Ray {
                 origin: [x, y, if k % 3 == 0 { above } else { 1.0 + c }],
-                direction: [
-                    flat(a, 7),
-                    flat(b, 5),
-                    c.abs() - if k % 2 == 0 { 0.0 } else { 0.9 },
-                ],
+                direction: [flat(a, 7), flat(b, 5), c.abs() - if k % 2 == 0 { 0.0 } else { 0.9 }],
                 t_max: if k % 11 == 0 { 0.8 } else { f32::INFINITY },
             }
         })
@@ -59,18 +50,11 @@ fn rays_among_moved_instances_are_brute_force() {
         (hits, occluded)
     };
     let (hits, occluded) = ask(Coherence::Incoherent);
-    assert!(
-        (hits.clone(), occluded.clone()) == ask(Coherence::Coherent),
-        "packets"
-    );
+    assert!((hits.clone(), occluded.clone()) == ask(Coherence::Coherent), "packets");
     let mut met = [0; 4];
     for ((ray, hit), occluded) in rays.iter().zip(&hits).zip(occluded) {
         let (t, instance, triangle, next) = world.nearest(&exact(ray));
-        assert_eq!(
-            occluded,
-            hit.instance != raycam_bvh::INVALID_ID,
-            "{ray:?} {hit:?}"
-        );
+        assert_eq!(occluded, hit.instance != raycam_bvh::INVALID_ID, "{ray:?} {hit:?}");
         if next - t > 1e-4 || t == f64::INFINITY {
             let found = (hit.instance, hit.triangle);
             assert_eq!(found, (instance, triangle), "{ray:?} {hit:?} {t} {next}");

@@ -9,21 +9,14 @@ use rayon::prelude::*;
 #[test]
 fn ten_million_aimed_rays_leak_nowhere() {
     let meshes = edge_rays::meshes();
-    let isas: Vec<_> = InstructionSet::ALL
-        .into_iter()
-        .filter(|isa| isa.is_available())
-        .collect();
+    let isas: Vec<_> = InstructionSet::ALL.into_iter().filter(|isa| isa.is_available()).collect();
     let leaks: Vec<_> = meshes
         .par_iter()
         .enumerate()
         .flat_map(|(m, mesh)| isas.par_iter().map(move |isa| (m as u64, mesh, *isa)))
         .filter_map(|(m, mesh, isa)| {
             let scene = mesh.scene(isa).unwrap();
-            let n = if isa == InstructionSet::Portable {
-                100_000
-            } else {
-                400_000
-            };
+            let n = if isa == InstructionSet::Portable { 100_000 } else { 400_000 };
             let tally = mesh.trial(&scene, n, m);
             (tally.leaks > 0).then(|| format!("{} {}: {tally:?}", mesh.name, isa.name()))
         })
@@ -36,9 +29,7 @@ fn ten_million_aimed_rays_leak_nowhere() {
 #[test]
 fn a_needle_is_met_close_to_its_sharp_end() {
     let meshes = edge_rays::meshes();
-    let mesh = meshes
-        .iter()
-        .find(|mesh| mesh.name == "needles, a million long");
+    let mesh = meshes.iter().find(|mesh| mesh.name == "needles, a million long");
     let mesh = mesh.unwrap();
     let ray = Ray {
         origin: [3211645483, 3205026004, 1076536237].map(f32::from_bits),

@@ -26,9 +26,7 @@ impl AssetLoader for AssetRoot {
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {
-        self.read_asset(file, |source, assets| {
-            ies::read(&source, &mut assets.budget)
-        })
+        self.read_asset(file, |source, assets| ies::read(&source, &mut assets.budget))
     }
 
     fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
@@ -36,10 +34,6 @@ impl AssetLoader for AssetRoot {
     }
 
     fn in_context(error: FormatError, key: &str) -> FormatError {
-        FormatError::Named {
-            place: None,
-            key: key.into(),
-            source: Box::new(error),
-        }
+        FormatError::Named { place: None, key: key.into(), source: Box::new(error) }
     }
 }

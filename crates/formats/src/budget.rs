@@ -45,12 +45,7 @@ impl Budget {
     /// The budget of a world whose textures may take `bytes` of memory: 64 GiB of files and 2³³ pixels (128 textures of
     /// 8192 x 8192), which the disk holds.
     pub fn with_texture_memory(bytes: u64) -> Self {
-        Self {
-            bytes: 64 << 30,
-            pixels: 1 << 33,
-            texture_memory: Some(bytes),
-            ..Self::default()
-        }
+        Self { bytes: 64 << 30, pixels: 1 << 33, texture_memory: Some(bytes), ..Self::default() }
     }
 
     /// Charges `amount` bytes of `path`.
@@ -60,12 +55,7 @@ impl Budget {
 
     /// Charges `amount` vertices, corners or parts of `path`.
     pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
-        charge(
-            &mut self.elements,
-            path,
-            "vertices and face corners",
-            amount,
-        )
+        charge(&mut self.elements, path, "vertices and face corners", amount)
     }
 
     /// Charges `amount` pixels of `path`.
@@ -79,12 +69,7 @@ fn charge(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Resul
     match left.checked_sub(amount) {
         Some(rest) => *left = rest,
         None => {
-            return Err(FormatError::Budget {
-                path: path.into(),
-                what,
-                amount,
-                left: *left,
-            });
+            return Err(FormatError::Budget { path: path.into(), what, amount, left: *left });
         }
     }
     Ok(())

@@ -22,10 +22,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
     world.check_textures_in_memory()?;
     let mut bytes = format!("{MAGIC}{VERSION}\n").into_bytes();
-    let world = World {
-        notices: Vec::new(),
-        ..world.clone()
-    };
+    let world = World { notices: Vec::new(), ..world.clone() };
     // By name, since some fields are left out where they say nothing.
     let mut writer = rmp_serde::Serializer::new(&mut bytes).with_struct_map();
     serde::Serialize::serialize(&world, &mut writer)
@@ -38,11 +35,7 @@ pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
 /// # Errors
 /// [`FormatError`]: more bytes than the budget allows, no world of this version, or one that cannot be.
 pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, FormatError> {
-    let wrong = |message: String| FormatError::Syntax {
-        path: path.into(),
-        location: Location::Whole,
-        message,
-    };
+    let wrong = |message: String| FormatError::Syntax { path: path.into(), location: Location::Whole, message };
     budget.take_bytes(path, bytes.len() as u64)?;
     let Some(rest) = bytes.strip_prefix(MAGIC.as_bytes()) else {
         return Err(wrong("these are not the bytes of a world".into()));
@@ -59,15 +52,12 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, Form
     }
     let data = rest.get(version.len() + 1..).unwrap_or_default();
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);
-    let world: World = serde::Deserialize::deserialize(&mut reader)
-        .map_err(|error| wrong(format!("damaged: {error}")))?;
+    let world: World =
+        serde::Deserialize::deserialize(&mut reader).map_err(|error| wrong(format!("damaged: {error}")))?;
     let bounded = |world: World| match budget.texture_memory {
         Some(limit) => world.with_texture_cache(TextureCache::new(limit)),
         None => Ok(world),
     };
     let world = world.validated().and_then(bounded);
-    world.map_err(|source| FormatError::Scene {
-        path: Some(path.into()),
-        source,
-    })
+    world.map_err(|source| FormatError::Scene { path: Some(path.into()), source })
 }

@@ -112,43 +112,24 @@ impl fmt::Display for Location {
 }
 
 fn prefix(key: &str) -> String {
-    if key.is_empty() {
-        String::new()
-    } else {
-        format!("{key}: ")
-    }
+    if key.is_empty() { String::new() } else { format!("{key}: ") }
 }
 
 impl FormatError {
     pub(crate) fn line(path: &Path, line: usize, message: impl Into<String>) -> Self {
-        Self::Syntax {
-            path: path.into(),
-            location: Location::Line(line),
-            message: message.into(),
-        }
+        Self::Syntax { path: path.into(), location: Location::Line(line), message: message.into() }
     }
 
     pub(crate) fn byte(path: &Path, byte: usize, message: impl Into<String>) -> Self {
-        Self::Syntax {
-            path: path.into(),
-            location: Location::Byte(byte as u64),
-            message: message.into(),
-        }
+        Self::Syntax { path: path.into(), location: Location::Byte(byte as u64), message: message.into() }
     }
 
     pub(crate) fn whole(path: &Path, message: impl Into<String>) -> Self {
-        Self::Syntax {
-            path: path.into(),
-            location: Location::Whole,
-            message: message.into(),
-        }
+        Self::Syntax { path: path.into(), location: Location::Whole, message: message.into() }
     }
 
     pub(crate) fn unsupported(path: &Path, message: impl Into<String>) -> Self {
-        Self::Unsupported {
-            path: path.into(),
-            message: message.into(),
-        }
+        Self::Unsupported { path: path.into(), message: message.into() }
     }
 }
 

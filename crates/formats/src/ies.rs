@@ -19,17 +19,13 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     // Keywords may be in any old encoding; the numbers are ASCII.
     let text = String::from_utf8_lossy(&source.bytes);
     let mut lines = text.lines().enumerate();
-    let tilt = lines
-        .by_ref()
-        .find_map(|(i, line)| Some((i + 1, line.trim().strip_prefix("TILT=")?.trim())));
+    let tilt = lines.by_ref().find_map(|(i, line)| Some((i + 1, line.trim().strip_prefix("TILT=")?.trim())));
     match tilt {
         Some((_, "NONE")) => {}
         Some((_, other)) => {
             return Err(FormatError::unsupported(
                 path,
-                format!(
-                    "TILT={other}, expected TILT=NONE: a lamp whose output depends on how it hangs"
-                ),
+                format!("TILT={other}, expected TILT=NONE: a lamp whose output depends on how it hangs"),
             ));
         }
         None => return Err(FormatError::whole(path, "no line TILT=: not an IES file")),
@@ -39,9 +35,7 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
         last: text.lines().count(),
         tokens: lines.flat_map(|(i, line)| {
             let tokens = line.split(|c: char| c.is_whitespace() || c == ',');
-            tokens
-                .filter(|token| !token.is_empty())
-                .map(move |token| (i + 1, token))
+            tokens.filter(|token| !token.is_empty()).map(move |token| (i + 1, token))
         }),
     };
     numbers.next("the number of lamps")?;
@@ -51,10 +45,7 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     let horizontals = numbers.count("the number of horizontal angles")?;
     let kind = numbers.next("the photometric type")?;
     if kind != 1.0 {
-        return Err(FormatError::unsupported(
-            path,
-            format!("photometric type {kind}, expected 1 (type C)"),
-        ));
+        return Err(FormatError::unsupported(path, format!("photometric type {kind}, expected 1 (type C)")));
     }
     for what in ["units", "width", "length", "height"] {
         numbers.next(what)?;
@@ -63,31 +54,20 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     let photometric = numbers.next("the ballast-lamp photometric factor")?;
     numbers.next("the input watts")?;
     let count = verticals.saturating_mul(horizontals);
-    budget.take_elements(
-        path,
-        count.saturating_add(verticals).saturating_add(horizontals),
-    )?;
+    budget.take_elements(path, count.saturating_add(verticals).saturating_add(horizontals))?;
     // As many numbers need as many bytes.
     if count > source.bytes.len() as u64 {
         return Err(FormatError::whole(
             path,
-            format!(
-                "{horizontals} x {verticals} intensities announced, more than the file can hold"
-            ),
+            format!("{horizontals} x {verticals} intensities announced, more than the file can hold"),
         ));
     }
     let vertical = numbers.list(verticals, "a vertical angle")?;
     let horizontal = numbers.list(horizontals, "a horizontal angle")?;
     let factor = multiplier * ballast * photometric;
     let candela = numbers.list(count, "an intensity")?;
-    let profile = IesProfile {
-        vertical,
-        horizontal,
-        candela: candela.iter().map(|v| (v * factor) as f32).collect(),
-    };
-    profile
-        .validate()
-        .map_err(|error| FormatError::whole(path, error.to_string()))?;
+    let profile = IesProfile { vertical, horizontal, candela: candela.iter().map(|v| (v * factor) as f32).collect() };
+    profile.validate().map_err(|error| FormatError::whole(path, error.to_string()))?;
     Ok(profile)
 }
 
@@ -101,19 +81,11 @@ struct NumberReader<'a, I> {
 impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
     fn next(&mut self, what: &str) -> Result<f64, FormatError> {
         let Some((line, token)) = self.tokens.next() else {
-            return Err(FormatError::line(
-                self.path,
-                self.last,
-                format!("the file ends, expected {what}"),
-            ));
+            return Err(FormatError::line(self.path, self.last, format!("the file ends, expected {what}")));
         };
         match token.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(FormatError::line(
-                self.path,
-                line,
-                format!("{token:?}, expected {what}"),
-            )),
+            _ => Err(FormatError::line(self.path, line, format!("{token:?}, expected {what}"))),
         }
     }
 
@@ -122,10 +94,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         if value.fract() == 0.0 && (1.0..=1e9).contains(&value) {
             return Ok(value as u64);
         }
-        Err(FormatError::whole(
-            self.path,
-            format!("{what} is {value}, expected a whole number >= 1"),
-        ))
+        Err(FormatError::whole(self.path, format!("{what} is {value}, expected a whole number >= 1")))
     }
 
     fn list(&mut self, count: u64, what: &str) -> Result<Vec<f64>, FormatError> {

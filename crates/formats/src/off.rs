@@ -28,20 +28,12 @@ struct OffHeader {
 /// The model in an OFF file: one part.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let path = &source.path;
-    let mut rows = LineReader {
-        path,
-        lines: Lines::new(lexer::checked_text(path, &source.bytes)?),
-        line: 0,
-    };
+    let mut rows = LineReader { path, lines: Lines::new(lexer::checked_text(path, &source.bytes)?), line: 0 };
     let (header, [count, face_count]) = rows.header()?;
     // Three digits, spaces and line ends each, at least.
     let left = rows.lines.remaining() + 1;
-    if count.checked_mul(6).is_none_or(|n| n > left)
-        || face_count.checked_mul(4).is_none_or(|n| n > left)
-    {
-        let message = format!(
-            "{count} vertices and {face_count} faces declared, but only {left} bytes follow"
-        );
+    if count.checked_mul(6).is_none_or(|n| n > left) || face_count.checked_mul(4).is_none_or(|n| n > left) {
+        let message = format!("{count} vertices and {face_count} faces declared, but only {left} bytes follow");
         return Err(rows.error(message));
     }
     assets.budget.take_elements(path, count as u64)?;
@@ -50,43 +42,27 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let faces = read_faces(&mut rows, count, face_count)?;
     let mut notices: Vec<String> = faces.degenerate.notice(path).into_iter().collect();
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
-        notices.push(format!(
-            "{}: the lines after the last face are not used",
-            path.display()
-        ));
+        notices.push(format!("{}: the lines after the last face are not used", path.display()));
     } else if !rows.lines.ended_with_newline() {
         let path = path.display();
-        notices.push(format!(
-            "{path}: the last line has no line end; the file may be cut off"
-        ));
+        notices.push(format!("{path}: the last line has no line end; the file may be cut off"));
     }
     if faces.polygons.len() == 0 {
-        return Err(FormatError::whole(
-            path,
-            format!("no faces, only {count} vertices: nothing to see"),
-        ));
+        return Err(FormatError::whole(path, format!("no faces, only {count} vertices: nothing to see")));
     }
     if vertices.normals.contains(&[0.0; 3]) {
         let path = path.display();
-        notices.push(format!(
-            "{path}: normals without a direction; all normals are ignored"
-        ));
+        notices.push(format!("{path}: normals without a direction; all normals are ignored"));
         vertices.normals.clear();
     }
     let face_colors = faces.colors.linear("faces", path, &mut notices)?;
     let (mut triangles, mut colors) = (Vec::new(), Vec::new());
     let positions = vertices.positions;
     let position = |c: Corner| positions[c.position as usize];
-    faces.polygons.triangles(
-        0..faces.polygons.len(),
-        path,
-        &mut assets.budget,
-        position,
-        |polygon, triangle| {
-            triangles.push(triangle.map(|corner| corner.position));
-            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
-        },
-    )?;
+    faces.polygons.triangles(0..faces.polygons.len(), path, &mut assets.budget, position, |polygon, triangle| {
+        triangles.push(triangle.map(|corner| corner.position));
+        colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+    })?;
     let mesh = Mesh {
         triangles,
         face_colors: face_colors.map(|_| colors),
@@ -109,24 +85,17 @@ struct OffVertices {
     colors: OffColors,
 }
 
-fn read_vertices(
-    rows: &mut LineReader<'_>,
-    header: OffHeader,
-    vertices: usize,
-) -> Result<OffVertices, FormatError> {
+fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) -> Result<OffVertices, FormatError> {
     let mut all = OffVertices::default();
     for number in 0..vertices {
         let mut words = rows.next("vertices", number, vertices)?;
-        all.positions
-            .push(DVec3::from(rows.numbers(&mut words, "vertex", number)?));
+        all.positions.push(DVec3::from(rows.numbers(&mut words, "vertex", number)?));
         if header.normals {
             let normal = DVec3::from(rows.numbers(&mut words, "normal", number)?);
-            all.normals
-                .push(normal.normalize_or_zero().as_vec3().to_array());
+            all.normals.push(normal.normalize_or_zero().as_vec3().to_array());
         }
         let rest: Vec<&[u8]> = words.collect();
-        let (color, uv) =
-            rest.split_at(rest.len() - if header.uvs { rest.len().min(2) } else { 0 });
+        let (color, uv) = rest.split_at(rest.len() - if header.uvs { rest.len().min(2) } else { 0 });
         // Colours without the prefix are common.
         if header.colors || !color.is_empty() {
             all.colors.add(rows, number, color)?;
@@ -135,10 +104,7 @@ fn read_vertices(
             let [u, v] = uv[..] else {
                 return Err(rows.error(format!("vertex {number} has no texture coordinates")));
             };
-            let uv = [
-                rows.number(u, "vertex", number)?,
-                rows.number(v, "vertex", number)?,
-            ];
+            let uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
             all.uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
         }
     }
@@ -153,11 +119,7 @@ struct OffFaces {
     colors: OffColors,
 }
 
-fn read_faces(
-    rows: &mut LineReader<'_>,
-    vertices: usize,
-    faces: usize,
-) -> Result<OffFaces, FormatError> {
+fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Result<OffFaces, FormatError> {
     let mut all = OffFaces::default();
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
@@ -167,14 +129,10 @@ fn read_faces(
         }
         for corner in 0..size {
             let Some(word) = rows.word(&mut words) else {
-                return Err(rows.error(format!(
-                    "face {number} ends after {corner} of {size} corners"
-                )));
+                return Err(rows.error(format!("face {number} ends after {corner} of {size} corners")));
             };
             match lexer::integer(word).and_then(|i| usize::try_from(i).ok()) {
-                Some(index) if index < vertices => {
-                    all.polygons.push_corner(Corner::plain(index as u32))
-                }
+                Some(index) if index < vertices => all.polygons.push_corner(Corner::plain(index as u32)),
                 _ => {
                     let message = format!(
                         "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
@@ -221,73 +179,45 @@ impl<'a> LineReader<'a> {
         words.next()
     }
 
-    fn next(
-        &mut self,
-        what: &str,
-        number: usize,
-        declared: usize,
-    ) -> Result<Words<'a>, FormatError> {
+    fn next(&mut self, what: &str, number: usize, declared: usize) -> Result<Words<'a>, FormatError> {
         let end = format!("the file ends after {number} of {declared} {what}");
         self.words().ok_or_else(|| self.error(end))
     }
 
     /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.
     fn header(&mut self) -> Result<(OffHeader, [usize; 2]), FormatError> {
-        let mut words = self
-            .words()
-            .ok_or_else(|| self.error("empty, expected an OFF file"))?;
+        let mut words = self.words().ok_or_else(|| self.error("empty, expected an OFF file"))?;
         let mut kind = OffHeader::default();
         let first = words.clone().next().unwrap_or_default();
         // The word may be missing, and the numbers may follow without a space, as in ModelNet.
         if lexer::integer(first).is_none() {
             let end = first.windows(3).position(|window| window == b"OFF");
             let parts = end.map(|at| (&first[..at], &first[at + 3..]));
-            let Some((mut prefix, glued)) =
-                parts.filter(|(_, glued)| glued.iter().all(u8::is_ascii_digit))
-            else {
+            let Some((mut prefix, glued)) = parts.filter(|(_, glued)| glued.iter().all(u8::is_ascii_digit)) else {
                 return Err(self.error(format!("{}: not an OFF file", lexer::for_message(first))));
             };
             let line = words.0;
             words.next();
             words = Words(&line[line.len() - words.0.len() - glued.len()..]);
-            for (letters, has) in [
-                (&b"ST"[..], &mut kind.uvs),
-                (b"C", &mut kind.colors),
-                (b"N", &mut kind.normals),
-            ] {
+            for (letters, has) in [(&b"ST"[..], &mut kind.uvs), (b"C", &mut kind.colors), (b"N", &mut kind.normals)] {
                 if let Some(rest) = prefix.strip_prefix(letters) {
                     *has = true;
                     prefix = rest;
                 }
             }
             if !prefix.is_empty() {
-                let message = format!(
-                    "{}: only three dimensions are read",
-                    lexer::for_message(first)
-                );
+                let message = format!("{}: only three dimensions are read", lexer::for_message(first));
                 return Err(FormatError::unsupported(self.path, message));
             }
             match words.clone().next() {
                 Some(b"BINARY") => {
-                    return Err(FormatError::unsupported(
-                        self.path,
-                        "binary OFF; save it as text",
-                    ));
+                    return Err(FormatError::unsupported(self.path, "binary OFF; save it as text"));
                 }
                 Some(_) => {}
-                None => {
-                    words = self
-                        .words()
-                        .ok_or_else(|| self.error("no numbers of vertices and faces"))?
-                }
+                None => words = self.words().ok_or_else(|| self.error("no numbers of vertices and faces"))?,
             }
         }
-        let mut count = || {
-            words
-                .next()
-                .and_then(lexer::integer)
-                .and_then(|n| usize::try_from(n).ok())
-        };
+        let mut count = || words.next().and_then(lexer::integer).and_then(|n| usize::try_from(n).ok());
         match (count(), count()) {
             (Some(vertices), Some(faces)) => Ok((kind, [vertices, faces])),
             _ => Err(self.error("expected the numbers of vertices, faces and edges")),
@@ -297,25 +227,13 @@ impl<'a> LineReader<'a> {
     fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
         lexer::number(word)
             .filter(|v| v.is_finite())
-            .ok_or_else(|| {
-                self.error(format!(
-                    "{what} {number}: {} is not a finite number",
-                    lexer::for_message(word)
-                ))
-            })
+            .ok_or_else(|| self.error(format!("{what} {number}: {} is not a finite number", lexer::for_message(word))))
     }
 
-    fn numbers(
-        &self,
-        words: &mut Words<'_>,
-        what: &str,
-        number: usize,
-    ) -> Result<[f64; 3], FormatError> {
+    fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3], FormatError> {
         let mut values = [0.0; 3];
         for value in &mut values {
-            let word = words
-                .next()
-                .ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
+            let word = words.next().ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
             *value = self.number(word, what, number)?;
         }
         Ok(values)
@@ -337,12 +255,7 @@ struct OffColors {
 }
 
 impl OffColors {
-    fn add(
-        &mut self,
-        rows: &LineReader<'_>,
-        number: usize,
-        words: &[&[u8]],
-    ) -> Result<(), FormatError> {
+    fn add(&mut self, rows: &LineReader<'_>, number: usize, words: &[&[u8]]) -> Result<(), FormatError> {
         match words.len() {
             3 | 4 => {}
             count @ (0 | 1) => {
@@ -352,8 +265,7 @@ impl OffColors {
                 return Ok(());
             }
             count => {
-                let message =
-                    format!("{count} numbers after {number}, expected a colour of 3 or 4");
+                let message = format!("{count} numbers after {number}, expected a colour of 3 or 4");
                 return Err(rows.error(message));
             }
         }
@@ -362,10 +274,7 @@ impl OffColors {
             *value = rows.number(word, "colour", number)?;
             self.fractions |= lexer::integer(word).is_none();
             if *value < 0.0 {
-                return Err(rows.error(format!(
-                    "colour {}: expected at least 0",
-                    lexer::for_message(word)
-                )));
+                return Err(rows.error(format!("colour {}: expected at least 0", lexer::for_message(word))));
             }
             if *value > self.largest.0 {
                 self.largest = (*value, rows.line);
@@ -378,33 +287,20 @@ impl OffColors {
     }
 
     /// Linear colours, white where there is none; `None` where there is none at all.
-    fn linear(
-        self,
-        what: &str,
-        path: &Path,
-        notices: &mut Vec<String>,
-    ) -> Result<Option<Vec<Rgb>>, FormatError> {
+    fn linear(self, what: &str, path: &Path, notices: &mut Vec<String>) -> Result<Option<Vec<Rgb>>, FormatError> {
         let shown = path.display();
         if self.mapped > 0 {
-            notices.push(format!(
-                "{shown}: {} {what} with a colour map index are white",
-                self.mapped
-            ));
+            notices.push(format!("{shown}: {} {what} with a colour map index are white", self.mapped));
         }
         if self.missing == self.values.len() {
             return Ok(None);
         }
         if self.missing > self.mapped {
             let missing = self.missing - self.mapped;
-            notices.push(format!(
-                "{shown}: {missing} {what} without a colour are white"
-            ));
+            notices.push(format!("{shown}: {missing} {what} without a colour are white"));
         }
         if self.translucent > 0 {
-            notices.push(format!(
-                "{shown}: the transparency of {} {what} is dropped",
-                self.translucent
-            ));
+            notices.push(format!("{shown}: the transparency of {} {what} is dropped", self.translucent));
         }
         let (largest, line) = self.largest;
         let bytes = !self.fractions && largest > 1.0;
@@ -418,8 +314,6 @@ impl OffColors {
             (false, true) => linear_from_srgb((c / 255.0) as f32),
             (false, false) => c as f32,
         };
-        Ok(Some(
-            self.values.into_iter().map(|rgb| rgb.map(linear)).collect(),
-        ))
+        Ok(Some(self.values.into_iter().map(|rgb| rgb.map(linear)).collect()))
     }
 }

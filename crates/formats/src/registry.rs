@@ -31,41 +31,13 @@ enum Reader {
 
 /// All formats.
 const FORMATS: &[FileFormat] = &[
-    FileFormat {
-        extension: "toml",
-        read: Reader::World(world_file::read),
-        head: read_whole,
-    },
-    FileFormat {
-        extension: "gltf",
-        read: Reader::Scene(gltf::read),
-        head: read_whole,
-    },
-    FileFormat {
-        extension: "glb",
-        read: Reader::Scene(gltf::read),
-        head: gltf::head,
-    },
-    FileFormat {
-        extension: "obj",
-        read: Reader::Model(obj::read),
-        head: read_whole,
-    },
-    FileFormat {
-        extension: "ply",
-        read: Reader::Model(ply::read),
-        head: ply::head,
-    },
-    FileFormat {
-        extension: "stl",
-        read: Reader::Model(stl::read),
-        head: stl::head,
-    },
-    FileFormat {
-        extension: "off",
-        read: Reader::Model(off::read),
-        head: read_whole,
-    },
+    FileFormat { extension: "toml", read: Reader::World(world_file::read), head: read_whole },
+    FileFormat { extension: "gltf", read: Reader::Scene(gltf::read), head: read_whole },
+    FileFormat { extension: "glb", read: Reader::Scene(gltf::read), head: gltf::head },
+    FileFormat { extension: "obj", read: Reader::Model(obj::read), head: read_whole },
+    FileFormat { extension: "ply", read: Reader::Model(ply::read), head: ply::head },
+    FileFormat { extension: "stl", read: Reader::Model(stl::read), head: stl::head },
+    FileFormat { extension: "off", read: Reader::Model(off::read), head: read_whole },
 ];
 
 /// The extensions of the files that [`load`] reads, in small letters and without the dot.
@@ -122,10 +94,7 @@ fn read_whole(_: &File, _: u64) -> Option<u64> {
 /// # Errors
 /// See [`FormatError`].
 pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
-    read_world(
-        InputFile::new(path, bytes),
-        &mut AssetRoot::containing(path, budget),
-    )
+    read_world(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
 /// The model in the bytes of a mesh file. `path` says of which kind it is, names it in errors, and its folder is where
@@ -134,17 +103,11 @@ pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, For
 /// # Errors
 /// See [`FormatError`].
 pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<MeshFile, FormatError> {
-    read_mesh_file(
-        InputFile::new(path, bytes),
-        &mut AssetRoot::containing(path, budget),
-    )
+    read_mesh_file(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
 /// The model in a mesh file that has been read: everything in it fits together.
-pub(crate) fn read_mesh_file(
-    source: InputFile,
-    assets: &mut AssetRoot,
-) -> Result<MeshFile, FormatError> {
+pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let model = match format_of(&source.path)?.read {
         Reader::Model(read) => read(&source, assets)?,
         Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
@@ -155,26 +118,16 @@ pub(crate) fn read_mesh_file(
     };
     for part in &model.parts {
         let valid = part.mesh.validate();
-        valid.map_err(|error| FormatError::Scene {
-            path: Some(source.path.clone()),
-            source: error,
-        })?;
+        valid.map_err(|error| FormatError::Scene { path: Some(source.path.clone()), source: error })?;
     }
     Ok(model)
 }
 
 /// The model of a world whose objects are all one; each copy of a mesh counts.
-fn flatten_world(
-    world: World,
-    path: &Path,
-    assets: &mut AssetRoot,
-) -> Result<MeshFile, FormatError> {
+fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let (lights, cameras) = (world.lights.len(), world.cameras.len());
     let left_out = (lights + cameras > 0).then(|| {
-        format!(
-            "{}: as an object it has no lights and cameras: {lights} and {cameras} are left out",
-            path.display()
-        )
+        format!("{}: as an object it has no lights and cameras: {lights} and {cameras} are left out", path.display())
     });
     for object in &world.objects {
         let mesh = &world.meshes[object.mesh];
@@ -187,11 +140,7 @@ fn flatten_world(
 }
 
 fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
-    let extension = path
-        .extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_lowercase();
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     if let Some(format) = FORMATS.iter().find(|format| format.extension == extension) {
         return Ok(format);
     }
@@ -199,31 +148,17 @@ fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
     if let Err(source) = std::fs::metadata(path)
         && source.kind() == io::ErrorKind::NotFound
     {
-        return Err(FormatError::Io {
-            path: path.into(),
-            source,
-        });
+        return Err(FormatError::Io { path: path.into(), source });
     }
-    let known: Vec<_> = extensions()
-        .map(|extension| format!(".{extension}"))
-        .collect();
+    let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
     let known = known.join(", ");
-    Err(FormatError::unsupported(
-        path,
-        format!("unknown kind of file; known are {known}"),
-    ))
+    Err(FormatError::unsupported(path, format!("unknown kind of file; known are {known}")))
 }
 
 /// The world of a mesh file: each part an object, named after the file where it has no name.
 fn world_of_parts(model: MeshFile, path: &Path) -> Result<World, FormatError> {
-    let scene = |source| FormatError::Scene {
-        path: Some(path.into()),
-        source,
-    };
-    let mut world = World {
-        notices: model.notices,
-        ..World::default()
-    };
+    let scene = |source| FormatError::Scene { path: Some(path.into()), source };
+    let mut world = World { notices: model.notices, ..World::default() };
     for texture in model.textures {
         world.add_texture(texture);
     }
@@ -232,11 +167,7 @@ fn world_of_parts(model: MeshFile, path: &Path) -> Result<World, FormatError> {
     }
     for part in model.parts {
         let name = match &part.name[..] {
-            "" => path
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
+            "" => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             name => name.to_owned(),
         };
         let mesh = world.add_mesh(part.mesh);

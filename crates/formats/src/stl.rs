@@ -44,11 +44,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         .filter(|solid| !solid.triangles.is_empty())
         .map(|solid| MeshPart {
             name: solid.name,
-            mesh: Mesh {
-                vertices: solid.vertices,
-                triangles: solid.triangles,
-                ..Mesh::default()
-            },
+            mesh: Mesh { vertices: solid.vertices, triangles: solid.triangles, ..Mesh::default() },
             materials: vec![0],
         })
         .collect();
@@ -56,12 +52,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         return Err(FormatError::whole(path, "no facets: nothing to see"));
     }
     let materials = vec![Material::for_mesh(&parts[0].mesh)];
-    Ok(MeshFile {
-        parts,
-        materials,
-        textures: Vec::new(),
-        notices,
-    })
+    Ok(MeshFile { parts, materials, textures: Vec::new(), notices })
 }
 
 /// The triangles of a solid, with corners at the same place made one.
@@ -80,25 +71,17 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 }
 
 fn declared(bytes: &[u8]) -> Option<usize> {
-    bytes
-        .get(80..HEADER_BYTES)?
-        .try_into()
-        .ok()
-        .map(|count| u32::from_le_bytes(count) as usize)
+    bytes.get(80..HEADER_BYTES)?.try_into().ok().map(|count| u32::from_le_bytes(count) as usize)
 }
 
 fn is_binary(source: &InputFile) -> bool {
     let bytes = &source.bytes[..];
-    if declared(bytes)
-        .is_some_and(|count| count.checked_mul(FACET_BYTES) == Some(source.len() - HEADER_BYTES))
-    {
+    if declared(bytes).is_some_and(|count| count.checked_mul(FACET_BYTES) == Some(source.len() - HEADER_BYTES)) {
         return true;
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let start = bytes.trim_ascii_start();
-    let solid = start
-        .get(..5)
-        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // No text has a zero byte.
     !solid || bytes.contains(&0)
 }
@@ -121,20 +104,11 @@ fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid, Format
     if count < held && extra != 0 {
         used = count;
         let left = after - FACET_BYTES * count;
-        notices.push(format!(
-            "{}: {left} bytes after the last facet are not used",
-            path.display()
-        ));
+        notices.push(format!("{}: {left} bytes after the last facet are not used", path.display()));
     } else if count != held {
-        notices.push(format!(
-            "{}: {count} facets declared, {held} found and used",
-            path.display()
-        ));
+        notices.push(format!("{}: {count} facets declared, {held} found and used", path.display()));
     } else if extra != 0 {
-        notices.push(format!(
-            "{}: {extra} bytes after the last facet are not used",
-            path.display()
-        ));
+        notices.push(format!("{}: {extra} bytes after the last facet are not used", path.display()));
     }
 
     let facets = source.part(HEADER_BYTES..HEADER_BYTES + FACET_BYTES * used);
@@ -153,27 +127,15 @@ fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid, Format
             }
         };
         let count = BLOCK_FACETS.min(used - first);
-        let read =
-            facets.for_each_window(first * FACET_BYTES, count, FACET_BYTES, FACET_BYTES, window);
-        read.map_err(|source| FormatError::Io {
-            path: path.clone(),
-            source,
-        })?;
+        let read = facets.for_each_window(first * FACET_BYTES, count, FACET_BYTES, FACET_BYTES, window);
+        read.map_err(|source| FormatError::Io { path: path.clone(), source })?;
         infinite.map_or(Ok(()), |number| {
             let message = format!("facet {number} has a corner that is not finite");
-            Err(FormatError::byte(
-                path,
-                HEADER_BYTES + FACET_BYTES * number,
-                message,
-            ))
+            Err(FormatError::byte(path, HEADER_BYTES + FACET_BYTES * number, message))
         })
     };
     let (vertices, triangles) = weld::weld_triangles(used, BLOCK_FACETS, read)?;
-    Ok(Solid {
-        name: String::new(),
-        vertices,
-        triangles,
-    })
+    Ok(Solid { name: String::new(), vertices, triangles })
 }
 
 /// Statement that a text file has next.
@@ -201,11 +163,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
             (same, b"") => same,
             (ParserState::Solid, b"solid") => {
                 if solids.len() == 1 << 16 {
-                    return Err(FormatError::line(
-                        path,
-                        line,
-                        "more than 65536 solids in one file",
-                    ));
+                    return Err(FormatError::line(path, line, "more than 65536 solids in one file"));
                 }
                 solids.push((lexer::name(rest), VertexWelder::default(), Vec::new()));
                 ParserState::Facet
@@ -217,11 +175,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
             (ParserState::Vertex, b"vertex") => {
                 corners[count] = corner(path, line, rest)?;
                 count += 1;
-                if count == 3 {
-                    ParserState::EndLoop
-                } else {
-                    ParserState::Vertex
-                }
+                if count == 3 { ParserState::EndLoop } else { ParserState::Vertex }
             }
             (ParserState::EndLoop, b"endloop") => ParserState::EndFacet,
             (ParserState::EndFacet, b"endfacet") => {
@@ -232,28 +186,16 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
                 ParserState::Facet
             }
             (expected, _) => {
-                let message = format!(
-                    "expected {}, found {}",
-                    name(expected),
-                    lexer::for_message(lexer::trim(text))
-                );
+                let message = format!("expected {}, found {}", name(expected), lexer::for_message(lexer::trim(text)));
                 return Err(FormatError::line(path, line, message));
             }
         };
     }
     if expect == ParserState::Solid {
-        let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {
-            name,
-            vertices: weld.points,
-            triangles,
-        };
+        let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid { name, vertices: weld.points, triangles };
         return Ok(solids.into_iter().map(solid).collect());
     }
-    Err(FormatError::line(
-        path,
-        last,
-        format!("the file ends where {} is expected", name(expect)),
-    ))
+    Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))))
 }
 
 fn name(expect: ParserState) -> &'static str {
@@ -271,18 +213,10 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
     let mut words = Words(rest);
     let mut values = [0.0; 3];
     for value in &mut values {
-        *value = words
-            .next()
-            .and_then(lexer::number)
-            .filter(|v| v.is_finite())
-            .ok_or_else(|| {
-                let found = lexer::for_message(lexer::trim(rest));
-                FormatError::line(
-                    path,
-                    line,
-                    format!("vertex {found}: expected three finite numbers"),
-                )
-            })?;
+        *value = words.next().and_then(lexer::number).filter(|v| v.is_finite()).ok_or_else(|| {
+            let found = lexer::for_message(lexer::trim(rest));
+            FormatError::line(path, line, format!("vertex {found}: expected three finite numbers"))
+        })?;
     }
     if let Some(word) = words.next() {
         let message = format!("vertex: {} after three numbers", lexer::for_message(word));

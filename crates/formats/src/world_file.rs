@@ -18,12 +18,7 @@ use crate::io::input_file::InputFile;
 ///
 /// # Errors
 /// See [`FormatError`]; one in the text itself has the line and the key.
-pub fn parse(
-    text: &str,
-    folder: &Path,
-    path: &Path,
-    budget: &Budget,
-) -> Result<World, FormatError> {
+pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<World, FormatError> {
     let mut assets = AssetRoot::new(folder, budget);
     let mut world = build(text, path, &mut assets)?;
     assets.finish_world(&mut world)?;
@@ -43,10 +38,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, 
 fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World, FormatError> {
     let mut node = parse_tree(text, path)?;
     truncate_after_empty(&mut node);
-    let file: WorldFile =
-        schema::from_value(&node).map_err(|e| with_line(e.into(), &node, text, path))?;
-    file.build(assets)
-        .map_err(|error| with_line(error, &node, text, path))
+    let file: WorldFile = schema::from_value(&node).map_err(|e| with_line(e.into(), &node, text, path))?;
+    file.build(assets).map_err(|error| with_line(error, &node, text, path))
 }
 
 /// Drops the objects after the first empty one. That one is an error, and a file of little else would take memory for
@@ -58,8 +51,8 @@ fn truncate_after_empty(node: &mut SpannedValue) {
     let objects = entries.iter_mut().find(|entry| entry.key == "object");
     if let Some(Entry { value: node, .. }) = objects
         && let Value::List(items) = &mut node.value
-        && let Some(first) = (items.iter())
-            .position(|item| matches!(&item.value, Value::Table(said) if said.is_empty()))
+        && let Some(first) =
+            (items.iter()).position(|item| matches!(&item.value, Value::Table(said) if said.is_empty()))
     {
         items.truncate(first + 1);
         items.shrink_to_fit();
@@ -104,12 +97,10 @@ fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
         for entry in more {
             match entries.iter_mut().find(|known| known.key == entry.key) {
                 None => entries.push(entry),
-                Some(known) if known.key == "object" => {
-                    match (&mut known.value.value, entry.value.value) {
-                        (Value::List(items), Value::List(more)) => items.extend(more),
-                        _ => return None,
-                    }
-                }
+                Some(known) if known.key == "object" => match (&mut known.value.value, entry.value.value) {
+                    (Value::List(items), Value::List(more)) => items.extend(more),
+                    _ => return None,
+                },
                 Some(_) => return None,
             }
         }
@@ -130,11 +121,7 @@ fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedVa
     let start = range.start;
     let table = DeTable::parse(&text[range.clone()]).map_err(|error| {
         let at = error.span().map_or(range.end, |span| start + span.start);
-        FormatError::line(
-            path,
-            line_of(text.as_bytes(), at),
-            error.message().trim_end(),
-        )
+        FormatError::line(path, line_of(text.as_bytes(), at), error.message().trim_end())
     })?;
     let span = table.span();
     let read = TextPiece { text, start, path };
@@ -165,10 +152,7 @@ impl TextPiece<'_> {
         }
         // As written, not by name.
         entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
-        Ok(SpannedValue {
-            value: Value::Table(entries),
-            span: Some(self.shift_span(span)),
-        })
+        Ok(SpannedValue { value: Value::Table(entries), span: Some(self.shift_span(span)) })
     }
 
     /// Consumes the value, so that no value is in memory twice.
@@ -182,12 +166,10 @@ impl TextPiece<'_> {
         let value = match spanned.into_inner() {
             DeValue::String(text) => Value::String(text.into_owned()),
             DeValue::Boolean(value) => Value::Bool(value),
-            DeValue::Integer(number) => {
-                match i64::from_str_radix(number.as_str(), number.radix()) {
-                    Ok(value) => Value::Integer(value),
-                    Err(_) => return fail(format!("{number} is beyond 64 bits")),
-                }
-            }
+            DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(value) => Value::Integer(value),
+                Err(_) => return fail(format!("{number} is beyond 64 bits")),
+            },
             DeValue::Float(number) => match number.as_str().parse() {
                 Ok(value) => Value::Float(value),
                 Err(_) => return fail(format!("{number} is not a number")),
@@ -199,59 +181,27 @@ impl TextPiece<'_> {
             }
             DeValue::Table(table) => return self.table(table, span),
         };
-        Ok(SpannedValue {
-            value,
-            span: Some(place),
-        })
+        Ok(SpannedValue { value, span: Some(place) })
     }
 }
 
 /// An error of the schema with the line it is about.
 fn with_line(error: FormatError, node: &SpannedValue, text: &str, file: &Path) -> FormatError {
     match error {
-        FormatError::Scene {
-            path: None,
-            source:
-                SceneError::Schema {
-                    path: key,
-                    message,
-                    span,
-                },
-        } => {
-            let at = span
-                .or_else(|| node.span_at(&key))
-                .map_or(0, |span| span.start);
-            FormatError::Schema {
-                path: file.into(),
-                line: line_of(text.as_bytes(), at),
-                key,
-                message,
-            }
+        FormatError::Scene { path: None, source: SceneError::Schema { path: key, message, span } } => {
+            let at = span.or_else(|| node.span_at(&key)).map_or(0, |span| span.start);
+            FormatError::Schema { path: file.into(), line: line_of(text.as_bytes(), at), key, message }
         }
-        FormatError::Named {
-            place: None,
-            key,
-            source,
-        } => {
+        FormatError::Named { place: None, key, source } => {
             let at = node.span_at(&key).map_or(0, |span| span.start);
-            FormatError::Named {
-                place: Some((file.into(), line_of(text.as_bytes(), at))),
-                key,
-                source,
-            }
+            FormatError::Named { place: Some((file.into(), line_of(text.as_bytes(), at))), key, source }
         }
-        FormatError::Scene { path: None, source } => FormatError::Scene {
-            path: Some(file.into()),
-            source,
-        },
+        FormatError::Scene { path: None, source } => FormatError::Scene { path: Some(file.into()), source },
         other => other,
     }
 }
 
 /// The number, from 1, of the line with this byte.
 fn line_of(text: &[u8], at: usize) -> usize {
-    1 + text[..at.min(text.len())]
-        .iter()
-        .filter(|&&b| b == b'\n')
-        .count()
+    1 + text[..at.min(text.len())].iter().filter(|&&b| b == b'\n').count()
 }

@@ -53,10 +53,6 @@ impl Control {
     }
 
     pub(crate) fn check(&self) -> Result<(), RenderError> {
-        if self.is_cancelled() {
-            Err(RenderError::Cancelled)
-        } else {
-            Ok(())
-        }
+        if self.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
     }
 }

@@ -25,9 +25,7 @@ pub enum RenderError {
         source: BuildError,
     },
     /// The picture does not fit into memory.
-    #[error(
-        "{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels"
-    )]
+    #[error("{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels")]
     /// An image that does not fit into memory.
     TooLarge {
         /// The object that was requested.

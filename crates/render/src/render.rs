@@ -69,13 +69,7 @@ pub fn render_into(
 ) -> Result<([u32; 4], Vec<String>), RenderError> {
     let shutter = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
-    let request = RenderRequest {
-        world: prepared,
-        shutter: shutter.as_ref(),
-        camera,
-        settings,
-        region,
-    };
+    let request = RenderRequest { world: prepared, shutter: shutter.as_ref(), camera, settings, region };
     Ok((region, request.render(control, targets.into_iter())?))
 }
 
@@ -83,15 +77,9 @@ pub fn render_into(
 ///
 /// # Errors
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
-pub fn checked_region(
-    camera: &Camera,
-    settings: &Settings,
-) -> Result<([u32; 4], usize), RenderError> {
+pub fn checked_region(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
     let region = settings.check(camera.size())?;
-    Ok((
-        region,
-        output_plane::check_size(region, &settings.channels)?,
-    ))
+    Ok((region, output_plane::check_size(region, &settings.channels)?))
 }
 
 fn render_to_frame(
@@ -102,23 +90,10 @@ fn render_to_frame(
     control: &Control,
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
-    let mut planes = with_pool(settings.threads, || {
-        output_plane::allocate_planes(region, &settings.channels)
-    })??;
-    let request = RenderRequest {
-        world,
-        shutter: shutter,
-        camera,
-        settings,
-        region,
-    };
+    let mut planes = with_pool(settings.threads, || output_plane::allocate_planes(region, &settings.channels))??;
+    let request = RenderRequest { world, shutter: shutter, camera, settings, region };
     let notices = request.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
-    Ok(Frame {
-        size: camera.size(),
-        region,
-        planes,
-        notices,
-    })
+    Ok(Frame { size: camera.size(), region, planes, notices })
 }
 
 /// Validated arguments of a render.
@@ -137,20 +112,12 @@ impl RenderRequest<'_> {
         control: &Control,
         targets: impl Iterator<Item = OutputPlane<'t>>,
     ) -> Result<Vec<String>, RenderError> {
-        let RenderRequest {
-            world,
-            shutter: shutter,
-            settings,
-            region,
-            ..
-        } = *self;
+        let RenderRequest { world, shutter: shutter, settings, region, .. } = *self;
         let camera = &world.geometry.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.has_channels(&settings.channels));
         let film = film.ok_or_else(|| {
-            RenderError::Settings(
-                "the memory for a picture does not fit its region and channels".into(),
-            )
+            RenderError::Settings("the memory for a picture does not fit its region and channels".into())
         })?;
         let texture_cache = world.geometry.texture_cache.as_deref();
         let read_before = texture_cache.map(TextureCache::page_in_stats);
@@ -163,12 +130,11 @@ impl RenderRequest<'_> {
         let mut notices = settings.integrator.notices(world);
         match settings.time {
             Some(seconds) if renderer.needs.samples => {
-                let samples = with_pool(settings.threads, || {
-                    render_for_duration(&renderer, &tiles, seconds, &film, control)
-                })??;
+                let samples =
+                    with_pool(settings.threads, || render_for_duration(&renderer, &tiles, seconds, &film, control))??;
                 notices.push(format!(
-                "{samples} samples per pixel in time_limit = {seconds}; samples = {samples} gives the same picture"
-            ));
+                    "{samples} samples per pixel in time_limit = {seconds}; samples = {samples} gives the same picture"
+                ));
             }
             _ => {
                 control.start(tiles.len() * renderer.batches_per_tile());
@@ -225,20 +191,17 @@ fn render_for_duration(
     let mut round = 1;
     while taken < renderer.settings.samples {
         let until = renderer.settings.samples.min(taken + round);
-        tiles.par_iter().zip(&mut states).try_for_each_init(
-            ThreadScratch::default,
-            |scratch, (tile, state)| {
-                if taken > 0 {
-                    renderer.continue_tile(tile, scratch, state, control)?;
-                } else {
-                    renderer.begin_tile(tile, scratch, control)?;
-                }
-                renderer.add_samples(scratch, taken..until, control)?;
-                renderer.resolve(tile, scratch, film);
-                std::mem::swap(&mut scratch.estimator, state);
-                Ok(())
-            },
-        )?;
+        tiles.par_iter().zip(&mut states).try_for_each_init(ThreadScratch::default, |scratch, (tile, state)| {
+            if taken > 0 {
+                renderer.continue_tile(tile, scratch, state, control)?;
+            } else {
+                renderer.begin_tile(tile, scratch, control)?;
+            }
+            renderer.add_samples(scratch, taken..until, control)?;
+            renderer.resolve(tile, scratch, film);
+            std::mem::swap(&mut scratch.estimator, state);
+            Ok(())
+        })?;
         taken = until;
         let (spent, whole) = (start.elapsed().as_secs_f64(), seconds);
         let done = (PROGRESS_STEPS * (spent / whole).min(1.0)) as usize;

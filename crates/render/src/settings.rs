@@ -98,10 +98,7 @@ impl Settings {
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
         let fail = |message: String| Err(RenderError::Settings(message));
         if !(1..=MAX_SAMPLES).contains(&self.samples) {
-            return fail(format!(
-                "samples is {}; expected 1 to {MAX_SAMPLES}",
-                self.samples
-            ));
+            return fail(format!("samples is {}; expected 1 to {MAX_SAMPLES}", self.samples));
         }
         if self.channels.is_empty() {
             return fail("no channels are asked for; expected at least one".into());
@@ -114,9 +111,7 @@ impl Settings {
         if let Some(distance) = self.ambient_occlusion
             && (distance.is_nan() || distance <= 0.0)
         {
-            return fail(format!(
-                "ambient_occlusion is {distance}; expected a distance above 0, or infinity"
-            ));
+            return fail(format!("ambient_occlusion is {distance}; expected a distance above 0, or infinity"));
         }
         if let Some(noise) = self.noise
             && !(noise.is_finite() && noise > 0.0)

@@ -13,11 +13,7 @@ pub(crate) type Vec3xN<T, const N: usize> = [[T; N]; 3];
 pub(crate) type TriangleXN<const N: usize> = [Vec3xN<f64, N>; 3];
 
 #[inline(always)]
-pub(crate) fn set_lane<T, const N: usize>(
-    lanes: &mut Vec3xN<T, N>,
-    lane: usize,
-    [x, y, z]: [T; 3],
-) {
+pub(crate) fn set_lane<T, const N: usize>(lanes: &mut Vec3xN<T, N>, lane: usize, [x, y, z]: [T; 3]) {
     lanes[0][lane] = x;
     lanes[1][lane] = y;
     lanes[2][lane] = z;
@@ -34,11 +30,7 @@ pub(crate) fn lane_dvec3<const N: usize>(lanes: &Vec3xN<f64, N>, lane: usize) ->
 }
 
 #[inline(always)]
-pub(crate) fn set_triangle<const N: usize>(
-    lanes: &mut TriangleXN<N>,
-    lane: usize,
-    corners: [DVec3; 3],
-) {
+pub(crate) fn set_triangle<const N: usize>(lanes: &mut TriangleXN<N>, lane: usize, corners: [DVec3; 3]) {
     for (lanes, corner) in lanes.iter_mut().zip(corners) {
         set_lane(lanes, lane, corner.to_array());
     }
@@ -46,11 +38,7 @@ pub(crate) fn set_triangle<const N: usize>(
 
 #[inline(always)]
 pub(crate) fn get_triangle<const N: usize>([a, b, c]: &TriangleXN<N>, lane: usize) -> [DVec3; 3] {
-    [
-        lane_dvec3(a, lane),
-        lane_dvec3(b, lane),
-        lane_dvec3(c, lane),
-    ]
+    [lane_dvec3(a, lane), lane_dvec3(b, lane), lane_dvec3(c, lane)]
 }
 
 /// The float32 vector of a lane.

@@ -21,16 +21,11 @@ pub const MAX_THREADS: usize = 1024;
 /// call.
 ///
 /// A forked child builds pools of its own.
-pub fn with_pool<T: Send>(
-    threads: Option<usize>,
-    f: impl FnOnce() -> T + Send,
-) -> Result<T, RenderError> {
+pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
     let available = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = threads.unwrap_or_else(|| available().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(RenderError::Settings(format!(
-            "threads is {threads}; expected 1 to {MAX_THREADS}"
-        )));
+        return Err(RenderError::Settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
     }
     Ok(pool(threads)?.install(f))
 }
@@ -53,18 +48,8 @@ fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
         .num_threads(threads)
         .thread_name(|i| format!("raycam {i}"))
         .build()
-        .map_err(|e| RenderError::Threads {
-            threads,
-            message: e.to_string(),
-        })?;
+        .map_err(|e| RenderError::Threads { threads, message: e.to_string() })?;
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    let pools = pools.get_or_insert_with(|| PoolCache {
-        process,
-        by_threads: HashMap::new(),
-    });
-    Ok(pools
-        .by_threads
-        .entry(threads)
-        .or_insert_with(|| Arc::new(built))
-        .clone())
+    let pools = pools.get_or_insert_with(|| PoolCache { process, by_threads: HashMap::new() });
+    Ok(pools.by_threads.entry(threads).or_insert_with(|| Arc::new(built)).clone())
 }

@@ -10,30 +10,18 @@ use raycam_render::{Channel, Control, PreparedWorld, RenderError, Settings};
 use raycam_scene::{Camera, Lens, LensModel, World};
 
 fn settings() -> Settings {
-    Settings {
-        channels: vec![Channel::Instance],
-        ..Settings::default()
-    }
+    Settings { channels: vec![Channel::Instance], ..Settings::default() }
 }
 
 /// A world that stands.
 fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> Viewpoint<'a> {
-    Viewpoint {
-        world,
-        animated_world: None,
-        camera,
-    }
+    Viewpoint { world, animated_world: None, camera }
 }
 
 #[test]
 fn a_mask_is_the_coverage_of_the_object_alone() {
     let world = still_life();
-    let camera = look_at(
-        DVec3::new(3.0, -5.0, 3.0),
-        DVec3::new(-1.0, 0.0, 0.4),
-        30.0,
-        [70, 50],
-    );
+    let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::new(-1.0, 0.0, 0.4), 30.0, [70, 50]);
     check_alone(&world, &camera);
 }
 
@@ -45,9 +33,7 @@ fn far_away_turned_and_squashed_objects_are_whole_through_a_lens() {
         let turn = DQuat::from_rotation_y(0.4 * i as f64) * DQuat::from_rotation_z(0.7);
         let squash = DAffine3::from_scale(DVec3::new(1.0, 0.3, 1.6));
         object.world_from_mesh =
-            DAffine3::from_translation(far + object.world_from_mesh.translation)
-                * DAffine3::from_quat(turn)
-                * squash;
+            DAffine3::from_translation(far + object.world_from_mesh.translation) * DAffine3::from_quat(turn) * squash;
     }
     let [eye, target] = [DVec3::new(3.0, -5.0, 3.0), DVec3::new(-1.0, 0.0, 0.4)];
     let camera = look_at(far + eye, far + target, 60.0, [70, 50]);
@@ -58,18 +44,8 @@ fn far_away_turned_and_squashed_objects_are_whole_through_a_lens() {
 
 fn check_alone(world: &World, camera: &Camera) {
     let prepared = prepare(world);
-    let found = amodal_masks(
-        view(&prepared, camera),
-        &[2, 0, 1],
-        [0, 0],
-        None,
-        &Control::new(),
-    )
-    .unwrap();
-    assert_eq!(
-        found.iter().map(|f| f.object).collect::<Vec<_>>(),
-        [2, 0, 1]
-    );
+    let found = amodal_masks(view(&prepared, camera), &[2, 0, 1], [0, 0], None, &Control::new()).unwrap();
+    assert_eq!(found.iter().map(|f| f.object).collect::<Vec<_>>(), [2, 0, 1]);
     for one in found {
         let mut alone = world.clone();
         alone.objects = vec![world.objects[one.object].clone()];
@@ -89,14 +65,7 @@ fn threads_and_tiles_do_not_matter() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [33, 65]);
     let of = |margin, threads| {
-        amodal_masks(
-            view(&world, &camera),
-            &[0, 1, 2],
-            margin,
-            Some(threads),
-            &Control::new(),
-        )
-        .unwrap()
+        amodal_masks(view(&world, &camera), &[0, 1, 2], margin, Some(threads), &Control::new()).unwrap()
     };
     assert_eq!(of([40, 30], 1), of([40, 30], 3));
     // Another margin moves the tiles and cuts off nothing of what lies within both.
@@ -108,21 +77,10 @@ fn threads_and_tiles_do_not_matter() {
 fn invalid_arguments_are_refused() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [8, 8]);
-    let of = |objects: &[usize], margin| {
-        amodal_masks(
-            view(&world, &camera),
-            objects,
-            margin,
-            None,
-            &Control::new(),
-        )
-    };
+    let of = |objects: &[usize], margin| amodal_masks(view(&world, &camera), objects, margin, None, &Control::new());
     assert!(matches!(of(&[3], [0, 0]), Err(RenderError::Settings(_))));
     for margin in [[u32::MAX, 0], [1 << 20, 1 << 20]] {
-        assert!(matches!(
-            of(&[0], margin),
-            Err(RenderError::TooLarge { .. })
-        ));
+        assert!(matches!(of(&[0], margin), Err(RenderError::TooLarge { .. })));
     }
     assert_eq!(of(&[], [0, 0]), Ok(vec![]));
     let control = Control::new();

@@ -12,10 +12,7 @@ use raycam_scene::texture::{Image, Texels, TextureSampler, TextureSlot};
 use raycam_scene::{Texture, World, Wrap};
 
 fn settings() -> Settings {
-    Settings {
-        channels: all_channels(),
-        ..Settings::default()
-    }
+    Settings { channels: all_channels(), ..Settings::default() }
 }
 
 fn vector(frame: &Frame, channel: Channel, pixel: usize) -> DVec3 {
@@ -67,10 +64,9 @@ fn a_sphere_has_its_depth_and_normals_in_closed_form() {
         let smooth = (at - shift).normalize();
         let shading = vector(&frame, Channel::ShadingNormal, i);
         assert!((shading - smooth).length() < 1e-6, "{shading} {smooth}");
-        for (channel, world_channel) in [
-            (Channel::NormalCamera, Channel::Normal),
-            (Channel::ShadingNormalCamera, Channel::ShadingNormal),
-        ] {
+        for (channel, world_channel) in
+            [(Channel::NormalCamera, Channel::Normal), (Channel::ShadingNormalCamera, Channel::ShadingNormal)]
+        {
             let expected = camera.r() * vector(&frame, world_channel, i);
             assert!((vector(&frame, channel, i) - expected).length() < 1e-6);
             assert!(vector(&frame, channel, i).z < 0.0, "towards the camera");
@@ -82,23 +78,12 @@ fn a_sphere_has_its_depth_and_normals_in_closed_form() {
 #[test]
 fn a_plane_has_its_normal_its_texture_and_its_material() {
     let mut world = World::default();
-    let _unused = world
-        .add_material(material([0.1; 3], 1.0, 0.0, 1.0))
-        .unwrap();
+    let _unused = world.add_material(material([0.1; 3], 1.0, 0.0, 1.0)).unwrap();
     let mesh = primitive::plane([2.0, 2.0]).unwrap();
-    let image = Image {
-        name: "two".into(),
-        size: [2, 1],
-        texels: Texels::Srgb8(vec![[255, 0, 0, 255], [0, 0, 255, 255]]),
-    };
-    let sampler = TextureSampler {
-        wrap: [Wrap::Clamp; 2],
-        ..TextureSampler::default()
-    };
-    let texture = world.add_texture(Texture {
-        image: Arc::new(image),
-        sampler,
-    });
+    let image =
+        Image { name: "two".into(), size: [2, 1], texels: Texels::Srgb8(vec![[255, 0, 0, 255], [0, 0, 255, 255]]) };
+    let sampler = TextureSampler { wrap: [Wrap::Clamp; 2], ..TextureSampler::default() };
+    let texture = world.add_texture(Texture { image: Arc::new(image), sampler });
     let mut stuff = material([0.5, 1.0, 0.25], 0.8, 0.0, 1.0);
     stuff.texture = Some(TextureSlot::plain(texture));
     let turned = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), 0.4);
@@ -130,15 +115,9 @@ fn a_plane_has_its_normal_its_texture_and_its_material() {
         assert!((vector(&frame, Channel::Normal, i) - normal).length() < 1e-6);
         // Beyond the texels' centres nothing is blended.
         if uv[0] < 0.25 {
-            assert!(
-                (albedo - DVec3::new(0.5, 0.0, 0.0)).length() < 1e-6,
-                "{albedo}"
-            );
+            assert!((albedo - DVec3::new(0.5, 0.0, 0.0)).length() < 1e-6, "{albedo}");
         } else if uv[0] > 0.75 {
-            assert!(
-                (albedo - DVec3::new(0.0, 0.0, 0.25)).length() < 1e-6,
-                "{albedo}"
-            );
+            assert!((albedo - DVec3::new(0.0, 0.0, 0.25)).length() < 1e-6, "{albedo}");
         }
     }
     assert!(inside > 500 && outside > 100, "{inside} {outside}");
@@ -149,18 +128,10 @@ fn a_mesh_without_coordinates_has_none() {
     let mut world = World::default();
     let mut mesh = primitive::plane([9.0, 9.0]).unwrap();
     (mesh.uvs, mesh.normals) = (None, None);
-    add(
-        &mut world,
-        mesh,
-        material([1.0; 3], 1.0, 0.0, 1.0),
-        DAffine3::IDENTITY,
-    );
+    add(&mut world, mesh, material([1.0; 3], 1.0, 0.0, 1.0), DAffine3::IDENTITY);
     let camera = look_at(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, 40.0, [8, 8]);
     let frame = render(&world, &camera, &settings());
     assert!(f32s(&frame, Channel::Uv).iter().all(|v| v.is_nan()));
     assert!(i32s(&frame, Channel::Category).iter().all(|v| *v == -1));
-    assert_eq!(
-        f32s(&frame, Channel::ShadingNormal),
-        f32s(&frame, Channel::Normal)
-    );
+    assert_eq!(f32s(&frame, Channel::ShadingNormal), f32s(&frame, Channel::Normal));
 }

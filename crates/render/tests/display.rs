@@ -18,31 +18,14 @@ fn many_pixels_are_as_one_by_one() {
             2 => f32::INFINITY,
             _ => (i as f32 * 0.001).sin().powi(3) * 1.2,
         };
-        let pixels: Vec<_> = (0..count)
-            .map(|i| [value(i), value(7 * i), value(13 * i)])
-            .collect();
-        for (scale, view) in [
-            (1.0, ViewTransform::Standard),
-            (2.0, ViewTransform::Standard),
-            (1.0, ViewTransform::Agx),
-        ] {
+        let pixels: Vec<_> = (0..count).map(|i| [value(i), value(7 * i), value(13 * i)]).collect();
+        for (scale, view) in [(1.0, ViewTransform::Standard), (2.0, ViewTransform::Standard), (1.0, ViewTransform::Agx)]
+        {
             let shown = |rgb: &[f32; 3]| view.apply(rgb.map(|v| v * scale));
-            let bytes: Vec<u32> = srgb8(&pixels, scale, view)
-                .unwrap()
-                .into_iter()
-                .map(u32::from)
-                .collect();
-            let shorts: Vec<u32> = srgb16(&pixels, scale, view)
-                .unwrap()
-                .into_iter()
-                .map(u32::from)
-                .collect();
-            let of = |top: f32| -> Vec<u32> {
-                pixels
-                    .iter()
-                    .flat_map(|rgb| shown(rgb).map(|v| steps(v, top)))
-                    .collect()
-            };
+            let bytes: Vec<u32> = srgb8(&pixels, scale, view).unwrap().into_iter().map(u32::from).collect();
+            let shorts: Vec<u32> = srgb16(&pixels, scale, view).unwrap().into_iter().map(u32::from).collect();
+            let of =
+                |top: f32| -> Vec<u32> { pixels.iter().flat_map(|rgb| shown(rgb).map(|v| steps(v, top))).collect() };
             assert!(bytes == of(255.0), "{count} {scale} {view:?}");
             assert!(shorts == of(65535.0), "{count} {scale} {view:?}");
         }

@@ -20,11 +20,7 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
     mesh.vertices.iter_mut().for_each(|v| *v = bend(*v));
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [40, 30]);
     let (a, b) = (prepare(&first), prepare(&second));
-    let view = |world| Viewpoint {
-        world,
-        animated_world: None,
-        camera: &camera,
-    };
+    let view = |world| Viewpoint { world, animated_world: None, camera: &camera };
     let found = flow(view(&a), view(&b), Some(2), &Control::new()).unwrap();
     let mut followed = 0;
     for i in 0..40 * 30 {
@@ -32,12 +28,7 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
         let (origin, direction) = camera.ray(pixel);
         let at = origin - direction * (origin.z / direction.z);
         if at.x.abs() > 1.0 || at.y.abs() > 1.0 {
-            assert!(
-                found.flow[i]
-                    .iter()
-                    .chain(&found.scene_flow[i])
-                    .all(|v| v.is_nan())
-            );
+            assert!(found.flow[i].iter().chain(&found.scene_flow[i]).all(|v| v.is_nan()));
             assert!(found.depth[i].is_nan() && !found.occluded[i] && !found.outside[i]);
             continue;
         }
@@ -51,34 +42,17 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
     }
     assert!(followed > 300, "{followed}");
     let again = flow(view(&a), view(&b), Some(1), &Control::new()).unwrap();
-    assert!(
-        again
-            .flow
-            .iter()
-            .flatten()
-            .zip(found.flow.iter().flatten())
-            .all(|(a, b)| a.to_bits() == b.to_bits())
-    );
+    assert!(again.flow.iter().flatten().zip(found.flow.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits()));
 }
 
 #[test]
 fn other_triangles_and_a_stop_are_errors() {
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [8, 8]);
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
-    let view = |world| Viewpoint {
-        world,
-        animated_world: None,
-        camera: &camera,
-    };
+    let view = |world| Viewpoint { world, animated_world: None, camera: &camera };
     let error = flow(view(&a), view(&b), None, &Control::new()).unwrap_err();
-    assert!(
-        error.to_string().contains("1 objects, the second 3"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("1 objects, the second 3"), "{error}");
     let control = Control::new();
     control.cancel();
-    assert_eq!(
-        flow(view(&a), view(&a), None, &control),
-        Err(RenderError::Cancelled)
-    );
+    assert_eq!(flow(view(&a), view(&a), None, &control), Err(RenderError::Cancelled));
 }

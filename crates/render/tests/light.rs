@@ -9,8 +9,7 @@ use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{
-    Image, Light, Material, MaterialModel, TexelFilter, Texels, Texture, TextureSampler,
-    TextureSlot, World,
+    Image, Light, Material, MaterialModel, TexelFilter, Texels, Texture, TextureSampler, TextureSlot, World,
 };
 
 fn seen(world: &World, at: DVec3, samples: u32, integrator: Integrator) -> f64 {
@@ -29,10 +28,7 @@ fn seen(world: &World, at: DVec3, samples: u32, integrator: Integrator) -> f64 {
 }
 
 fn close(found: f64, expected: f64, relative: f64) {
-    assert!(
-        (found - expected).abs() <= relative * expected.abs(),
-        "found {found}, expected {expected}"
-    );
+    assert!((found - expected).abs() <= relative * expected.abs(), "found {found}, expected {expected}");
 }
 
 #[test]
@@ -48,30 +44,17 @@ fn a_textured_mesh_emits_as_its_texels_do() {
     shining.add_light(Light::uniform_sky([0.0; 3])).unwrap();
     let texture = shining.add_texture(Texture {
         image: Arc::new(image),
-        sampler: TextureSampler {
-            magnification: TexelFilter::Nearest,
-            ..TextureSampler::default()
-        },
+        sampler: TextureSampler { magnification: TexelFilter::Nearest, ..TextureSampler::default() },
     });
     let mut material = Material {
-        model: MaterialModel::Phong {
-            diffuse: 0.0,
-            specular: [0.0; 3],
-            shininess: 1.0,
-        },
+        model: MaterialModel::Phong { diffuse: 0.0, specular: [0.0; 3], shininess: 1.0 },
         ..Material::default()
     };
     material.emission.value = [1.0; 3];
     material.emission.texture = Some(TextureSlot::plain(texture));
     // Upside down about x: what was its upper edge, v = 0, comes to y < 0.
-    let place = DAffine3::from_translation(DVec3::new(0.2, 0.1, 1.0))
-        * DAffine3::from_rotation_x(std::f64::consts::PI);
-    add(
-        &mut shining,
-        primitive::plane([1.0, 1.0]).unwrap(),
-        material,
-        place,
-    );
+    let place = DAffine3::from_translation(DVec3::new(0.2, 0.1, 1.0)) * DAffine3::from_rotation_x(std::f64::consts::PI);
+    add(&mut shining, primitive::plane([1.0, 1.0]).unwrap(), material, place);
     let mut sheets = plane(4.0, 0.5);
     for (row, line) in radiance.iter().enumerate() {
         for (column, &radiance) in line.iter().enumerate() {
@@ -99,11 +82,8 @@ fn the_half_shadow_of_the_sun_is_a_part_of_its_disk() {
     const DIAMETER: f64 = 20.0;
     const HEIGHT: f64 = 1.0;
     let mut world = plane(20.0, 1.0);
-    let sun = Light::Sun {
-        direction: [0.0, 0.0, -1.0],
-        irradiance: [std::f32::consts::PI; 3],
-        angular_diameter: DIAMETER,
-    };
+    let sun =
+        Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3], angular_diameter: DIAMETER };
     world.add_light(sun).unwrap();
     // A screen over all of x > 0.
     let screen = primitive::plane([40.0, 40.0]).unwrap();
@@ -125,23 +105,14 @@ fn the_half_shadow_of_the_sun_is_a_part_of_its_disk() {
             .sum();
         let expected = visible / (std::f64::consts::PI * radius * radius);
         let found = seen(&world, DVec3::new(x, 0.0, 0.0), 1 << 18, Integrator::Direct);
-        assert!(
-            (found - expected).abs() < 1e-3,
-            "at {x}: found {found}, expected {expected}"
-        );
+        assert!((found - expected).abs() < 1e-3, "at {x}: found {found}, expected {expected}");
     }
 }
 
 #[test]
 fn daylight_comes_from_where_it_is_said_to() {
     let mut world = plane(4.0, 1.0);
-    world
-        .add_light(Light::Preetham {
-            direction: [-1.0, 0.0, -1.0],
-            turbidity: 3.0,
-            scale: 1.0,
-        })
-        .unwrap();
+    world.add_light(Light::Preetham { direction: [-1.0, 0.0, -1.0], turbidity: 3.0, scale: 1.0 }).unwrap();
     // A wall towards the sun leaves the floor behind it in its shadow, not that before it.
     let wall = primitive::box_([0.1, 4.0, 1.0]).unwrap();
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.5));

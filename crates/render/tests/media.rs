@@ -12,18 +12,11 @@ const GLASS: f64 = 1.5;
 const WATER: f64 = 1.33;
 
 fn matter(glass: Glass, priority: i32) -> Material {
-    Material {
-        priority,
-        model: MaterialModel::Glass(glass),
-        ..Material::default()
-    }
+    Material { priority, model: MaterialModel::Glass(glass), ..Material::default() }
 }
 
 fn clear(ior: f64, priority: i32) -> Material {
-    let glass = Glass {
-        ior: ior as f32,
-        ..Glass::default()
-    };
+    let glass = Glass { ior: ior as f32, ..Glass::default() };
     matter(glass, priority)
 }
 
@@ -42,11 +35,7 @@ fn looking_down(degrees: f64) -> Camera {
 }
 
 fn mean(world: &World, camera: &Camera, samples: u32) -> [f64; 3] {
-    let settings = Settings {
-        integrator: Integrator::Path,
-        samples,
-        ..Settings::default()
-    };
+    let settings = Settings { integrator: Integrator::Path, samples, ..Settings::default() };
     let frame = render(world, camera, &settings);
     let color = f32s(&frame, Channel::Color);
     [0, 1, 2].map(|channel| {
@@ -73,10 +62,7 @@ fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
         let [s, p] = reflectances(degrees, pair[0], pair[1]);
         let one = (s + p) / 2.0;
         let between = 1.0 / (1.0 - back * one);
-        (passed, back) = (
-            passed * (1.0 - one) * between,
-            one + (1.0 - one) * (1.0 - one) * back * between,
-        );
+        (passed, back) = (passed * (1.0 - one) * between, one + (1.0 - one) * (1.0 - one) * back * between);
     }
     passed
 }
@@ -119,10 +105,7 @@ fn layers_transmit_by_fresnel() {
         for degrees in [0.0, 40.0, 65.0] {
             let [found, ..] = mean(&world, &looking_down(degrees), 2048);
             let expected = transmittance(degrees, indices);
-            assert!(
-                (found / expected - 1.0).abs() < 1e-3,
-                "{name} at {degrees}: {found}, expected {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-3, "{name} at {degrees}: {found}, expected {expected}");
         }
     }
 }
@@ -132,12 +115,7 @@ fn interiors_absorb() {
     // All of the index of air: two metres of water of which the glass displaces a quarter of a metre.
     let mut world = World::default();
     let tinted = |color, priority| {
-        let glass = Glass {
-            ior: 1.0,
-            attenuation_color: color,
-            attenuation_distance: 1.0,
-            ..Glass::default()
-        };
+        let glass = Glass { ior: 1.0, attenuation_color: color, attenuation_distance: 1.0, ..Glass::default() };
         matter(glass, priority)
     };
     let (water, glass) = ([0.9, 0.8, 0.3], [0.4, 0.9, 0.7]);
@@ -147,10 +125,7 @@ fn interiors_absorb() {
     let found = mean(&world, &looking_down(0.0), 16);
     for i in 0..3 {
         let expected = f64::from(water[i]).powf(1.75) * f64::from(glass[i]).powf(0.75);
-        assert!(
-            (found[i] / expected - 1.0).abs() < 1e-3,
-            "{found:?} {expected}"
-        );
+        assert!((found[i] / expected - 1.0).abs() < 1e-3, "{found:?} {expected}");
     }
 }
 
@@ -162,10 +137,7 @@ fn nested_matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
         let mesh = primitive::sphere(radius, 4).unwrap();
         add(world, mesh, material, place);
     };
-    let rough = Glass {
-        roughness: 0.4,
-        ..Glass::default()
-    };
+    let rough = Glass { roughness: 0.4, ..Glass::default() };
     ball(&mut world, 1.0, -0.3, clear(WATER, 0));
     ball(&mut world, 0.8, 0.6, clear(GLASS, 2));
     ball(&mut world, 0.5, 0.1, clear(1.0, 3));
@@ -182,21 +154,11 @@ fn lights_within_clear_matter_lose_on_their_way() {
     // A bulb above a matte floor, both within absorbing matter of the index of air.
     let seen = |color: [f32; 3]| {
         let mut world = plane(2.0, 0.5);
-        let glass = Glass {
-            ior: 1.0,
-            attenuation_color: color,
-            attenuation_distance: 1.0,
-            ..Glass::default()
-        };
+        let glass = Glass { ior: 1.0, attenuation_color: color, attenuation_distance: 1.0, ..Glass::default() };
         let mesh = primitive::box_([8.0; 3]).unwrap();
         add(&mut world, mesh, matter(glass, 0), DAffine3::IDENTITY);
         world
-            .add_light(Light::Point {
-                position: [0.0, 0.0, 2.0],
-                power: None,
-                intensity: Some([1.0; 3]),
-                radius: 0.0,
-            })
+            .add_light(Light::Point { position: [0.0, 0.0, 2.0], power: None, intensity: Some([1.0; 3]), radius: 0.0 })
             .unwrap();
         let camera = look_at(DVec3::new(0.0, 1e-3, 6.0), DVec3::ZERO, 0.01, [1, 1]);
         mean(&world, &camera, 16)
@@ -205,44 +167,25 @@ fn lights_within_clear_matter_lose_on_their_way() {
     // Two metres from the bulb to the floor, four to where the camera looks in.
     for (i, share) in [0.5f64, 0.8, 1.0].into_iter().enumerate() {
         let expected = clear[i] * share.powi(6);
-        assert!(
-            (tinted[i] / expected - 1.0).abs() < 1e-3,
-            "{tinted:?} {clear:?}"
-        );
+        assert!((tinted[i] / expected - 1.0).abs() < 1e-3, "{tinted:?} {clear:?}");
     }
 }
 
 /// Frosted matter in the sun and beside a bulb, on a floor. An `open` mesh has a triangle too many, which has no area.
 fn frosted(mesh: Mesh, open: bool) -> World {
     let mut world = plane(20.0, 0.5);
-    let mut mesh = Mesh {
-        vertices: mesh.vertices,
-        triangles: mesh.triangles,
-        ..Mesh::default()
-    };
+    let mut mesh = Mesh { vertices: mesh.vertices, triangles: mesh.triangles, ..Mesh::default() };
     if open {
         let first = mesh.vertices.len() as u32;
         let along = |x: f64| DVec3::new(x, 0.0, 0.0);
         mesh.vertices.extend([along(0.0), along(0.1), along(0.2)]);
         mesh.triangles.push([first, first + 1, first + 2]);
     }
-    let rough = Glass {
-        roughness: 0.5,
-        ..Glass::default()
-    };
+    let rough = Glass { roughness: 0.5, ..Glass::default() };
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 1.2));
     add(&mut world, mesh, matter(rough, 0), place);
-    let sun = Light::Sun {
-        direction: [0.3, 0.6, -1.0],
-        irradiance: [2.0; 3],
-        angular_diameter: 0.0,
-    };
-    let bulb = Light::Point {
-        position: [2.0, 0.0, 2.0],
-        power: None,
-        intensity: Some([4.0; 3]),
-        radius: 0.0,
-    };
+    let sun = Light::Sun { direction: [0.3, 0.6, -1.0], irradiance: [2.0; 3], angular_diameter: 0.0 };
+    let bulb = Light::Point { position: [2.0, 0.0, 2.0], power: None, intensity: Some([4.0; 3]), radius: 0.0 };
     world.add_light(sun).unwrap();
     world.add_light(bulb).unwrap();
     world
@@ -259,11 +202,7 @@ fn light_that_bodies_shut_out_is_rarely_asked_for() {
     let camera = in_front(30.0, [16; 2]);
     let ball = || primitive::sphere(1.0, 4).unwrap();
     let picture = |open| {
-        let settings = Settings {
-            integrator: Integrator::Path,
-            samples: 64,
-            ..Settings::default()
-        };
+        let settings = Settings { integrator: Integrator::Path, samples: 64, ..Settings::default() };
         let frame = render(&frosted(ball(), open), &camera, &settings);
         f32s(&frame, Channel::Color).to_vec()
     };
@@ -275,16 +214,13 @@ fn parts_that_are_turned_inside_out_are_lit_all_the_same() {
     // A ball that is inside out, and a larger one that is not, out of sight: together they have a volume.
     let mesh = || {
         let mut mesh = primitive::sphere(1.0, 3).unwrap();
-        mesh.triangles
-            .iter_mut()
-            .for_each(|triangle| triangle.reverse());
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.reverse());
         let other = primitive::sphere(2.0, 3).unwrap();
         let first = mesh.vertices.len() as u32;
         let away = |&vertex: &DVec3| vertex + DVec3::new(0.0, -30.0, 0.0);
         mesh.vertices.extend(other.vertices.iter().map(away));
         let triangles = other.triangles.iter();
-        mesh.triangles
-            .extend(triangles.map(|triangle| triangle.map(|vertex| vertex + first)));
+        mesh.triangles.extend(triangles.map(|triangle| triangle.map(|vertex| vertex + first)));
         mesh
     };
     let camera = in_front(10.0, [8; 2]);

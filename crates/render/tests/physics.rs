@@ -40,11 +40,7 @@ use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Glass, Light, Material, MaterialModel, Metal, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
-    Settings {
-        integrator,
-        samples,
-        ..Settings::default()
-    }
+    Settings { integrator, samples, ..Settings::default() }
 }
 
 fn mean(world: &World, camera: &Camera, settings: &Settings) -> f64 {
@@ -63,56 +59,23 @@ fn above() -> Camera {
 #[test]
 fn form_factors_of_squares() {
     // J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", C-11 and C-14.
-    let parallel = (
-        [0.0, 0.0, 1.0],
-        [1.0, 0.0, 0.0],
-        [0.0, -1.0, 0.0],
-        0.199_825,
-    );
-    let upright = (
-        [-0.5, 0.0, 0.5],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        0.200_044,
-    );
+    let parallel = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], 0.199_825);
+    let upright = ([-0.5, 0.0, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 0.200_044);
     for (position, u, v, expected) in [parallel, upright] {
         let mut world = plane(1.0, 1.0);
-        world
-            .add_light(Light::Rectangle {
-                position,
-                u,
-                v,
-                radiance: [1.0; 3],
-                two_sided: false,
-            })
-            .unwrap();
+        world.add_light(Light::Rectangle { position, u, v, radiance: [1.0; 3], two_sided: false }).unwrap();
         for (integrator, depth) in [(Integrator::Direct, None), (Integrator::Path, Some(2))] {
-            let settings = Settings {
-                max_depth: depth,
-                ..settings(integrator, 1024)
-            };
+            let settings = Settings { max_depth: depth, ..settings(integrator, 1024) };
             let found = mean(&world, &above(), &settings);
-            assert!(
-                (found / expected - 1.0).abs() < 1e-3,
-                "{integrator:?}: {found}, expected {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-3, "{integrator:?}: {found}, expected {expected}");
         }
     }
 }
 
 #[test]
 fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
-    let glass = |roughness, thin| {
-        MaterialModel::Glass(Glass {
-            roughness,
-            thin,
-            ..Glass::default()
-        })
-    };
-    let dispersive = MaterialModel::Glass(Glass {
-        dispersion: 0.5,
-        ..Glass::default()
-    });
+    let glass = |roughness, thin| MaterialModel::Glass(Glass { roughness, thin, ..Glass::default() });
+    let dispersive = MaterialModel::Glass(Glass { dispersion: 0.5, ..Glass::default() });
     for reflectance in [
         dispersive,
         glass(0.0, false),
@@ -123,20 +86,10 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
         glass(0.6, true),
     ] {
         let mut world = World::default();
-        let ball = Material {
-            model: reflectance.clone(),
-            ..Material::default()
-        };
+        let ball = Material { model: reflectance.clone(), ..Material::default() };
         let mesh = primitive::sphere(1.0, 5).unwrap();
         add(&mut world, mesh, ball, DAffine3::IDENTITY);
-        world
-            .add_light(Light::Sky {
-                radiance: Some([1.0; 3]),
-                zenith: None,
-                horizon: None,
-                ground: None,
-            })
-            .unwrap();
+        world.add_light(Light::Sky { radiance: Some([1.0; 3]), zenith: None, horizon: None, ground: None }).unwrap();
         let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
         let found = mean(&world, &camera, &settings(Integrator::Path, 512));
         // Rough glass holds some light captive for long, which is noisy; the furnace of single surfaces is exacter.
@@ -176,14 +129,7 @@ fn a_smooth_metal_reflects_by_fresnel() {
     let metal = Metal::named("copper").unwrap();
     let mut world = plane(4.0, 1.0);
     world.materials[0].model = MaterialModel::Metal(metal);
-    world
-        .add_light(Light::Sky {
-            radiance: Some([1.0; 3]),
-            zenith: None,
-            horizon: None,
-            ground: None,
-        })
-        .unwrap();
+    world.add_light(Light::Sky { radiance: Some([1.0; 3]), zenith: None, horizon: None, ground: None }).unwrap();
     let camera = look_at(DVec3::new(0.0, 1e-3, 3.0), DVec3::ZERO, 0.1, [1, 1]);
     for integrator in [Integrator::Direct, Integrator::Path] {
         let frame = render(&world, &camera, &settings(integrator, 16));
@@ -198,31 +144,16 @@ fn a_smooth_metal_reflects_by_fresnel() {
 #[test]
 fn the_error_falls_at_least_as_the_square_root() {
     let world = still_life();
-    let camera = look_at(
-        DVec3::new(4.0, -6.0, 3.0),
-        DVec3::new(0.0, 0.0, 0.7),
-        40.0,
-        [20, 15],
-    );
+    let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [20, 15]);
     let of = |samples, seed| {
-        let settings = Settings {
-            max_depth: Some(4),
-            seed,
-            ..settings(Integrator::Path, samples)
-        };
+        let settings = Settings { max_depth: Some(4), seed, ..settings(Integrator::Path, samples) };
         f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
     };
     let exact = of(16384, 1);
     // Eight seeds: a few bright samples of one image would change the slope.
     let off = |samples| {
         let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
-        let of_seed = |seed| {
-            of(samples, seed)
-                .iter()
-                .zip(&exact)
-                .map(square)
-                .sum::<f64>()
-        };
+        let of_seed = |seed| of(samples, seed).iter().zip(&exact).map(square).sum::<f64>();
         (2..10).map(of_seed).sum::<f64>().sqrt()
     };
     let errors = [16, 32, 64, 128, 256].map(off);

@@ -8,29 +8,18 @@ use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Light, World};
 
-const PLACES: [DVec3; 3] = [
-    DVec3::ZERO,
-    DVec3::new(1e6, -1e6, 1e6),
-    DVec3::new(-3.1e5, 5.2e6, 17.0),
-];
+const PLACES: [DVec3; 3] = [DVec3::ZERO, DVec3::new(1e6, -1e6, 1e6), DVec3::new(-3.1e5, 5.2e6, 17.0)];
 
 /// A box, a ball and a sheared box on the ground, of this size and at this place, under a sun and a bulb. The place
 /// is in the vertices, or in the transform.
 fn scene(size: f64, place: DVec3, in_vertices: bool) -> World {
     let mut world = World::default();
-    let lean = DAffine3::from_mat3(DMat3::from_cols(
-        DVec3::X,
-        DVec3::new(0.7, 0.3, 0.0),
-        DVec3::new(0.2, -0.4, 2.0),
-    ));
+    let lean = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::new(0.7, 0.3, 0.0), DVec3::new(0.2, -0.4, 2.0)));
     let up = |z| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
     let meshes = [
         (primitive::plane([30.0, 30.0]).unwrap(), DAffine3::IDENTITY),
         (primitive::sphere(1.0, 5).unwrap(), up(1.0)),
-        (
-            primitive::box_([1.0, 1.0, 1.0]).unwrap(),
-            DAffine3::from_translation(DVec3::new(2.0, 0.0, 1.0)) * lean,
-        ),
+        (primitive::box_([1.0, 1.0, 1.0]).unwrap(), DAffine3::from_translation(DVec3::new(2.0, 0.0, 1.0)) * lean),
         (
             primitive::box_([1.0, 1.0, 1.0]).unwrap(),
             DAffine3::from_translation(DVec3::new(-2.0, 0.3, 0.5)) * DAffine3::from_rotation_z(0.4),
@@ -46,24 +35,14 @@ fn scene(size: f64, place: DVec3, in_vertices: bool) -> World {
             }
             transform = DAffine3::IDENTITY;
         }
-        add(
-            &mut world,
-            mesh,
-            material([1.0; 3], 1.0, 0.0, 1.0),
-            transform,
-        );
+        add(&mut world, mesh, material([1.0; 3], 1.0, 0.0, 1.0), transform);
     }
     world
 }
 
 fn camera(size: f64, place: DVec3) -> raycam_scene::Camera {
     let eye = place + size * DVec3::new(1.0, -7.0, 4.0);
-    look_at(
-        eye,
-        place + size * DVec3::new(0.0, 0.0, 0.5),
-        40.0,
-        [96, 72],
-    )
+    look_at(eye, place + size * DVec3::new(0.0, 0.0, 0.5), 40.0, [96, 72])
 }
 
 #[test]
@@ -98,23 +77,16 @@ fn surfaces_do_not_shade_themselves() {
                     let wrong = |i: usize| {
                         let color = f64::from(f32s(&frame, Channel::Color)[3 * i]);
                         let normal = &f32s(&frame, Channel::Normal)[3 * i..3 * i + 3];
-                        let normal = DVec3::new(
-                            f64::from(normal[0]),
-                            f64::from(normal[1]),
-                            f64::from(normal[2]),
-                        );
+                        let normal = DVec3::new(f64::from(normal[0]), f64::from(normal[1]), f64::from(normal[2]));
                         let distance = f64::from(f32s(&frame, Channel::Distance)[i]) / size;
-                        let position =
-                            DVec3::from_slice(&f64s(&frame, Channel::Position)[3 * i..3 * i + 3]);
+                        let position = DVec3::from_slice(&f64s(&frame, Channel::Position)[3 * i..3 * i + 3]);
                         let cosine = normal.dot((camera.c() - position).normalize());
                         let expected = cosine / std::f64::consts::PI / distance.powi(2);
                         let pure = f32s(&frame, Channel::Coverage)[i] == 1.0;
                         let hit = i32s(&frame, Channel::Instance)[i] >= 0;
                         // Within a pixel, the ball's facets and the distance vary.
                         let tolerance = if samples == 1 { 1e-3 } else { 0.2 };
-                        hit && pure
-                            && cosine > 0.1
-                            && (color - expected).abs() > tolerance * expected
+                        hit && pure && cosine > 0.1 && (color - expected).abs() > tolerance * expected
                     };
                     let wrong = (0..96 * 72).filter(|&i| wrong(i)).count();
                     // With samples, a pixel may hold two facets of one object.
@@ -145,11 +117,7 @@ fn a_gap_lets_light_through() {
             add(&mut world, mesh, matte(), at(0.001));
             let low = DVec3::new(1.0, 0.0, 0.0015).normalize();
             world
-                .add_light(Light::Sun {
-                    direction: (-low).to_array(),
-                    irradiance: [1e4; 3],
-                    angular_diameter: 0.0,
-                })
+                .add_light(Light::Sun { direction: (-low).to_array(), irradiance: [1e4; 3], angular_diameter: 0.0 })
                 .unwrap();
             let lit = |x: f64| {
                 let target = place + size * DVec3::new(x, 0.0, 0.0);
@@ -161,11 +129,7 @@ fn a_gap_lets_light_through() {
                     ..Settings::default()
                 };
                 let frame = render(&world, &camera, &settings);
-                assert_eq!(
-                    i32s(&frame, Channel::Instance),
-                    [0],
-                    "size {size} at {place}"
-                );
+                assert_eq!(i32s(&frame, Channel::Instance), [0], "size {size} at {place}");
                 f32s(&frame, Channel::Color)[0] > 0.0
             };
             assert!(lit(0.2), "size {size} at {place}");
@@ -183,10 +147,7 @@ fn ground_truth_keeps_its_digits_far_from_the_origin() {
             }
             let world = scene(size, place, false);
             let near = scene(1.0, DVec3::ZERO, false);
-            let settings = Settings {
-                channels: all_channels(),
-                ..Settings::default()
-            };
+            let settings = Settings { channels: all_channels(), ..Settings::default() };
             let there = camera(size, place);
             let far = render(&world, &there, &settings);
             let here = render(&near, &camera(1.0, DVec3::ZERO), &settings);
@@ -200,29 +161,14 @@ fn ground_truth_keeps_its_digits_far_from_the_origin() {
                 compared += 1;
                 let depth = f64::from(f32s(&far, Channel::Depth)[i]) / size;
                 let expected = f64::from(f32s(&here, Channel::Depth)[i]);
-                assert!(
-                    (depth - expected).abs() <= 2e-6 * expected,
-                    "{depth} {expected}"
-                );
+                assert!((depth - expected).abs() <= 2e-6 * expected, "{depth} {expected}");
                 let point = DVec3::from_slice(&f64s(&far, Channel::Position)[3 * i..3 * i + 3]);
                 let (pixel, in_front) = there.project(point);
                 let center = there.pixel_center_of(i as u32 % 96, i as u32 / 96);
-                assert!(
-                    in_front && (pixel - center).length() < 1e-3,
-                    "{pixel} {center}"
-                );
+                assert!(in_front && (pixel - center).length() < 1e-3, "{pixel} {center}");
             }
-            let hits = |f| {
-                i32s(f, Channel::Instance)
-                    .iter()
-                    .filter(|&&i| i >= 0)
-                    .count()
-            };
-            assert!(
-                compared > hits(&here) * 99 / 100,
-                "{compared} of {}",
-                hits(&here)
-            );
+            let hits = |f| i32s(f, Channel::Instance).iter().filter(|&&i| i >= 0).count();
+            assert!(compared > hits(&here) * 99 / 100, "{compared} of {}", hits(&here));
         }
     }
 }

@@ -14,47 +14,23 @@ fn stack(materials: Vec<Material>) -> (World, Camera) {
     let mut world = World::default();
     for (i, material) in materials.into_iter().enumerate() {
         let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 4.0 - i as f64));
-        add(
-            &mut world,
-            primitive::plane([9.0, 9.0]).unwrap(),
-            material,
-            place,
-        );
+        add(&mut world, primitive::plane([9.0, 9.0]).unwrap(), material, place);
     }
-    (
-        world,
-        look_at(
-            DVec3::new(0.1, 0.2, 6.0),
-            DVec3::new(0.0, 0.3, 0.0),
-            40.0,
-            [20, 16],
-        ),
-    )
+    (world, look_at(DVec3::new(0.1, 0.2, 6.0), DVec3::new(0.0, 0.3, 0.0), 40.0, [20, 16]))
 }
 
 fn seen(world: &World, camera: &Camera, surface: TruthSurface) -> Frame {
-    let settings = Settings {
-        channels: all_channels(),
-        surface,
-        ..Settings::default()
-    };
+    let settings = Settings { channels: all_channels(), surface, ..Settings::default() };
     render(world, camera, &settings)
 }
 
 fn veil(opacity: f32, alpha: Alpha) -> Material {
-    Material {
-        opacity,
-        alpha,
-        ..Material::default()
-    }
+    Material { opacity, alpha, ..Material::default() }
 }
 
 #[test]
 fn ground_truth_skips_transparent_surfaces() {
-    let glass = Material {
-        model: MaterialModel::Glass(Default::default()),
-        ..Material::default()
-    };
+    let glass = Material { model: MaterialModel::Glass(Default::default()), ..Material::default() };
     let (world, camera) = stack(vec![
         veil(0.2, Alpha::Blend),
         veil(0.3, Alpha::Mask { cutoff: 0.5 }),
@@ -81,10 +57,7 @@ fn ground_truth_skips_transparent_surfaces() {
 
 #[test]
 fn backs_of_one_sided_surfaces_are_passed() {
-    let one_sided = Material {
-        double_sided: false,
-        ..Material::default()
-    };
+    let one_sided = Material { double_sided: false, ..Material::default() };
     let (mut world, camera) = stack(vec![one_sided, Material::default()]);
     let ids = |world: &World| {
         let frame = seen(world, &camera, TruthSurface::Solid);
@@ -97,11 +70,7 @@ fn backs_of_one_sided_surfaces_are_passed() {
     // Mirrored, front and back change places.
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     world.objects[0].world_from_mesh *= mirror;
-    assert_eq!(
-        ids(&world)[0],
-        1,
-        "a mirrored mesh is turned inside out with its normals"
-    );
+    assert_eq!(ids(&world)[0], 1, "a mirrored mesh is turned inside out with its normals");
 }
 
 #[test]
@@ -109,11 +78,7 @@ fn behind_the_last_is_the_background() {
     let (world, camera) = stack(vec![veil(0.0, Alpha::Blend); 40]);
     let frame = seen(&world, &camera, TruthSurface::Solid);
     assert!(i32s(&frame, Channel::Instance).iter().all(|id| *id == -1));
-    assert!(
-        f32s(&frame, Channel::Depth)
-            .iter()
-            .all(|d| *d == f32::INFINITY)
-    );
+    assert!(f32s(&frame, Channel::Depth).iter().all(|d| *d == f32::INFINITY));
     assert!(f64s(&frame, Channel::Position).iter().all(|d| d.is_nan()));
 }
 
@@ -135,12 +100,7 @@ fn coverage_counts_the_surfaces_of_the_ground_truth() {
         }
         world
     };
-    let camera = look_at(
-        DVec3::new(0.1, 0.2, 6.0),
-        DVec3::new(0.0, 0.3, 0.0),
-        40.0,
-        [40, 32],
-    );
+    let camera = look_at(DVec3::new(0.1, 0.2, 6.0), DVec3::new(0.0, 0.3, 0.0), 40.0, [40, 32]);
     for samples in [1, 64] {
         let picture = |world: &World, surface| {
             let settings = Settings {

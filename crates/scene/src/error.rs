@@ -35,21 +35,13 @@ pub enum SceneError {
 }
 
 fn path_prefix(path: &str) -> String {
-    if path.is_empty() {
-        String::new()
-    } else {
-        format!("{path}: ")
-    }
+    if path.is_empty() { String::new() } else { format!("{path}: ") }
 }
 
 impl SceneError {
     /// The error of a key of a description.
     pub fn schema(path: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Schema {
-            path: path.into(),
-            message: message.into(),
-            span: None,
-        }
+        Self::Schema { path: path.into(), message: message.into(), span: None }
     }
 
     /// The same error seen from outside: that of something at `parent` in a description.
@@ -59,21 +51,9 @@ impl SceneError {
             Self::Camera(message) | Self::World(message) => Self::schema(parent, message),
             // Not the description's fault, whatever part of it came next.
             storage @ Self::Storage { .. } => storage,
-            Self::Schema {
-                path,
-                message,
-                span,
-            } => {
-                let joint = if path.is_empty() || path.starts_with('[') {
-                    ""
-                } else {
-                    "."
-                };
-                Self::Schema {
-                    path: format!("{parent}{joint}{path}"),
-                    message,
-                    span,
-                }
+            Self::Schema { path, message, span } => {
+                let joint = if path.is_empty() || path.starts_with('[') { "" } else { "." };
+                Self::Schema { path: format!("{parent}{joint}{path}"), message, span }
             }
         }
     }
@@ -89,9 +69,7 @@ pub fn suggestion<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>
         let slips = strsim::damerau_levenshtein(&given, &candidate.to_lowercase());
         likeness(candidate) >= 0.8 || slips == 1 && given.len() > 1
     };
-    let nearest = candidates
-        .iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let nearest = candidates.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     match nearest {
         Some(nearest) if is_near(nearest) => format!("; did you mean {nearest:?}?"),
         Some(_) if candidates.len() <= 40 => {

@@ -76,21 +76,15 @@ impl AssetLoader for NoAssets {
     type Error = SceneError;
 
     fn mesh(&mut self, file: &str) -> Result<MeshFile, SceneError> {
-        Err(SceneError::World(format!(
-            "mesh {file:?}: files cannot be read here"
-        )))
+        Err(SceneError::World(format!("mesh {file:?}: files cannot be read here")))
     }
 
     fn texture(&mut self, file: &str, _wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
-        Err(SceneError::World(format!(
-            "texture {file:?}: files cannot be read here"
-        )))
+        Err(SceneError::World(format!("texture {file:?}: files cannot be read here")))
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile, SceneError> {
-        Err(SceneError::World(format!(
-            "profile {file:?}: files cannot be read here"
-        )))
+        Err(SceneError::World(format!("profile {file:?}: files cannot be read here")))
     }
 
     fn in_context(error: SceneError, key: &str) -> SceneError {
@@ -103,11 +97,7 @@ impl MeshFile {
     pub fn from_mesh(mesh: Mesh, notices: Vec<String>) -> Self {
         Self {
             materials: vec![Material::for_mesh(&mesh)],
-            parts: vec![MeshPart {
-                name: String::new(),
-                mesh,
-                materials: vec![0],
-            }],
+            parts: vec![MeshPart { name: String::new(), mesh, materials: vec![0] }],
             textures: Vec::new(),
             notices,
         }
@@ -122,32 +112,17 @@ impl MeshFile {
     /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more vertices
     /// or materials than indices can count.
     pub fn as_single_mesh(&self) -> Result<(Mesh, Vec<usize>), SceneError> {
-        let parts = || {
-            self.parts
-                .iter()
-                .filter(|part| !part.mesh.triangles.is_empty())
-        };
+        let parts = || self.parts.iter().filter(|part| !part.mesh.triangles.is_empty());
         let vertices: usize = parts().map(|part| part.mesh.vertices.len()).sum();
         let slots: usize = parts().map(|part| part.materials.len()).sum();
         if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
-            return Err(SceneError::World(format!(
-                "{vertices} vertices with {slots} materials: too many for a mesh"
-            )));
+            return Err(SceneError::World(format!("{vertices} vertices with {slots} materials: too many for a mesh")));
         }
-        for MeshPart {
-            name,
-            mesh,
-            materials,
-        } in parts()
-        {
+        for MeshPart { name, mesh, materials } in parts() {
             mesh.validate()?;
-            let lacking = materials
-                .iter()
-                .any(|&material| material >= self.materials.len());
+            let lacking = materials.iter().any(|&material| material >= self.materials.len());
             if lacking || materials.len() < mesh.slot_count() {
-                return Err(SceneError::World(format!(
-                    "part {name:?} uses a material that is missing"
-                )));
+                return Err(SceneError::World(format!("part {name:?} uses a material that is missing")));
             }
         }
         let mut merged = Mesh::default();
@@ -158,21 +133,15 @@ impl MeshFile {
                 .materials
                 .iter()
                 .map(|material| {
-                    let slot = materials
-                        .iter()
-                        .position(|m| m == material)
-                        .unwrap_or_else(|| {
-                            materials.push(*material);
-                            materials.len() - 1
-                        });
+                    let slot = materials.iter().position(|m| m == material).unwrap_or_else(|| {
+                        materials.push(*material);
+                        materials.len() - 1
+                    });
                     slot as u16
                 })
                 .collect();
             let slots = match &mesh.material_slots {
-                Some(slots) => slots
-                    .iter()
-                    .map(|&slot| slot_of[usize::from(slot)])
-                    .collect(),
+                Some(slots) => slots.iter().map(|&slot| slot_of[usize::from(slot)]).collect(),
                 None => vec![slot_of[0]; mesh.triangles.len()],
             };
             merged.append(mesh, slots);

@@ -78,9 +78,7 @@ impl<'de> Deserialize<'de> for AmbientOcclusion {
                 if v > 0.0 {
                     Ok(AmbientOcclusion::Distance(v))
                 } else {
-                    Err(E::custom(format_args!(
-                        "{v}: expected a distance greater than 0"
-                    )))
+                    Err(E::custom(format_args!("{v}: expected a distance greater than 0")))
                 }
             }
         }
@@ -131,49 +129,31 @@ impl RenderOptions {
     /// [`SceneError::Schema`]: no samples, no threads, or an exposure that is not finite.
     pub fn validate(&self) -> Result<(), SceneError> {
         if self.samples == Some(0) {
-            return Err(SceneError::schema(
-                "samples",
-                "0: expected a whole number >= 1",
-            ));
+            return Err(SceneError::schema("samples", "0: expected a whole number >= 1"));
         }
         if self.threads == Some(0) {
-            return Err(SceneError::schema(
-                "threads",
-                "0: expected a whole number >= 1",
-            ));
+            return Err(SceneError::schema("threads", "0: expected a whole number >= 1"));
         }
         if self.max_depth == Some(0) {
-            return Err(SceneError::schema(
-                "max_depth",
-                "0: expected a whole number of segments >= 1",
-            ));
+            return Err(SceneError::schema("max_depth", "0: expected a whole number of segments >= 1"));
         }
-        for (key, value) in [
-            ("noise_threshold", self.noise_threshold.map(f64::from)),
-            ("time_limit", self.time_limit),
-        ] {
+        for (key, value) in [("noise_threshold", self.noise_threshold.map(f64::from)), ("time_limit", self.time_limit)]
+        {
             if let Some(value) = value
                 && !(value.is_finite() && value > 0.0)
             {
-                return Err(SceneError::schema(
-                    key,
-                    format!("{value}: expected a number greater than 0"),
-                ));
+                return Err(SceneError::schema(key, format!("{value}: expected a number greater than 0")));
             }
         }
         if let Some(clamp) = self.clamp
             && !(clamp.is_finite() && clamp > 0.0)
         {
-            return Err(SceneError::schema(
-                "clamp",
-                format!("{clamp}: expected a number greater than 0"),
-            ));
+            return Err(SceneError::schema("clamp", format!("{clamp}: expected a number greater than 0")));
         }
         match self.exposure {
-            Some(exposure) if !exposure.is_finite() => Err(SceneError::schema(
-                "exposure",
-                format!("{exposure}: expected a finite number of stops"),
-            )),
+            Some(exposure) if !exposure.is_finite() => {
+                Err(SceneError::schema("exposure", format!("{exposure}: expected a finite number of stops")))
+            }
             _ => Ok(()),
         }
     }

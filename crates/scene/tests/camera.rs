@@ -11,25 +11,14 @@ const SIZE: [u32; 2] = [640, 480];
 
 fn camera(random: &mut Random) -> Camera {
     let (fx, fy) = (random.between(50.0, 5000.0), random.between(50.0, 5000.0));
-    let (skew, cx, cy) = (
-        random.between(-50.0, 50.0),
-        random.between(-900.0, 900.0),
-        random.between(-900.0, 900.0),
-    );
-    let k = DMat3::from_cols(
-        DVec3::new(fx, 0.0, 0.0),
-        DVec3::new(skew, fy, 0.0),
-        DVec3::new(cx, cy, 1.0),
-    );
+    let (skew, cx, cy) = (random.between(-50.0, 50.0), random.between(-900.0, 900.0), random.between(-900.0, 900.0));
+    let k = DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(skew, fy, 0.0), DVec3::new(cx, cy, 1.0));
     let c = DVec3::from_array(std::array::from_fn(|_| random.between(-20.0, 20.0)));
     Camera::new(k, rotation(random), c, SIZE, PixelCenter::Integer).unwrap()
 }
 
 fn distance(a: DMat3, b: DMat3) -> f64 {
-    (a - b)
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |m: f64, v| m.max(v.abs()))
+    (a - b).to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 fn message(result: Result<Camera, SceneError>) -> String {
@@ -44,12 +33,7 @@ fn a_matrix_of_any_scale_and_sign_gives_the_camera_back() {
         for scale in [1.0, -1.0, 1e-9, -3.7e12, 1e-200, -1e200] {
             let p = camera.p().map(|row| row.map(|v| v * scale));
             let found = Camera::from_matrix(p, SIZE, PixelCenter::Integer).unwrap();
-            assert!(
-                distance(found.k(), camera.k()) < 1e-9,
-                "{} {}",
-                found.k(),
-                camera.k()
-            );
+            assert!(distance(found.k(), camera.k()) < 1e-9, "{} {}", found.k(), camera.k());
             assert!(distance(found.r(), camera.r()) < 1e-12);
             assert!((found.c() - camera.c()).length() < 1e-10);
             assert!((found.forward() - camera.forward()).length() < 1e-12);
@@ -61,26 +45,17 @@ fn a_matrix_of_any_scale_and_sign_gives_the_camera_back() {
 fn an_ill_conditioned_matrix_survives() {
     let mut random = Random(2);
     for _ in 0..300 {
-        let m = rotation(&mut random)
-            * DMat3::from_diagonal(DVec3::new(1.0, 1e-3, 1e-8))
-            * rotation(&mut random);
+        let m = rotation(&mut random) * DMat3::from_diagonal(DVec3::new(1.0, 1e-3, 1e-8)) * rotation(&mut random);
         let column: [f64; 3] = std::array::from_fn(|_| random.between(-1.0, 1.0));
         let given = [0, 1, 2].map(|i| [m.row(i).x, m.row(i).y, m.row(i).z, column[i]]);
         let camera = Camera::from_matrix(given, SIZE, PixelCenter::Half).unwrap();
         let p = camera.p();
         // As directions in twelve dimensions, whatever scale and sign.
         let dot = |a: &[[f64; 4]; 3], b: &[[f64; 4]; 3]| -> f64 {
-            a.as_flattened()
-                .iter()
-                .zip(b.as_flattened())
-                .map(|(a, b)| a * b)
-                .sum()
+            a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
         };
         let scale = dot(&p, &given) / dot(&given, &given);
-        let largest = p
-            .as_flattened()
-            .iter()
-            .fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest = p.as_flattened().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         for (found, given) in p.as_flattened().iter().zip(given.as_flattened()) {
             assert!((found - scale * given).abs() <= 1e-12 * largest, "{p:?}");
         }
@@ -104,20 +79,13 @@ fn project_and_ray_are_inverses() {
             let pixel = DVec2::new(random.between(-100.0, 740.0), random.between(-100.0, 580.0));
             let (origin, direction) = camera.ray(pixel);
             assert_eq!(origin, camera.c());
-            assert!(
-                (direction.length() - 1.0).abs() < 1e-15 && direction.dot(camera.forward()) > 0.0
-            );
+            assert!((direction.length() - 1.0).abs() < 1e-15 && direction.dot(camera.forward()) > 0.0);
             for t in [0.01, 1.0, 1e6] {
                 let (back, in_front) = camera.project(origin + t * direction);
                 // The point itself is rounded to the precision of world coordinates.
-                let rounding = camera.c().length() / t.min(1.0)
-                    * 1e-15
-                    * camera.k().x_axis.x.max(camera.k().y_axis.y);
+                let rounding = camera.c().length() / t.min(1.0) * 1e-15 * camera.k().x_axis.x.max(camera.k().y_axis.y);
                 let steepness = 1.0 / direction.dot(camera.forward()).powi(2);
-                assert!(
-                    (back - pixel).length() < 1e-12 * 1000.0 + 8.0 * rounding * steepness,
-                    "{back} {pixel}"
-                );
+                assert!((back - pixel).length() < 1e-12 * 1000.0 + 8.0 * rounding * steepness, "{back} {pixel}");
                 assert!(in_front);
                 assert!(!camera.project(origin - t * direction).1);
             }
@@ -134,9 +102,8 @@ fn many_rays_are_those_of_each_pixel() {
             let (k, r, c) = (camera.k(), camera.r(), camera.c());
             camera = Camera::orthographic(k, r, c, SIZE, PixelCenter::Half).unwrap();
         }
-        let pixels: Vec<DVec2> = (0..40)
-            .map(|i| DVec2::new(random.between(-9.0, 649.0), f64::from(i / 8 * 7 % 5) / 4.0))
-            .collect();
+        let pixels: Vec<DVec2> =
+            (0..40).map(|i| DVec2::new(random.between(-9.0, 649.0), f64::from(i / 8 * 7 % 5) / 4.0)).collect();
         let mut rays = vec![];
         camera.rays(pixels.iter().copied(), |ray| rays.push(ray));
         let bits = |v: DVec3| v.to_array().map(f64::to_bits);
@@ -188,23 +155,9 @@ fn roll_pitch_yaw_come_back() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     for up in [Up::Z, Up::Y] {
         for _ in 0..500 {
-            let angles = [
-                random.between(-180.0, 180.0),
-                random.between(-89.9, 89.9),
-                random.between(-180.0, 180.0),
-            ];
+            let angles = [random.between(-180.0, 180.0), random.between(-89.9, 89.9), random.between(-180.0, 180.0)];
             let [roll, pitch, yaw] = angles;
-            let camera = Camera::from_pose(
-                DVec3::ONE,
-                roll,
-                pitch,
-                yaw,
-                up,
-                k,
-                SIZE,
-                PixelCenter::Integer,
-            )
-            .unwrap();
+            let camera = Camera::from_pose(DVec3::ONE, roll, pitch, yaw, up, k, SIZE, PixelCenter::Integer).unwrap();
             for (found, given) in camera.roll_pitch_yaw(up).into_iter().zip(angles) {
                 assert!((found - given).abs() < 1e-9, "{found} {given}");
             }
@@ -216,37 +169,15 @@ fn roll_pitch_yaw_come_back() {
 fn zero_angles_look_ahead_and_signs_are_those_of_the_conventions() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     let pose = |roll, pitch, yaw, up| {
-        Camera::from_pose(
-            DVec3::ZERO,
-            roll,
-            pitch,
-            yaw,
-            up,
-            k,
-            SIZE,
-            PixelCenter::Integer,
-        )
-        .unwrap()
+        Camera::from_pose(DVec3::ZERO, roll, pitch, yaw, up, k, SIZE, PixelCenter::Integer).unwrap()
     };
     for (up, forward, left) in [(Up::Z, DVec3::X, DVec3::Y), (Up::Y, -DVec3::Z, -DVec3::X)] {
         let zero = pose(0.0, 0.0, 0.0, up);
         assert_eq!(zero.forward(), forward);
-        assert_eq!(
-            -zero.r().row(1),
-            up.axis(),
-            "the picture's up is the world's"
-        );
+        assert_eq!(-zero.r().row(1), up.axis(), "the picture's up is the world's");
         assert_eq!(-zero.r().row(0), left);
-        assert_eq!(
-            pose(0.0, 0.0, 90.0, up).forward(),
-            left,
-            "positive yaw turns left"
-        );
-        assert_eq!(
-            pose(0.0, 90.0, 0.0, up).forward(),
-            -up.axis(),
-            "positive pitch looks down"
-        );
+        assert_eq!(pose(0.0, 0.0, 90.0, up).forward(), left, "positive yaw turns left");
+        assert_eq!(pose(0.0, 90.0, 0.0, up).forward(), -up.axis(), "positive pitch looks down");
         // Positive roll leans right: what was up in the picture now points right of up in the world.
         assert_eq!(-pose(90.0, 0.0, 0.0, up).r().row(1), -left);
     }
@@ -256,31 +187,11 @@ fn zero_angles_look_ahead_and_signs_are_those_of_the_conventions() {
 fn straight_down_puts_the_whole_turn_into_yaw() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     for pitch in [90.0, -90.0] {
-        let given = Camera::from_pose(
-            DVec3::ZERO,
-            20.0,
-            pitch,
-            50.0,
-            Up::Z,
-            k,
-            SIZE,
-            PixelCenter::Integer,
-        )
-        .unwrap();
+        let given = Camera::from_pose(DVec3::ZERO, 20.0, pitch, 50.0, Up::Z, k, SIZE, PixelCenter::Integer).unwrap();
         let [roll, found, yaw] = given.roll_pitch_yaw(Up::Z);
         assert_eq!(roll, 0.0);
         assert!((found - pitch).abs() < 1e-9);
-        let again = Camera::from_pose(
-            DVec3::ZERO,
-            roll,
-            found,
-            yaw,
-            Up::Z,
-            k,
-            SIZE,
-            PixelCenter::Integer,
-        )
-        .unwrap();
+        let again = Camera::from_pose(DVec3::ZERO, roll, found, yaw, Up::Z, k, SIZE, PixelCenter::Integer).unwrap();
         assert!(distance(again.r(), given.r()) < 1e-12);
     }
 }
@@ -288,25 +199,17 @@ fn straight_down_puts_the_whole_turn_into_yaw() {
 #[test]
 fn look_at_sees_the_target_at_the_principal_point_and_up_upwards() {
     let mut random = Random(6);
-    let k = DMat3::from_cols(
-        DVec3::new(700.0, 0.0, 0.0),
-        DVec3::new(3.0, 650.0, 0.0),
-        DVec3::new(11.0, 22.0, 1.0),
-    );
+    let k = DMat3::from_cols(DVec3::new(700.0, 0.0, 0.0), DVec3::new(3.0, 650.0, 0.0), DVec3::new(11.0, 22.0, 1.0));
     for _ in 0..200 {
-        let [eye, target] =
-            [0, 1].map(|_| DVec3::from_array(std::array::from_fn(|_| random.between(-5.0, 5.0))));
+        let [eye, target] = [0, 1].map(|_| DVec3::from_array(std::array::from_fn(|_| random.between(-5.0, 5.0))));
         let camera = Camera::look_at(eye, target, DVec3::Z, k, SIZE, PixelCenter::Half).unwrap();
         let (pixel, in_front) = camera.project(target);
         assert!((pixel - DVec2::new(11.0, 22.0)).length() < 1e-9 && in_front);
         assert!(camera.project(target + 1e-3 * DVec3::Z).0.y < 22.0);
         assert!(camera.r().row(0).z.abs() < 1e-12, "no roll");
     }
-    let look =
-        |eye, target, up| message(Camera::look_at(eye, target, up, k, SIZE, PixelCenter::Half));
-    assert!(
-        look(DVec3::ZERO, DVec3::Z * 3.0, DVec3::Z).contains("parallel to the viewing direction")
-    );
+    let look = |eye, target, up| message(Camera::look_at(eye, target, up, k, SIZE, PixelCenter::Half));
+    assert!(look(DVec3::ZERO, DVec3::Z * 3.0, DVec3::Z).contains("parallel to the viewing direction"));
     assert!(look(DVec3::ZERO, DVec3::X, DVec3::ZERO).contains("up [0, 0, 0] is zero or parallel"));
     assert!(look(DVec3::ONE, DVec3::ONE, DVec3::Z).contains("two different finite points"));
 }
@@ -317,8 +220,7 @@ fn opencv_and_opengl_poses_are_the_same_camera() {
     for _ in 0..100 {
         let camera = camera(&mut random);
         let rvec = DQuat::from_mat3(&camera.r()).to_scaled_axis();
-        let cv =
-            Camera::from_opencv(camera.k(), rvec, camera.t(), SIZE, PixelCenter::Integer).unwrap();
+        let cv = Camera::from_opencv(camera.k(), rvec, camera.t(), SIZE, PixelCenter::Integer).unwrap();
         let world_from_camera = camera.r().transpose();
         let gl = DMat4::from_cols(
             world_from_camera.x_axis.extend(0.0),
@@ -334,10 +236,7 @@ fn opencv_and_opengl_poses_are_the_same_camera() {
     }
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     let transposed = DMat4::from_translation(DVec3::X).transpose();
-    assert!(
-        message(Camera::from_opengl(k, transposed, SIZE, PixelCenter::Half))
-            .contains("is the matrix transposed?")
-    );
+    assert!(message(Camera::from_opengl(k, transposed, SIZE, PixelCenter::Half)).contains("is the matrix transposed?"));
 }
 
 #[test]
@@ -357,14 +256,7 @@ fn intrinsics_have_the_principal_point_at_the_centre_of_the_image() {
 #[test]
 fn homogeneous_intrinsics_are_normalised() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
-    let camera = Camera::new(
-        k * -2.0,
-        DMat3::IDENTITY,
-        DVec3::ZERO,
-        SIZE,
-        PixelCenter::Integer,
-    )
-    .unwrap();
+    let camera = Camera::new(k * -2.0, DMat3::IDENTITY, DVec3::ZERO, SIZE, PixelCenter::Integer).unwrap();
     assert_eq!(camera.k(), k);
 }
 
@@ -374,8 +266,7 @@ fn a_rotation_read_from_text_becomes_the_nearest_rotation() {
     let k = intrinsics_from_focal(500.0, SIZE, PixelCenter::Integer);
     for _ in 0..50 {
         let exact = rotation(&mut random);
-        let rounded =
-            DMat3::from_cols_array(&exact.to_cols_array().map(|v| (v * 1e7).round() / 1e7));
+        let rounded = DMat3::from_cols_array(&exact.to_cols_array().map(|v| (v * 1e7).round() / 1e7));
         let camera = Camera::new(k, rounded, DVec3::ZERO, SIZE, PixelCenter::Integer).unwrap();
         assert!(distance(camera.r() * camera.r().transpose(), DMat3::IDENTITY) < 4e-15);
         assert!(distance(camera.r(), exact) < 1e-7);
@@ -393,33 +284,16 @@ fn what_is_no_camera_is_told_why() {
     assert!(new(k, mirror, SIZE).contains("a reflection (determinant -1)"));
     assert!(new(k.transpose(), DMat3::IDENTITY, SIZE).contains("upper triangular"));
     assert!(new(DMat3::ZERO, DMat3::IDENTITY, SIZE).contains("K[2][2] must not be 0"));
+    assert!(new(intrinsics_from_focal(0.0, SIZE, PixelCenter::Half), DMat3::IDENTITY, SIZE).contains("not invertible"));
     assert!(
-        new(
-            intrinsics_from_focal(0.0, SIZE, PixelCenter::Half),
-            DMat3::IDENTITY,
-            SIZE
-        )
-        .contains("not invertible")
-    );
-    assert!(
-        new(
-            intrinsics_from_focal(-5.0, SIZE, PixelCenter::Half),
-            DMat3::IDENTITY,
-            SIZE
-        )
-        .contains("a negative one mirrors the image")
+        new(intrinsics_from_focal(-5.0, SIZE, PixelCenter::Half), DMat3::IDENTITY, SIZE)
+            .contains("a negative one mirrors the image")
     );
     assert!(new(k * f64::NAN, DMat3::IDENTITY, SIZE).contains("must be finite"));
     assert!(new(k, DMat3::IDENTITY, [0, 480]).contains("0 x 480"));
     assert!(new(k, DMat3::IDENTITY, [65_537, 1]).contains("1 to 65536"));
     assert!(new(k, DMat3::IDENTITY, [65_536, 65_536]).contains("more than 268435456"));
-    let centre = Camera::new(
-        k,
-        DMat3::IDENTITY,
-        DVec3::new(0.0, f64::INFINITY, 0.0),
-        SIZE,
-        PixelCenter::Half,
-    );
+    let centre = Camera::new(k, DMat3::IDENTITY, DVec3::new(0.0, f64::INFINITY, 0.0), SIZE, PixelCenter::Half);
     assert!(message(centre).contains("not finite"));
 
     let matrix = |p| message(Camera::from_matrix(p, SIZE, PixelCenter::Integer));

@@ -10,9 +10,7 @@ fn world(categories: &[Option<&str>]) -> World {
     let material = world.add_material(Material::for_mesh(&mesh)).unwrap();
     let mesh = world.add_mesh(mesh);
     for category in categories {
-        let id = world
-            .add_object(Object::new("", mesh, vec![material], DAffine3::IDENTITY))
-            .unwrap();
+        let id = world.add_object(Object::new("", mesh, vec![material], DAffine3::IDENTITY)).unwrap();
         world.objects[id].category = category.map(Into::into);
     }
     world
@@ -20,29 +18,12 @@ fn world(categories: &[Option<&str>]) -> World {
 
 #[test]
 fn names_get_the_free_numbers() {
-    let categories = world(&[
-        Some("car"),
-        None,
-        Some("2"),
-        Some("tree"),
-        Some("car"),
-        Some("0"),
-    ])
-    .categories();
+    let categories = world(&[Some("car"), None, Some("2"), Some("tree"), Some("car"), Some("0")]).categories();
     assert_eq!(categories.of_objects, [1, -1, 2, 3, 1, 0]);
-    let names: Vec<_> = categories
-        .names
-        .iter()
-        .map(|(id, name)| (*id, &name[..]))
-        .collect();
+    let names: Vec<_> = categories.names.iter().map(|(id, name)| (*id, &name[..])).collect();
     assert_eq!(names, [(0, "0"), (1, "car"), (2, "2"), (3, "tree")]);
     // Written otherwise, a number is a name.
-    assert_eq!(
-        world(&[Some("07"), Some("-1"), Some("7")])
-            .categories()
-            .of_objects,
-        [1, 2, 7]
-    );
+    assert_eq!(world(&[Some("07"), Some("-1"), Some("7")]).categories().of_objects, [1, 2, 7]);
     assert_eq!(world(&[]).categories(), Default::default());
 }
 
@@ -58,15 +39,10 @@ fn a_description_may_say_either() {
     let of = |category| -> Result<Option<String>, String> {
         let shape = schema::Value::Table(vec![entry("size", Float(1.0))]);
         let table = schema::Value::Table(vec![entry("box", shape), entry("category", category)]);
-        let node = schema::SpannedValue {
-            value: table,
-            span: None,
-        };
+        let node = schema::SpannedValue { value: table, span: None };
         let spec: schema::ObjectSpec = schema::from_value(&node).map_err(|e| e.to_string())?;
         let mut world = World::default();
-        let id = spec
-            .build(&mut world, &mut NoAssets)
-            .map_err(|e| e.to_string())?;
+        let id = spec.build(&mut world, &mut NoAssets).map_err(|e| e.to_string())?;
         Ok(world.objects[id].category.clone())
     };
     assert_eq!(of(text("car")), Ok(Some("car".into())));
@@ -87,15 +63,9 @@ fn an_instance_has_the_category_of_its_original() {
         ..Default::default()
     };
     spec.build(&mut world, &mut NoAssets).unwrap();
-    let again = schema::ObjectSpec {
-        instance_of: Some("a".into()),
-        ..Default::default()
-    };
+    let again = schema::ObjectSpec { instance_of: Some("a".into()), ..Default::default() };
     again.clone().build(&mut world, &mut NoAssets).unwrap();
-    let other = schema::ObjectSpec {
-        category: Some(schema::Category("toy".into())),
-        ..again
-    };
+    let other = schema::ObjectSpec { category: Some(schema::Category("toy".into())), ..again };
     other.build(&mut world, &mut NoAssets).unwrap();
     assert_eq!(world.categories().of_objects, [1, 1, 2]);
 }

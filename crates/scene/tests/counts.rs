@@ -17,13 +17,7 @@ fn triangles_count_once_per_mesh_and_once_per_object() {
         let object = Object::new("box", mesh, vec![material], DAffine3::IDENTITY);
         world.add_object(object).unwrap();
     }
-    world
-        .add_light(Light::Sun {
-            direction: [0.0, 0.0, -1.0],
-            irradiance: [1.0; 3],
-            angular_diameter: 0.0,
-        })
-        .unwrap();
+    world.add_light(Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [1.0; 3], angular_diameter: 0.0 }).unwrap();
     let expected = WorldStats {
         meshes: 1,
         objects: 3,

@@ -35,10 +35,7 @@ fn check(p: [[f64; 4]; 3], random: &mut Random) -> Camera {
         let scale = 1.0 + expected.length();
         assert!(seen);
         // Near the plane that goes to infinity both lose digits.
-        assert!(
-            (pixel - expected).length() < 1e-9 * scale * scale,
-            "{pixel} {expected}"
-        );
+        assert!((pixel - expected).length() < 1e-9 * scale * scale, "{pixel} {expected}");
         let (origin, direction) = camera.ray(pixel);
         assert!((direction - forward).length() < 1e-14);
         assert!((point - origin).cross(direction).length() < 1e-9 * scale);
@@ -113,8 +110,7 @@ fn orthographic_rays_start_on_a_plane() {
 #[test]
 fn parallel_rays_have_no_lens_and_no_aperture() {
     let k = DMat3::from_diagonal(DVec3::new(50.0, 50.0, 1.0));
-    let camera =
-        Camera::orthographic(k, DMat3::IDENTITY, DVec3::ZERO, SIZE, PixelCenter::Half).unwrap();
+    let camera = Camera::orthographic(k, DMat3::IDENTITY, DVec3::ZERO, SIZE, PixelCenter::Half).unwrap();
     let lens = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
     let error = camera.with_lens(lens).unwrap_err();
     assert!(error.to_string().contains("parallel rays"), "{error}");
@@ -122,19 +118,12 @@ fn parallel_rays_have_no_lens_and_no_aperture() {
 
 #[test]
 fn rays_from_infinity_start_before_the_world() {
-    let p = [
-        [2.0, 0.0, 0.0, 5.0],
-        [0.0, 2.0, 0.0, 6.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ];
+    let p = [[2.0, 0.0, 0.0, 5.0], [0.0, 2.0, 0.0, 6.0], [0.0, 0.0, 0.0, 1.0]];
     let camera = Camera::from_matrix(p, SIZE, PixelCenter::Integer).unwrap();
     let center = DVec3::new(10.0, 20.0, -1e5);
     let before = camera.with_ray_origins_outside(center, 30.0);
     let (origin, direction) = before.ray(DVec2::new(3.0, 4.0));
     assert!((center - origin).dot(direction) > 30.0);
     assert_eq!(origin.z, before.ray_start_depth());
-    assert_eq!(
-        origin.truncate(),
-        camera.ray(DVec2::new(3.0, 4.0)).0.truncate()
-    );
+    assert_eq!(origin.truncate(), camera.ray(DVec2::new(3.0, 4.0)).0.truncate());
 }

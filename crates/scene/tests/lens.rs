@@ -9,39 +9,15 @@ use raycam_scene::{Camera, Lens, LensModel, PixelCenter};
 /// Every number of coefficients; calibrations of real cameras and some stronger ones.
 const LENSES: [(LensModel, &[f64]); 27] = [
     (LensModel::OpenCv, &[-0.28, 0.07, 2e-4, 2e-5]),
-    (
-        LensModel::OpenCv,
-        &[-0.26637, -0.038589, 1.7832e-3, -2.8122e-4, 0.23839],
-    ),
+    (LensModel::OpenCv, &[-0.26637, -0.038589, 1.7832e-3, -2.8122e-4, 0.23839]),
     (LensModel::OpenCv, &[0.3, 0.2, -1e-3, 2e-3, 0.1]),
-    (
-        LensModel::OpenCv,
-        &[4.2, 1.9, 1e-4, -2e-4, 0.05, 4.5, 3.4, 0.4],
-    ),
-    (
-        LensModel::OpenCv,
-        &[
-            -0.2, 0.05, 1e-3, -1e-3, 0.0, 0.01, 0.0, 0.0, 2e-3, -1e-3, -3e-3, 1e-3,
-        ],
-    ),
-    (
-        LensModel::OpenCv,
-        &[
-            -0.2, 0.05, 1e-3, -1e-3, 0.0, 0.01, 0.0, 0.0, 2e-3, -1e-3, -3e-3, 1e-3, 0.05, -0.08,
-        ],
-    ),
+    (LensModel::OpenCv, &[4.2, 1.9, 1e-4, -2e-4, 0.05, 4.5, 3.4, 0.4]),
+    (LensModel::OpenCv, &[-0.2, 0.05, 1e-3, -1e-3, 0.0, 0.01, 0.0, 0.0, 2e-3, -1e-3, -3e-3, 1e-3]),
+    (LensModel::OpenCv, &[-0.2, 0.05, 1e-3, -1e-3, 0.0, 0.01, 0.0, 0.0, 2e-3, -1e-3, -3e-3, 1e-3, 0.05, -0.08]),
     (LensModel::Fisheye, &[0.0, 0.0, 0.0, 0.0]),
     (LensModel::Fisheye, &[-0.0116, 0.05399, -0.07543, 0.03666]),
-    (
-        LensModel::ThinPrismFisheye,
-        &[-0.03, 0.01, 1e-3, -2e-3, -0.002, 1e-4, 3e-3, -1e-3],
-    ),
-    (
-        LensModel::RadTanThinPrismFisheye,
-        &[
-            0.24, -0.19, 0.06, -0.006, 2e-4, 0.0, 4e-4, -3e-4, 1e-3, -1e-4, 2e-4, 1e-4,
-        ],
-    ),
+    (LensModel::ThinPrismFisheye, &[-0.03, 0.01, 1e-3, -2e-3, -0.002, 1e-4, 3e-3, -1e-3]),
+    (LensModel::RadTanThinPrismFisheye, &[0.24, -0.19, 0.06, -0.006, 2e-4, 0.0, 4e-4, -3e-4, 1e-3, -1e-4, 2e-4, 1e-4]),
     (LensModel::Fov, &[0.9]),
     (LensModel::Fov, &[2.5]),
     (LensModel::Division, &[0.3]),
@@ -62,11 +38,7 @@ const LENSES: [(LensModel, &[f64]); 27] = [
 ];
 
 fn camera(model: LensModel, coefficients: &[f64]) -> Camera {
-    let k = DMat3::from_cols(
-        DVec3::new(460.0, 0.0, 0.0),
-        DVec3::new(3.0, 440.0, 0.0),
-        DVec3::new(330.0, 235.0, 1.0),
-    );
+    let k = DMat3::from_cols(DVec3::new(460.0, 0.0, 0.0), DVec3::new(3.0, 440.0, 0.0), DVec3::new(330.0, 235.0, 1.0));
     let r = DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(-1.1);
     let c = DVec3::new(1.0, -2.0, 0.5);
     Camera::new(k, r, c, [640, 480], PixelCenter::Integer)
@@ -91,10 +63,7 @@ fn the_ray_of_a_pixel_projects_to_it() {
             assert!((direction.length() - 1.0).abs() < 1e-14);
             let (back, seen) = camera.project(origin + random.between(0.1, 50.0) * direction);
             assert!(seen, "{coefficients:?} {pixel}");
-            assert!(
-                (back - pixel).length() < 1e-9,
-                "{coefficients:?} {pixel} {back}"
-            );
+            assert!((back - pixel).length() < 1e-9, "{coefficients:?} {pixel} {back}");
         }
         assert!(valid > 500, "{coefficients:?}: {valid} of 5000");
     }
@@ -138,10 +107,7 @@ fn radii_grow_to_the_end() {
                 match lens.distort((sin * around).extend(cos)) {
                     None => ended = true,
                     Some(image) => {
-                        assert!(
-                            !ended,
-                            "{model:?} {coefficients:?}: an image beyond the end"
-                        );
+                        assert!(!ended, "{model:?} {coefficients:?}: an image beyond the end");
                         assert!(image.length() > last, "{model:?} {coefficients:?} {step}");
                         last = image.length();
                     }
@@ -192,17 +158,9 @@ fn wide_models_end_where_their_papers_say() {
 fn colmap_models_come_and_go() {
     let params = [500.0, 510.0, 320.0, 240.0];
     let (k, lens) = raycam_scene::camera::lens_from_colmap("PINHOLE", &params).unwrap();
-    assert_eq!(
-        (k.x_axis.x, k.z_axis.y, lens),
-        (500.0, 240.0, Lens::Pinhole)
-    );
-    let (_, simple) =
-        raycam_scene::camera::lens_from_colmap("SIMPLE_RADIAL", &[500.0, 320.0, 240.0, 0.1])
-            .unwrap();
-    assert_eq!(
-        simple,
-        Lens::new(LensModel::OpenCv, &[0.1, 0.0, 0.0, 0.0]).unwrap()
-    );
+    assert_eq!((k.x_axis.x, k.z_axis.y, lens), (500.0, 240.0, Lens::Pinhole));
+    let (_, simple) = raycam_scene::camera::lens_from_colmap("SIMPLE_RADIAL", &[500.0, 320.0, 240.0, 0.1]).unwrap();
+    assert_eq!(simple, Lens::new(LensModel::OpenCv, &[0.1, 0.0, 0.0, 0.0]).unwrap());
     for wrong in ["OPENVC", "pinhole"] {
         let error = raycam_scene::camera::lens_from_colmap(wrong, &params).unwrap_err();
         assert!(error.to_string().contains("did you mean"), "{error}");

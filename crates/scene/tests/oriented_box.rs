@@ -19,18 +19,11 @@ fn placed(world_from_mesh: DAffine3) -> raycam_scene::mesh::oriented_box::Orient
 fn a_turned_and_scaled_box_is_itself() {
     let turn = DMat3::from_axis_angle(DVec3::new(1.0, -2.0, 0.3).normalize(), 2.5);
     let shift = DVec3::new(100.0, -7.0, 3.0);
-    for scale in [
-        DVec3::ONE,
-        DVec3::new(0.01, 3.0, 500.0),
-        DVec3::new(-1.0, 2.0, 3.0),
-    ] {
+    for scale in [DVec3::ONE, DVec3::new(0.01, 3.0, 500.0), DVec3::new(-1.0, 2.0, 3.0)] {
         let linear = turn * DMat3::from_diagonal(scale);
         let found = placed(DAffine3::from_mat3_translation(linear, shift));
         let size = DVec3::new(2.0, 4.0, 6.0) * scale.abs();
-        assert!(
-            (found.size / size - DVec3::ONE).length() < 1e-9,
-            "{found:?}"
-        );
+        assert!((found.size / size - DVec3::ONE).length() < 1e-9, "{found:?}");
         assert!((found.center - shift).length() < 1e-9, "{found:?}");
         assert!((found.rotation.determinant() - 1.0).abs() < 1e-12);
         for axis in 0..3 {
@@ -42,11 +35,7 @@ fn a_turned_and_scaled_box_is_itself() {
 
 #[test]
 fn a_sheared_box_is_inside_of_its_box() {
-    let shear = DMat3::from_cols(
-        DVec3::X,
-        DVec3::new(0.8, 1.0, 0.0),
-        DVec3::new(0.0, 0.5, 0.6),
-    );
+    let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.8, 1.0, 0.0), DVec3::new(0.0, 0.5, 0.6));
     let found = placed(DAffine3::from_mat3(shear));
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for i in 0..8 {

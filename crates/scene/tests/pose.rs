@@ -6,15 +6,11 @@ use common::Random;
 use glam::{DMat3, DVec3};
 use raycam_scene::Up;
 use raycam_scene::math::rotation::{
-    CAMERA_FROM_BODY, object_rotation, rotation_from_rpy, rotation_towards, rpy_from_rotation,
-    world_from_reference,
+    CAMERA_FROM_BODY, object_rotation, rotation_from_rpy, rotation_towards, rpy_from_rotation, world_from_reference,
 };
 
 fn distance(a: DMat3, b: DMat3) -> f64 {
-    (a - b)
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |m: f64, v| m.max(v.abs()))
+    (a - b).to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 #[test]
@@ -46,10 +42,7 @@ fn angles_come_back_also_near_gimbal_lock() {
         for (roll, yaw) in [(0.0, 0.0), (30.0, -70.0), (179.0, 10.0)] {
             let rotation = rotation_from_rpy(roll, pitch, yaw);
             let [r, p, y] = rpy_from_rotation(rotation);
-            assert!(
-                distance(rotation_from_rpy(r, p, y), rotation) < 1e-9,
-                "{roll} {pitch} {yaw}: {r} {p} {y}"
-            );
+            assert!(distance(rotation_from_rpy(r, p, y), rotation) < 1e-9, "{roll} {pitch} {yaw}: {r} {p} {y}");
             assert!((p - pitch).abs() < 1e-6);
         }
     }
@@ -64,10 +57,8 @@ fn reference_axes_are_right_handed_and_point_up() {
         // Turning an object about nothing leaves it alone; yaw turns it about up.
         assert_eq!(object_rotation(0.0, 0.0, 0.0, up), DMat3::IDENTITY);
         assert!(
-            distance(
-                object_rotation(0.0, 0.0, 33.0, up),
-                DMat3::from_axis_angle(up.axis(), 33_f64.to_radians())
-            ) < 1e-15
+            distance(object_rotation(0.0, 0.0, 33.0, up), DMat3::from_axis_angle(up.axis(), 33_f64.to_radians()))
+                < 1e-15
         );
     }
     assert_eq!(CAMERA_FROM_BODY.determinant(), 1.0);

@@ -9,15 +9,8 @@ use raycam_scene::mesh::primitive;
 
 /// Corners with equal coordinates are the same corner.
 fn corners(mesh: &Mesh) -> Vec<[[u64; 3]; 3]> {
-    let bits = |&v: &u32| {
-        mesh.vertices[v as usize]
-            .to_array()
-            .map(|x| (x + 0.0).to_bits())
-    };
-    mesh.triangles
-        .iter()
-        .map(|t| [bits(&t[0]), bits(&t[1]), bits(&t[2])])
-        .collect()
+    let bits = |&v: &u32| mesh.vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
+    mesh.triangles.iter().map(|t| [bits(&t[0]), bits(&t[1]), bits(&t[2])]).collect()
 }
 
 /// Every edge has exactly two triangles, which run along it in opposite directions.
@@ -37,23 +30,12 @@ fn assert_closed(mesh: &Mesh) {
 
 fn volume(mesh: &Mesh) -> f64 {
     let corner = |v: u32| mesh.vertices[v as usize];
-    mesh.triangles
-        .iter()
-        .map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0)
-        .sum()
+    mesh.triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum()
 }
 
 fn area(mesh: &Mesh) -> f64 {
     let corner = |v: u32| mesh.vertices[v as usize];
-    mesh.triangles
-        .iter()
-        .map(|&[a, b, c]| {
-            (corner(b) - corner(a))
-                .cross(corner(c) - corner(a))
-                .length()
-                / 2.0
-        })
-        .sum()
+    mesh.triangles.iter().map(|&[a, b, c]| (corner(b) - corner(a)).cross(corner(c) - corner(a)).length() / 2.0).sum()
 }
 
 fn assert_sound(mesh: &Mesh) {
@@ -62,28 +44,16 @@ fn assert_sound(mesh: &Mesh) {
     assert!(mesh.uvs.is_some());
     for (triangle, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = [a, b, c].map(|v| v as usize);
-        let face = (mesh.vertices[b] - mesh.vertices[a])
-            .cross(mesh.vertices[c] - mesh.vertices[a])
-            .normalize();
-        for normal in mesh
-            .normals
-            .iter()
-            .flat_map(|normals| [normals[a], normals[b], normals[c]])
-        {
+        let face = (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).normalize();
+        for normal in mesh.normals.iter().flat_map(|normals| [normals[a], normals[b], normals[c]]) {
             let normal = DVec3::from_array(normal.map(f64::from));
             assert!((normal.length() - 1.0).abs() < 1e-6);
-            assert!(
-                normal.dot(face) > 0.3,
-                "shading normal of triangle {triangle} faces the other way"
-            );
+            assert!(normal.dot(face) > 0.3, "shading normal of triangle {triangle} faces the other way");
         }
         // The picture is not mirrored on the surface.
         let [p, q, r] = [a, b, c].map(|v| mesh.uvs.as_ref().unwrap()[v].map(f64::from));
         let turn = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
-        assert!(
-            turn < 1e-12,
-            "texture coordinates of triangle {triangle} are mirrored"
-        );
+        assert!(turn < 1e-12, "texture coordinates of triangle {triangle} are mirrored");
     }
 }
 
@@ -93,10 +63,7 @@ fn a_box_has_twelve_outward_triangles() {
     assert_sound(&mesh);
     assert_closed(&mesh);
     assert_eq!(mesh.triangles.len(), 12);
-    assert_eq!(
-        mesh.bounds(),
-        Some((DVec3::new(-0.5, -1.0, -1.5), DVec3::new(0.5, 1.0, 1.5)))
-    );
+    assert_eq!(mesh.bounds(), Some((DVec3::new(-0.5, -1.0, -1.5), DVec3::new(0.5, 1.0, 1.5))));
     assert!((volume(&mesh) - 6.0).abs() < 1e-14);
     assert!((area(&mesh) - 22.0).abs() < 1e-13);
     assert!(mesh.normals.is_none(), "flat");
@@ -119,24 +86,14 @@ fn a_sphere_is_closed_and_round_at_every_level() {
         assert_sound(&mesh);
         assert_closed(&mesh);
         assert_eq!(mesh.triangles.len(), 20 * 4_usize.pow(level));
-        assert!(
-            mesh.vertices
-                .iter()
-                .all(|v| (v.length() - 2.0).abs() < 1e-14)
-        );
+        assert!(mesh.vertices.iter().all(|v| (v.length() - 2.0).abs() < 1e-14));
         let ball = 4.0 / 3.0 * PI * 8.0;
         let missing = 1.0 - volume(&mesh) / ball;
         // The volume that is missing falls by four with each level.
-        assert!(
-            missing > 0.0 && missing < 0.6 / 4_f64.powi(level as i32),
-            "{level} {missing}"
-        );
+        assert!(missing > 0.0 && missing < 0.6 / 4_f64.powi(level as i32), "{level} {missing}");
     }
     let uvs = primitive::sphere(1.0, 3).unwrap().uvs.unwrap();
-    assert!(
-        uvs.iter()
-            .all(|&[u, v]| (0.0..1.5).contains(&u) && (0.0..=1.0).contains(&v))
-    );
+    assert!(uvs.iter().all(|&[u, v]| (0.0..1.5).contains(&u) && (0.0..=1.0).contains(&v)));
 }
 
 #[test]
@@ -145,8 +102,7 @@ fn no_texture_seam_is_stretched_over_the_sphere() {
     let uvs = mesh.uvs.as_ref().unwrap();
     for &[a, b, c] in &mesh.triangles {
         let u = [a, b, c].map(|v| uvs[v as usize][0]);
-        let spread =
-            u.iter().fold(f32::MIN, |m, &v| m.max(v)) - u.iter().fold(f32::MAX, |m, &v| m.min(v));
+        let spread = u.iter().fold(f32::MIN, |m, &v| m.max(v)) - u.iter().fold(f32::MAX, |m, &v| m.min(v));
         assert!(spread < 0.26, "{u:?}");
     }
 }

@@ -33,21 +33,13 @@ fn grid(n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..=n {
         for j in 0..=n {
-            let (x, y) = (
-                f64::from(i) + 0.5 * f64::from(j),
-                0.75_f64.sqrt() * f64::from(j),
-            );
+            let (x, y) = (f64::from(i) + 0.5 * f64::from(j), 0.75_f64.sqrt() * f64::from(j));
             mesh.vertices.push(DVec3::new(x, y, 0.0));
         }
     }
     for i in 0..n {
         for j in 0..n {
-            let [a, b, c, d] = [
-                index(i, j),
-                index(i + 1, j),
-                index(i + 1, j + 1),
-                index(i, j + 1),
-            ];
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
             mesh.triangles.extend([[a, b, d], [b, c, d]]);
         }
     }
@@ -57,21 +49,10 @@ fn grid(n: u32) -> Mesh {
 #[test]
 fn an_octahedron_goes_one_step_by_the_book() {
     // Valence 4: beta = 1/4 (5/8 - (3/8 + 1/4 cos 90°)^2) = 31/256; the neighbours of a corner sum to 0.
-    let corners = [
-        DVec3::X,
-        DVec3::Y,
-        -DVec3::X,
-        -DVec3::Y,
-        DVec3::Z,
-        -DVec3::Z,
-    ];
-    let mut mesh = Mesh {
-        vertices: corners.to_vec(),
-        ..Mesh::default()
-    };
+    let corners = [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y, DVec3::Z, -DVec3::Z];
+    let mut mesh = Mesh { vertices: corners.to_vec(), ..Mesh::default() };
     for i in 0..4 {
-        mesh.triangles
-            .extend([[i, (i + 1) % 4, 4], [(i + 1) % 4, i, 5]]);
+        mesh.triangles.extend([[i, (i + 1) % 4, 4], [(i + 1) % 4, i, 5]]);
     }
     let refined = loop_subdivide(&mesh, 1).unwrap();
     assert_eq!((refined.vertices.len(), refined.triangles.len()), (18, 32));
@@ -82,10 +63,7 @@ fn an_octahedron_goes_one_step_by_the_book() {
     for vertex in &refined.vertices[6..] {
         let mut sorted = vertex.abs().to_array();
         sorted.sort_by(f64::total_cmp);
-        assert!(
-            (sorted[0], sorted[1], sorted[2]) == (0.0, 0.375, 0.375),
-            "{vertex}"
-        );
+        assert!((sorted[0], sorted[1], sorted[2]) == (0.0, 0.375, 0.375), "{vertex}");
     }
 }
 
@@ -106,10 +84,7 @@ fn a_corner_tends_to_its_limit() {
     let normals = refined.normals.unwrap();
     for (vertex, normal) in refined.vertices.iter().zip(normals) {
         let normal = DVec3::from_array(normal.map(f64::from));
-        assert!(
-            normal.dot(vertex.normalize()) > 0.99,
-            "the surface is nearly a sphere"
-        );
+        assert!(normal.dot(vertex.normalize()) > 0.99, "the surface is nearly a sphere");
     }
 }
 
@@ -125,21 +100,14 @@ fn a_regular_plane_keeps_its_inside_and_its_straight_sides() {
         let (j, inset) = (expected.y / 0.75_f64.sqrt(), 1.5);
         let i = expected.x - 0.5 * j;
         let at_corner = (i < inset || i > 4.0 - inset) && (j < inset || j > 4.0 - inset);
-        assert!(
-            at_corner || (*found - *expected).length() < 1e-14,
-            "{expected} went to {found}"
-        );
+        assert!(at_corner || (*found - *expected).length() < 1e-14, "{expected} went to {found}");
     }
 }
 
 #[test]
 fn a_boundary_is_a_spline_of_itself() {
     // 1/8 3/4 1/8 on the corner of a triangle.
-    let mesh = Mesh {
-        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
-        triangles: vec![[0, 1, 2]],
-        ..Mesh::default()
-    };
+    let mesh = Mesh { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2]], ..Mesh::default() };
     let refined = loop_subdivide(&mesh, 1).unwrap();
     assert_eq!(refined.vertices[0], DVec3::new(0.125, 0.125, 0.0));
     assert_eq!(refined.vertices[1], DVec3::new(0.75, 0.125, 0.0));
@@ -165,16 +133,10 @@ fn seams_do_not_tear() {
         primitive::cylinder(1.0, 1.0, 12).unwrap(),
         primitive::sphere(1.0, 1).unwrap(),
     ] {
-        for refined in [
-            loop_subdivide(&mesh, 3).unwrap(),
-            midpoint(&mesh, 3).unwrap(),
-        ] {
+        for refined in [loop_subdivide(&mesh, 3).unwrap(), midpoint(&mesh, 3).unwrap()] {
             refined.validate().unwrap();
             assert_eq!(refined.triangles.len(), 64 * mesh.triangles.len());
-            assert!(
-                edges(&refined).values().all(|&count| count == 2),
-                "still closed"
-            );
+            assert!(edges(&refined).values().all(|&count| count == 2), "still closed");
             assert_eq!(refined.degenerate_count(), 0);
         }
     }
@@ -196,29 +158,15 @@ fn triangles_inherit() {
     let mut mesh = primitive::box_([1.0; 3]).unwrap();
     mesh.face_colors = Some((0..12).map(|i| [i as f32 / 12.0; 3]).collect());
     mesh.material_slots = Some((0..12).collect());
-    mesh.vertex_colors = Some(
-        mesh.vertices
-            .iter()
-            .map(|v| (*v + 0.5).as_vec3().to_array())
-            .collect(),
-    );
+    mesh.vertex_colors = Some(mesh.vertices.iter().map(|v| (*v + 0.5).as_vec3().to_array()).collect());
     let refined = midpoint(&mesh, 2).unwrap();
     for (i, triangle) in refined.triangles.iter().enumerate() {
-        assert_eq!(
-            refined.face_colors.as_ref().unwrap()[i],
-            [(i / 16) as f32 / 12.0; 3]
-        );
-        assert_eq!(
-            usize::from(refined.material_slots.as_ref().unwrap()[i]),
-            i / 16
-        );
+        assert_eq!(refined.face_colors.as_ref().unwrap()[i], [(i / 16) as f32 / 12.0; 3]);
+        assert_eq!(usize::from(refined.material_slots.as_ref().unwrap()[i]), i / 16);
         for &v in triangle {
             // Colours and texture coordinates were linear over each face, and still are.
             let position = (refined.vertices[v as usize] + 0.5).as_vec3().to_array();
-            assert_eq!(
-                refined.vertex_colors.as_ref().unwrap()[v as usize],
-                position
-            );
+            assert_eq!(refined.vertex_colors.as_ref().unwrap()[v as usize], position);
         }
     }
     let sphere = midpoint(&primitive::sphere(1.0, 1).unwrap(), 1).unwrap();
@@ -245,10 +193,7 @@ fn too_many_triangles_are_refused_before_they_are_made() {
     let mesh = primitive::box_([1.0; 3]).unwrap();
     for levels in [11, 31, u32::MAX] {
         let error = loop_subdivide(&mesh, levels).unwrap_err().to_string();
-        assert!(
-            error.contains("make more than 33554432 triangles of 12"),
-            "{error}"
-        );
+        assert!(error.contains("make more than 33554432 triangles of 12"), "{error}");
     }
     assert_eq!(midpoint(&mesh, 0).unwrap(), mesh);
 }

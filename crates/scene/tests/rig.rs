@@ -10,11 +10,7 @@ use raycam_scene::schema::{self, RigSpec, WorldFile};
 use raycam_scene::{Camera, NoAssets, PixelCenter, SceneError, Up, World};
 
 fn camera(r: DMat3, c: DVec3) -> Camera {
-    let k = DMat3::from_cols(
-        DVec3::new(400.0, 0.0, 0.0),
-        DVec3::new(0.0, 410.0, 0.0),
-        DVec3::new(320.0, 240.0, 1.0),
-    );
+    let k = DMat3::from_cols(DVec3::new(400.0, 0.0, 0.0), DVec3::new(0.0, 410.0, 0.0), DVec3::new(320.0, 240.0, 1.0));
     Camera::new(k, r, c, [640, 480], PixelCenter::Integer).unwrap()
 }
 
@@ -27,10 +23,7 @@ fn mounts(random: &mut Random) -> Vec<NamedCamera> {
 }
 
 fn pose(random: &mut Random) -> Pose {
-    Pose {
-        r: rotation(random),
-        c: DVec3::new(3.0, -2.0, 1.0),
-    }
+    Pose { r: rotation(random), c: DVec3::new(3.0, -2.0, 1.0) }
 }
 
 fn build(json: &str) -> Result<World, SceneError> {
@@ -57,16 +50,10 @@ fn cameras_see_what_they_see_in_the_axes_of_the_body() {
 #[test]
 fn a_turning_body_carries_its_cameras_on_arcs() {
     let mut random = Random(2);
-    let turn = |angle: f64| Pose {
-        r: DMat3::from_rotation_z(angle).transpose(),
-        c: DVec3::ZERO,
-    };
+    let turn = |angle: f64| Pose { r: DMat3::from_rotation_z(angle).transpose(), c: DVec3::ZERO };
     let poses = vec![(0.0, turn(0.0)), (1.0, turn(2.0))];
     let motion = ShutterMotion::new(0.0, 1.0, ReadoutDirection::Down, poses).unwrap();
-    let far = NamedCamera {
-        name: "far".into(),
-        camera: camera(rotation(&mut random), DVec3::new(2.0, 0.0, 0.0)),
-    };
+    let far = NamedCamera { name: "far".into(), camera: camera(rotation(&mut random), DVec3::new(2.0, 0.0, 0.0)) };
     let rig = Rig::new("rig", turn(0.0), vec![far]).unwrap();
     let rig = rig.with_motion(motion).unwrap();
     let moving = &rig.cameras().unwrap()[0].camera;
@@ -115,8 +102,7 @@ fn angles_are_those_of_a_body_that_looks_along_x() {
     assert!((front.forward() - DVec3::Y).length() < 1e-12);
     assert!((back.c() - DVec3::new(4.5, -2.0, 1.0)).length() < 1e-12);
     assert!((back.forward() + DVec3::Y).length() < 1e-12);
-    let up_y =
-        build(r#"{"up": "y", "rig": {"camera": {"focal": 100, "location": [0, 0, 0]}}}"#).unwrap();
+    let up_y = build(r#"{"up": "y", "rig": {"camera": {"focal": 100, "location": [0, 0, 0]}}}"#).unwrap();
     assert!((up_y.cameras[0].camera.forward() + DVec3::Z).length() < 1e-12);
     assert!((up_y.cameras[0].camera.r().row(1) + DVec3::Y).length() < 1e-12);
 }
@@ -133,10 +119,7 @@ fn a_video_moves_a_rig_by_its_keyframes_or_as_its_camera() {
         {"time": 2, "rig": "car", "location": [4, 0, 0], "yaw": 180}]"#;
     for (keys, expected) in [
         (keys, DVec3::new(2.0, 1.0, 0.0)),
-        (
-            r#""orbit": {"target": [0, 0, 0], "degrees": 180}"#,
-            DVec3::new(0.0, 1.0, 0.0),
-        ),
+        (r#""orbit": {"target": [0, 0, 0], "degrees": 180}"#, DVec3::new(0.0, 1.0, 0.0)),
     ] {
         let world = build(&text(keys)).unwrap();
         let video = world.video.as_ref().unwrap();
@@ -155,18 +138,12 @@ fn what_makes_no_sense_is_refused() {
             r#"{"rig": {"camera": [{"name": "a", "focal": 9, "location": [0, 0, 0]}, {"name": "a", "focal": 9, "location": [1, 0, 0]}]}}"#,
             "names of their own",
         ),
-        (
-            r#"{"rig": {"camera": [{"name": "a", "focal": 9, "location": [0, 0]}]}}"#,
-            "rig[0].camera[0].location",
-        ),
+        (r#"{"rig": {"camera": [{"name": "a", "focal": 9, "location": [0, 0]}]}}"#, "rig[0].camera[0].location"),
         (
             r#"{"rig": {"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "camera": {"focal": 9, "location": [0, 0, 0]}}}"#,
             "position beside R",
         ),
-        (
-            r#"{"video": {"keyframe": {"time": 0, "rig": "car", "yaw": 1}}}"#,
-            "no rig \"car\"",
-        ),
+        (r#"{"video": {"keyframe": {"time": 0, "rig": "car", "yaw": 1}}}"#, "no rig \"car\""),
     ] {
         let error = build(json).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");

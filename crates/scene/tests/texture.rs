@@ -10,8 +10,7 @@ use raycam_scene::{Image, TexelFilter, Texels, Texture, TextureSampler, Wrap};
 
 fn texture(size: [u32; 2], wrap: Wrap) -> Texture {
     let mut random = Random(u64::from(size[0]));
-    let texels =
-        (0..size[0] * size[1]).map(|_| std::array::from_fn(|_| (random.next() * 256.0) as u8));
+    let texels = (0..size[0] * size[1]).map(|_| std::array::from_fn(|_| (random.next() * 256.0) as u8));
     Texture::from_srgb8("test", size, texels, [wrap; 2])
 }
 
@@ -41,8 +40,7 @@ fn a_texel_at_its_centre_comes_back_byte_for_byte() {
         let image = texture(size, Wrap::Repeat);
         for y in 0..size[1] {
             for x in 0..size[0] {
-                let found =
-                    image.lookup([center(i64::from(x), size[0]), center(i64::from(y), size[1])]);
+                let found = image.lookup([center(i64::from(x), size[0]), center(i64::from(y), size[1])]);
                 let expected = image.image.texels.linear((y * size[0] + x) as usize);
                 assert_eq!(found, expected, "texel {x} {y} of {size:?}");
             }
@@ -67,11 +65,7 @@ fn between_centres_linear_values_are_mixed() {
     assert_eq!(rgb(image.lookup([0.5, 0.25])), [0.5; 3]);
     assert_eq!(rgb(image.lookup([0.375, 0.25])), [0.25; 3]);
     assert_eq!(rgb(image.lookup([0.5, 0.5])), [0.75; 3]);
-    assert_eq!(
-        rgb(image.lookup([0.25, 0.5])),
-        [0.5; 3],
-        "row 0 is at the top, v = 0"
-    );
+    assert_eq!(rgb(image.lookup([0.25, 0.5])), [0.5; 3], "row 0 is at the top, v = 0");
 }
 
 #[test]
@@ -91,24 +85,14 @@ fn wrapping() {
     }
     let seam = texture([4, 1], Wrap::Repeat);
     let [first, last] = [0, 3].map(|i| texel(&seam, i));
-    assert_eq!(
-        rgb(seam.lookup([0.0, 0.5])),
-        [0, 1, 2].map(|i| last[i] + (first[i] - last[i]) * 0.5)
-    );
+    assert_eq!(rgb(seam.lookup([0.0, 0.5])), [0, 1, 2].map(|i| last[i] + (first[i] - last[i]) * 0.5));
 }
 
 #[test]
 fn no_coordinate_is_too_large() {
     for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
         let image = texture([3, 2], wrap);
-        for v in [
-            f32::MAX,
-            f32::MIN,
-            f32::INFINITY,
-            f32::NEG_INFINITY,
-            f32::NAN,
-            1e18,
-        ] {
+        for v in [f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e18] {
             let _ = image.lookup([v, -v]);
         }
     }
@@ -118,13 +102,7 @@ fn no_coordinate_is_too_large() {
 fn texels_and_size_must_agree() {
     texture([3, 2], Wrap::Repeat).validate().unwrap();
     let short = Texture::from_srgb8("", [3, 2], [[0; 3]; 5], [Wrap::Repeat; 2]);
-    assert!(
-        short
-            .validate()
-            .unwrap_err()
-            .to_string()
-            .contains("5 texels, expected 3 x 2")
-    );
+    assert!(short.validate().unwrap_err().to_string().contains("5 texels, expected 3 x 2"));
     let empty = Texture::from_srgb8("", [0, 0], [], [Wrap::Repeat; 2]);
     assert!(empty.validate().is_err());
 }
@@ -133,31 +111,15 @@ fn texels_and_size_must_agree() {
 fn texels_are_linear_values_with_alpha() {
     let of = |texels: Texels| texels.linear(0);
     let half = linear_from_srgb8([188; 3])[0];
-    assert_eq!(
-        of(Texels::Srgb8(vec![[188, 0, 255, 51]])),
-        [half, 0.0, 1.0, 0.2]
-    );
-    assert_eq!(
-        of(Texels::Linear8(vec![[51, 0, 255, 51]])),
-        [0.2, 0.0, 1.0, 0.2]
-    );
-    assert_eq!(
-        of(Texels::Linear16(vec![[13107, 0, 65535, 13107]])),
-        [0.2, 0.0, 1.0, 0.2]
-    );
-    assert_eq!(
-        of(Texels::Float(vec![[1e4, 0.0, 1.0, 0.2]])),
-        [1e4, 0.0, 1.0, 0.2]
-    );
+    assert_eq!(of(Texels::Srgb8(vec![[188, 0, 255, 51]])), [half, 0.0, 1.0, 0.2]);
+    assert_eq!(of(Texels::Linear8(vec![[51, 0, 255, 51]])), [0.2, 0.0, 1.0, 0.2]);
+    assert_eq!(of(Texels::Linear16(vec![[13107, 0, 65535, 13107]])), [0.2, 0.0, 1.0, 0.2]);
+    assert_eq!(of(Texels::Float(vec![[1e4, 0.0, 1.0, 0.2]])), [1e4, 0.0, 1.0, 0.2]);
     let mut nearest = texture([3, 1], Wrap::Clamp);
     nearest.sampler.magnification = TexelFilter::Nearest;
     assert_eq!(rgb(nearest.lookup([0.6, 0.5])), texel(&nearest, 1));
     let infinite = Texture {
-        image: Arc::new(Image {
-            name: "x".into(),
-            size: [1, 1],
-            texels: Texels::Float(vec![[f32::INFINITY; 4]]),
-        }),
+        image: Arc::new(Image { name: "x".into(), size: [1, 1], texels: Texels::Float(vec![[f32::INFINITY; 4]]) }),
         sampler: TextureSampler::default(),
     };
     assert!(infinite.validate().is_err());

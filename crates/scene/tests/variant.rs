@@ -14,19 +14,10 @@ fn a_variant_changes_materials_and_nothing_else() {
     }
     let object = Object::new("a", mesh, vec![0], DAffine3::IDENTITY);
     world.add_object(object).unwrap();
-    world.variants.push(Variant {
-        name: "night".into(),
-        materials: vec![(0, 0, 1)],
-    });
+    world.variants.push(Variant { name: "night".into(), materials: vec![(0, 0, 1)] });
     let night = world.with_variant("night").unwrap();
     assert_eq!(night.objects[0].materials, [1]);
-    assert_eq!(
-        (world.objects[0].materials[0], &night.meshes),
-        (0, &world.meshes)
-    );
+    assert_eq!((world.objects[0].materials[0], &night.meshes), (0, &world.meshes));
     let error = world.with_variant("nigth").unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "no variant \"nigth\" among 1; did you mean \"night\"?"
-    );
+    assert_eq!(error, "no variant \"nigth\" among 1; did you mean \"night\"?");
 }

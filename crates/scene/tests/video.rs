@@ -19,20 +19,11 @@ fn world(up: &str, video: &str) -> Result<World, SceneError> {
 }
 
 fn camera_at(world: &World, time: f64) -> Camera {
-    world
-        .video
-        .as_ref()
-        .unwrap()
-        .camera_at(&world.cameras[0].camera, time)
-        .unwrap()
+    world.video.as_ref().unwrap().camera_at(&world.cameras[0].camera, time).unwrap()
 }
 
 fn keyframes(interpolation: &str, keys: &str) -> World {
-    world(
-        "z",
-        &format!(r#"{{ "interpolation": "{interpolation}", "keyframe": [{keys}] }}"#),
-    )
-    .unwrap()
+    world("z", &format!(r#"{{ "interpolation": "{interpolation}", "keyframe": [{keys}] }}"#)).unwrap()
 }
 
 fn close(a: DVec3, b: DVec3) -> bool {
@@ -42,11 +33,7 @@ fn close(a: DVec3, b: DVec3) -> bool {
 #[test]
 fn an_orbit_starts_with_the_still_picture_and_keeps_its_distance() {
     for (up, axis) in [("z", DVec3::Z), ("y", DVec3::Y)] {
-        let world = world(
-            up,
-            r#"{ "fps": 10, "seconds": 2, "orbit": { "target": [0, 0, 0.5] } }"#,
-        )
-        .unwrap();
+        let world = world(up, r#"{ "fps": 10, "seconds": 2, "orbit": { "target": [0, 0, 0.5] } }"#).unwrap();
         let still = &world.cameras[0].camera;
         let video = world.video.as_ref().unwrap();
         assert_eq!(video.frame_count(), 20);
@@ -56,16 +43,12 @@ fn an_orbit_starts_with_the_still_picture_and_keeps_its_distance() {
             let camera = video.camera_at(still, video.time(frame)).unwrap();
             assert!(((camera.c() - target).length() - (still.c() - target).length()).abs() < 1e-12);
             assert!(((camera.c() - still.c()).dot(axis)).abs() < 1e-12, "level");
-            assert!(
-                (camera.project(target).0 - still.project(target).0).length() < 1e-9,
-                "the target stays put"
-            );
+            assert!((camera.project(target).0 - still.project(target).0).length() < 1e-9, "the target stays put");
             assert_eq!(camera.k(), still.k());
         }
         // Counter-clockwise seen from above: a quarter turn takes east to north.
         let quarter = video.camera_at(still, 0.5).unwrap().c() - target;
-        let expected =
-            DMat3::from_axis_angle(axis, std::f64::consts::FRAC_PI_2) * (still.c() - target);
+        let expected = DMat3::from_axis_angle(axis, std::f64::consts::FRAC_PI_2) * (still.c() - target);
         assert!(close(quarter, expected));
         let around = video.camera_at(still, 2.0).unwrap();
         assert!(close(around.c(), still.c()) && close(around.forward(), still.forward()));
@@ -88,17 +71,9 @@ fn linear_keyframes_move_at_constant_speed_and_hold_at_the_ends() {
     ] {
         let camera = camera_at(&world, time);
         assert!(close(camera.c(), DVec3::from_array(expected)), "{time}");
-        assert_eq!(
-            camera.r(),
-            world.cameras[0].camera.r(),
-            "no angles: no turning"
-        );
+        assert_eq!(camera.r(), world.cameras[0].camera.r(), "no angles: no turning");
     }
-    assert_eq!(
-        world.video.unwrap().seconds(),
-        4.0,
-        "up to the last keyframe"
-    );
+    assert_eq!(world.video.unwrap().seconds(), 4.0, "up to the last keyframe");
 }
 
 #[test]
@@ -109,33 +84,20 @@ fn smooth_keyframes_are_met_without_jumps_in_speed() {
            { "time": 3, "location": [4, 0, 2], "yaw": 170, "roll": 20 }, { "time": 4, "location": [4, 4, 4], "yaw": -120 }"#,
     );
     let position = |time| camera_at(&world, time).c();
-    for (time, expected) in [
-        (1.0, [1.0, 1.0, 0.0]),
-        (3.0, [4.0, 0.0, 2.0]),
-        (4.0, [4.0, 4.0, 4.0]),
-    ] {
+    for (time, expected) in [(1.0, [1.0, 1.0, 0.0]), (3.0, [4.0, 0.0, 2.0]), (4.0, [4.0, 4.0, 4.0])] {
         assert!(close(position(time), DVec3::from_array(expected)));
     }
-    for (found, expected) in camera_at(&world, 3.0)
-        .roll_pitch_yaw(Up::Z)
-        .into_iter()
-        .zip([20.0, 0.0, 170.0])
-    {
+    for (found, expected) in camera_at(&world, 3.0).roll_pitch_yaw(Up::Z).into_iter().zip([20.0, 0.0, 170.0]) {
         assert!((found - expected).abs() < 1e-9);
     }
     let h = 1e-6;
     for time in [1.0, 3.0] {
         let speed = |of: &dyn Fn(f64) -> DVec3, t: f64| (of(t + h) - of(t)) / h;
-        for of in [
-            &position as &dyn Fn(f64) -> DVec3,
-            &|t| camera_at(&world, t).forward(),
-            &|t| camera_at(&world, t).r().row(0),
-        ] {
+        for of in [&position as &dyn Fn(f64) -> DVec3, &|t| camera_at(&world, t).forward(), &|t| {
+            camera_at(&world, t).r().row(0)
+        }] {
             let (before, after) = (speed(of, time - h), speed(of, time));
-            assert!(
-                (before - after).length() < 1e-4 * (1.0 + after.length()),
-                "{before} {after}"
-            );
+            assert!((before - after).length() < 1e-4 * (1.0 + after.length()), "{before} {after}");
             assert!(after.length() > 0.1);
         }
     }
@@ -150,18 +112,12 @@ fn smooth_keyframes_are_met_without_jumps_in_speed() {
 
 #[test]
 fn two_smooth_keyframes_are_a_smoothstep() {
-    let world = keyframes(
-        "smooth",
-        r#"{ "time": 0, "yaw": -10 }, { "time": 2, "yaw": 70 }"#,
-    );
+    let world = keyframes("smooth", r#"{ "time": 0, "yaw": -10 }, { "time": 2, "yaw": 70 }"#);
     for time in [0.0, 0.3, 1.0, 1.7, 2.0] {
         let s: f64 = time / 2.0;
         let expected = -10.0 + 80.0 * s * s * (3.0 - 2.0 * s);
         let [roll, pitch, yaw] = camera_at(&world, time).roll_pitch_yaw(Up::Z);
-        assert!(
-            roll.abs() < 1e-9 && pitch.abs() < 1e-9 && (yaw - expected).abs() < 1e-9,
-            "{yaw} {expected}"
-        );
+        assert!(roll.abs() < 1e-9 && pitch.abs() < 1e-9 && (yaw - expected).abs() < 1e-9, "{yaw} {expected}");
     }
 }
 
@@ -170,16 +126,10 @@ fn turns_take_the_shorter_way() {
     // Wherever a quaternion has its sign.
     for from in (-180..180).step_by(10) {
         for turn in [-170, -60, 20, 170] {
-            let keys = format!(
-                r#"{{ "time": 0, "yaw": {from} }}, {{ "time": 1, "yaw": {} }}"#,
-                from + turn
-            );
+            let keys = format!(r#"{{ "time": 0, "yaw": {from} }}, {{ "time": 1, "yaw": {} }}"#, from + turn);
             let [_, _, yaw] = camera_at(&keyframes("linear", &keys), 0.25).roll_pitch_yaw(Up::Z);
             let off = yaw - (f64::from(from) + 0.25 * f64::from(turn));
-            assert!(
-                (off / 360.0 - (off / 360.0).round()).abs() < 1e-11,
-                "{from} {turn} {yaw}"
-            );
+            assert!((off / 360.0 - (off / 360.0).round()).abs() < 1e-11, "{from} {turn} {yaw}");
         }
     }
     // Constant angular speed, whatever the axis.
@@ -223,31 +173,17 @@ fn objects_move_and_keep_their_scale() {
     let now = moved.objects[0].world_from_mesh;
     assert!(close(now.translation, DVec3::X));
     // One key of angles: it holds throughout; the scale of the description stays.
-    let expected = DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2)
-        * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
-    assert!(
-        (now.matrix3 - expected)
-            .to_cols_array()
-            .iter()
-            .all(|v| v.abs() < 1e-12)
-    );
-    assert_eq!(
-        world.objects[0].world_from_mesh, before,
-        "the world itself stays"
-    );
-    assert!(
-        std::sync::Arc::ptr_eq(&world.meshes[0], &moved.meshes[0]),
-        "geometry is shared"
-    );
+    let expected =
+        DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
+    assert!((now.matrix3 - expected).to_cols_array().iter().all(|v| v.abs() < 1e-12));
+    assert_eq!(world.objects[0].world_from_mesh, before, "the world itself stays");
+    assert!(std::sync::Arc::ptr_eq(&world.meshes[0], &moved.meshes[0]), "geometry is shared");
     assert_eq!(camera_at(&world, 1.0), world.cameras[0].camera);
 }
 
 #[test]
 fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
-    let world = keyframes(
-        "linear",
-        r#"{ "object": "box", "time": 0, "location": [7, 7, 7] }"#,
-    );
+    let world = keyframes("linear", r#"{ "object": "box", "time": 0, "location": [7, 7, 7] }"#);
     let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
     assert_eq!(placed.matrix3, world.objects[0].world_from_mesh.matrix3);
     assert_eq!(placed.translation, DVec3::splat(7.0));
@@ -256,21 +192,11 @@ fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
         let world = self::world(up, keys).unwrap();
         let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
         let faced = placed.transform_vector3(ahead).normalize();
-        assert!(
-            close(faced, DVec3::new(1.0, 3.0, 2.0).normalize()),
-            "{up} {faced}"
-        );
+        assert!(close(faced, DVec3::new(1.0, 3.0, 2.0).normalize()), "{up} {faced}");
     }
     let keys = r#"{ "keyframe": { "object": "box", "time": 0, "location": [0, 0, 0], "target": [0, 0, 2] } }"#;
-    let error = self::world("z", keys)
-        .unwrap()
-        .at_video_time(0.0)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains(r#"object "box" at [0, 0, 0] cannot face [0, 0, 2] at 0 s"#),
-        "{error}"
-    );
+    let error = self::world("z", keys).unwrap().at_video_time(0.0).unwrap_err().to_string();
+    assert!(error.contains(r#"object "box" at [0, 0, 0] cannot face [0, 0, 2] at 0 s"#), "{error}");
 }
 
 #[test]
@@ -279,30 +205,15 @@ fn what_makes_no_sense_is_said() {
         let error = world("z", video).expect_err("an error").to_string();
         assert_eq!(error, expected);
     };
-    fails(
-        r#"{ "fps": 0 }"#,
-        "video.fps: 0: expected a finite number greater than 0",
-    );
-    fails(
-        r#"{ "seconds": -1 }"#,
-        "video.seconds: -1: expected more than 0, and at most 1000000 frames",
-    );
-    fails(
-        r#"{ "seconds": 1e9 }"#,
-        "video.seconds: 1000000000: expected more than 0, and at most 1000000 frames",
-    );
+    fails(r#"{ "fps": 0 }"#, "video.fps: 0: expected a finite number greater than 0");
+    fails(r#"{ "seconds": -1 }"#, "video.seconds: -1: expected more than 0, and at most 1000000 frames");
+    fails(r#"{ "seconds": 1e9 }"#, "video.seconds: 1000000000: expected more than 0, and at most 1000000 frames");
     fails(
         r#"{ "keyframe": [{ "time": 2, "yaw": 3 }, { "time": 1, "yaw": 4 }] }"#,
         "video.keyframe[1].time: 1 comes after 2: keyframes of one mover go in order of time",
     );
-    fails(
-        r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#,
-        "video.keyframe[0].time: -1: expected finite seconds >= 0",
-    );
-    fails(
-        r#"{ "keyframe": { "yaw": 3 } }"#,
-        r#"video.keyframe[0]: the key "time" is missing"#,
-    );
+    fails(r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#, "video.keyframe[0].time: -1: expected finite seconds >= 0");
+    fails(r#"{ "keyframe": { "yaw": 3 } }"#, r#"video.keyframe[0]: the key "time" is missing"#);
     fails(
         r#"{ "keyframe": { "time": 1 } }"#,
         "video.keyframe[0]: it says nothing: give location, roll, pitch and yaw, or target",
@@ -329,11 +240,7 @@ fn what_makes_no_sense_is_said() {
 fn every_video_has_a_frame_and_says_when() {
     let world = World::default();
     let video = |fps, seconds| {
-        let spec = VideoSpec {
-            fps,
-            seconds: Some(seconds),
-            ..VideoSpec::default()
-        };
+        let spec = VideoSpec { fps, seconds: Some(seconds), ..VideoSpec::default() };
         spec.build(&world).unwrap()
     };
     assert_eq!(video(24.0, 4.0).frame_count(), 96);

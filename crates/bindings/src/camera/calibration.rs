@@ -37,8 +37,7 @@ impl PyCameraRecord {
         if let Some((rig, frame, name)) = on {
             let rig = &rig.inner;
             let mount = rig.mounts().iter().find(|mount| mount.name == name);
-            let mount =
-                mount.ok_or_else(|| camera_error(format!("the rig has no camera {name:?}")))?;
+            let mount = mount.ok_or_else(|| camera_error(format!("the rig has no camera {name:?}")))?;
             let body = rig.body();
             inner.mount = Some(RigMount {
                 rig: rig.name().into(),
@@ -61,13 +60,7 @@ impl PyCameraRecord {
             let (r, c) = pose.r_c();
             (rows_of(r), c.to_array())
         };
-        Some((
-            &mount.rig,
-            &mount.frame,
-            &mount.name,
-            placed(&mount.camera),
-            placed(&mount.body),
-        ))
+        Some((&mount.rig, &mount.frame, &mount.name, placed(&mount.camera), placed(&mount.body)))
     }
 
     /// The camera, where size and intrinsics are known.
@@ -106,17 +99,11 @@ pub(crate) fn read_cameras(
 ) -> PyResult<(Vec<PyCameraRecord>, Vec<String>)> {
     let known = ReadHints {
         size,
-        intrinsics: intrinsics
-            .map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
+        intrinsics: intrinsics.map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
     };
     let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
-    let found = py
-        .detach(|| catch_panic(read))?
-        .map_err(IntoPyErr::into_py_err)?;
-    let records = found
-        .records
-        .into_iter()
-        .map(|inner| PyCameraRecord { inner });
+    let found = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
+    let records = found.records.into_iter().map(|inner| PyCameraRecord { inner });
     Ok((records.collect(), found.notices))
 }
 

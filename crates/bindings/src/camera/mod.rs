@@ -18,9 +18,7 @@ pub(crate) fn up(name: &str) -> PyResult<Up> {
     match name {
         "z" => Ok(Up::Z),
         "y" => Ok(Up::Y),
-        _ => Err(camera_error(format!(
-            "up is {name:?}; expected \"z\" or \"y\""
-        ))),
+        _ => Err(camera_error(format!("up is {name:?}; expected \"z\" or \"y\""))),
     }
 }
 
@@ -46,9 +44,7 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
 
 /// Wraps the result of a constructor.
 fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
-    camera
-        .map(|inner| Camera { inner })
-        .map_err(IntoPyErr::into_py_err)
+    camera.map(|inner| Camera { inner }).map_err(IntoPyErr::into_py_err)
 }
 
 type Matrix3 = [[f64; 3]; 3];
@@ -64,30 +60,14 @@ pub(crate) struct Camera {
 #[pymethods]
 impl Camera {
     #[new]
-    fn new(
-        k: Matrix3,
-        r: Matrix3,
-        c: Vector,
-        size: [u32; 2],
-        pixel_center: &str,
-    ) -> PyResult<Self> {
+    fn new(k: Matrix3, r: Matrix3, c: Vector, size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        wrap(camera::Camera::new(
-            matrix3(k),
-            matrix3(r),
-            vector(c),
-            size,
-            center,
-        ))
+        wrap(camera::Camera::new(matrix3(k), matrix3(r), vector(c), size, center))
     }
 
     #[staticmethod]
     fn from_matrix(p: [[f64; 4]; 3], size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
-        wrap(camera::Camera::from_matrix(
-            p,
-            size,
-            self::pixel_center(pixel_center)?,
-        ))
+        wrap(camera::Camera::from_matrix(p, size, self::pixel_center(pixel_center)?))
     }
 
     #[staticmethod]
@@ -101,16 +81,7 @@ impl Camera {
     ) -> PyResult<Self> {
         let [roll, pitch, yaw] = roll_pitch_yaw;
         let (up, center) = (self::up(up)?, self::pixel_center(pixel_center)?);
-        wrap(camera::Camera::from_pose(
-            vector(location),
-            roll,
-            pitch,
-            yaw,
-            up,
-            matrix3(k),
-            size,
-            center,
-        ))
+        wrap(camera::Camera::from_pose(vector(location), roll, pitch, yaw, up, matrix3(k), size, center))
     }
 
     #[staticmethod]
@@ -123,41 +94,17 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        wrap(camera::Camera::look_at(
-            vector(eye),
-            vector(target),
-            vector(up),
-            matrix3(k),
-            size,
-            center,
-        ))
+        wrap(camera::Camera::look_at(vector(eye), vector(target), vector(up), matrix3(k), size, center))
     }
 
     #[staticmethod]
-    fn from_opencv(
-        k: Matrix3,
-        rvec: Vector,
-        t: Vector,
-        size: [u32; 2],
-        pixel_center: &str,
-    ) -> PyResult<Self> {
+    fn from_opencv(k: Matrix3, rvec: Vector, t: Vector, size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        wrap(camera::Camera::from_opencv(
-            matrix3(k),
-            vector(rvec),
-            vector(t),
-            size,
-            center,
-        ))
+        wrap(camera::Camera::from_opencv(matrix3(k), vector(rvec), vector(t), size, center))
     }
 
     #[staticmethod]
-    fn from_opengl(
-        k: Matrix3,
-        world_from_camera: [[f64; 4]; 4],
-        size: [u32; 2],
-        pixel_center: &str,
-    ) -> PyResult<Self> {
+    fn from_opengl(k: Matrix3, world_from_camera: [[f64; 4]; 4], size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
         let pose = DMat4::from_cols_array_2d(&world_from_camera).transpose();
         wrap(camera::Camera::from_opengl(matrix3(k), pose, size, center))
@@ -181,8 +128,7 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        let (mut k, lens) =
-            camera::lens_from_colmap(model, &params).map_err(IntoPyErr::into_py_err)?;
+        let (mut k, lens) = camera::lens_from_colmap(model, &params).map_err(IntoPyErr::into_py_err)?;
         k.z_axis += DVec2::splat(center.offset() - 0.5).extend(0.0);
         let (r, t) = (matrix3(r), vector(t));
         let pinhole = camera::Camera::new(k, r, -(r.transpose() * t), size, center);
@@ -255,17 +201,10 @@ impl Camera {
         let points = rows::<f64, 3>(&points, "points")?;
         let (pixels, in_front): (Vec<_>, Vec<_>) = py.detach(|| {
             let project = |p: &[f64; 3]| self.inner.project(vector(*p));
-            points
-                .iter()
-                .map(project)
-                .map(|(pixel, front)| (pixel.to_array(), front))
-                .unzip()
+            points.iter().map(project).map(|(pixel, front)| (pixel.to_array(), front)).unzip()
         });
         let n = points.len();
-        Ok((
-            array(py, pixels.into_flattened(), &[n, 2])?,
-            array(py, in_front, &[n])?,
-        ))
+        Ok((array(py, pixels.into_flattened(), &[n, 2])?, array(py, in_front, &[n])?))
     }
 
     /// Origins and unit directions [n, 3] of pixels [n, 2]; NaN where there are none.
@@ -284,24 +223,19 @@ impl Camera {
                 .unzip()
         });
         let shape = [pixels.len(), 3];
-        Ok((
-            array(py, origins.into_flattened(), &shape)?,
-            array(py, directions.into_flattened(), &shape)?,
-        ))
+        Ok((array(py, origins.into_flattened(), &shape)?, array(py, directions.into_flattened(), &shape)?))
     }
 
     /// The camera of a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
-        let spec: CameraSpec =
-            from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        let spec: CameraSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
         wrap(spec.build(self::up(up)?))
     }
 
     /// Its description, to the last digit, as JSON.
     fn to_json(&self) -> PyResult<String> {
-        serde_json::to_string(&CameraSpec::from_camera(&self.inner))
-            .map_err(|error| camera_error(error.to_string()))
+        serde_json::to_string(&CameraSpec::from_camera(&self.inner)).map_err(|error| camera_error(error.to_string()))
     }
 
     /// The same camera elsewhere.
@@ -325,16 +259,10 @@ impl Camera {
     }
 
     /// camera_from_world [n, 3, 3] of the middles of the exposures of pixels [n, 2].
-    fn rotations<'py>(
-        &self,
-        py: Python<'py>,
-        pixels: Floats<'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
-        let rotations: Vec<_> = pixels
-            .iter()
-            .flat_map(|p| rows_of(self.inner.rotation_at(DVec2::from_array(*p))))
-            .collect();
+        let rotations: Vec<_> =
+            pixels.iter().flat_map(|p| rows_of(self.inner.rotation_at(DVec2::from_array(*p)))).collect();
         array(py, rotations.into_flattened(), &[pixels.len(), 3, 3])
     }
 }
@@ -342,33 +270,18 @@ impl Camera {
 /// The names of the lens models, and which of them are panoramas.
 #[pyfunction]
 pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
-    LensModel::ALL
-        .iter()
-        .map(|model| (model.name(), model.is_panorama()))
-        .collect()
+    LensModel::ALL.iter().map(|model| (model.name(), model.is_panorama())).collect()
 }
 
 /// K of a vertical field of view in degrees.
 #[pyfunction]
-pub(crate) fn intrinsics_from_fov(
-    fov: f64,
-    size: [u32; 2],
-    pixel_center: &str,
-) -> PyResult<Matrix3> {
+pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
     let k = camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?);
     k.map(rows_of).map_err(IntoPyErr::into_py_err)
 }
 
 /// K of a focal length in pixels.
 #[pyfunction]
-pub(crate) fn intrinsics_from_focal(
-    focal: f64,
-    size: [u32; 2],
-    pixel_center: &str,
-) -> PyResult<Matrix3> {
-    Ok(rows_of(camera::intrinsics_from_focal(
-        focal,
-        size,
-        self::pixel_center(pixel_center)?,
-    )))
+pub(crate) fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
+    Ok(rows_of(camera::intrinsics_from_focal(focal, size, self::pixel_center(pixel_center)?)))
 }

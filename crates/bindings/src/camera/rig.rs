@@ -24,31 +24,21 @@ type NamedCameras = Vec<(String, Camera)>;
 impl Rig {
     /// A rig of cameras in the axes of the body, with body_from_world and the place of the body.
     #[new]
-    fn new(
-        name: &str,
-        r: [[f64; 3]; 3],
-        c: [f64; 3],
-        cameras: Vec<(String, PyRef<'_, Camera>)>,
-    ) -> PyResult<Self> {
-        let mounts = cameras.into_iter().map(|(name, camera)| NamedCamera {
-            name,
-            camera: camera.inner.clone(),
-        });
+    fn new(name: &str, r: [[f64; 3]; 3], c: [f64; 3], cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<Self> {
+        let mounts = cameras.into_iter().map(|(name, camera)| NamedCamera { name, camera: camera.inner.clone() });
         wrap(camera::Rig::new(name, pose(r, c), mounts.collect()))
     }
 
     /// The rig of a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
-        let spec: RigSpec =
-            from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        let spec: RigSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
         wrap(spec.build(self::up(up)?))
     }
 
     /// Its description, to the last digit, as JSON.
     fn to_json(&self) -> PyResult<String> {
-        serde_json::to_string(&RigSpec::from_rig(&self.inner))
-            .map_err(|error| camera_error(error.to_string()))
+        serde_json::to_string(&RigSpec::from_rig(&self.inner)).map_err(|error| camera_error(error.to_string()))
     }
 
     #[getter]
@@ -84,15 +74,11 @@ impl Rig {
 }
 
 fn pose(r: [[f64; 3]; 3], c: [f64; 3]) -> Pose {
-    Pose {
-        r: matrix3(r),
-        c: vector(c),
-    }
+    Pose { r: matrix3(r), c: vector(c) }
 }
 
 pub(crate) fn wrap(rig: Result<camera::Rig, raycam_scene::SceneError>) -> PyResult<Rig> {
-    rig.map(|inner| Rig { inner })
-        .map_err(IntoPyErr::into_py_err)
+    rig.map(|inner| Rig { inner }).map_err(IntoPyErr::into_py_err)
 }
 
 fn named_cameras(cameras: Vec<NamedCamera>) -> NamedCameras {

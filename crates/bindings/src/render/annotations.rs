@@ -18,15 +18,8 @@ use crate::interruptible::run_interruptible;
 use crate::world::state::World;
 
 /// The viewpoint of a camera in a world.
-fn viewpoint<'a>(
-    world: &'a (Arc<raycam_scene::World>, Arc<PreparedWorld>),
-    camera: &'a Camera,
-) -> Viewpoint<'a> {
-    Viewpoint {
-        world: &world.1,
-        animated_world: Some(&world.0),
-        camera: &camera.inner,
-    }
+fn viewpoint<'a>(world: &'a (Arc<raycam_scene::World>, Arc<PreparedWorld>), camera: &'a Camera) -> Viewpoint<'a> {
+    Viewpoint { world: &world.1, animated_world: Some(&world.0), camera: &camera.inner }
 }
 
 /// Optical and scene flow from the first camera and world to the second: arrays [height, width] or
@@ -38,26 +31,14 @@ pub(crate) fn flow<'py>(
     second: (PyRef<'py, World>, PyRef<'py, Camera>),
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let worlds = (
-        first.0.prepared_world(py, threads)?,
-        second.0.prepared_world(py, threads)?,
-    );
+    let worlds = (first.0.prepared_world(py, threads)?, second.0.prepared_world(py, threads)?);
     let [width, height] = first.1.inner.size().map(|side| side as usize);
-    let (from, to) = (
-        viewpoint(&worlds.0, &first.1),
-        viewpoint(&worlds.1, &second.1),
-    );
+    let (from, to) = (viewpoint(&worlds.0, &first.1), viewpoint(&worlds.1, &second.1));
     let found = run_interruptible(py, None, |control| follow(from, to, threads, control))?;
     let dict = PyDict::new(py);
     let flat = [height, width];
-    dict.set_item(
-        "flow",
-        array(py, found.flow.into_flattened(), &[height, width, 2])?,
-    )?;
-    dict.set_item(
-        "scene_flow",
-        array(py, found.scene_flow.into_flattened(), &[height, width, 3])?,
-    )?;
+    dict.set_item("flow", array(py, found.flow.into_flattened(), &[height, width, 2])?)?;
+    dict.set_item("scene_flow", array(py, found.scene_flow.into_flattened(), &[height, width, 3])?)?;
     dict.set_item("depth", array(py, found.depth, &flat)?)?;
     dict.set_item("occluded", array(py, found.occluded, &flat)?)?;
     dict.set_item("outside", array(py, found.outside, &flat)?)?;
@@ -79,9 +60,7 @@ pub(crate) fn amodal_masks<'py>(
 ) -> PyResult<Silhouettes<'py>> {
     let world = world.prepared_world(py, threads)?;
     let seen = viewpoint(&world, &camera);
-    let found = run_interruptible(py, None, |control| {
-        amodal::amodal_masks(seen, &objects, margin, threads, control)
-    })?;
+    let found = run_interruptible(py, None, |control| amodal::amodal_masks(seen, &objects, margin, threads, control))?;
     found
         .into_iter()
         .map(|found| {
@@ -108,22 +87,13 @@ pub(crate) fn keypoints<'py>(
     let of = |numbers: &Option<Vec<usize>>, i: usize| numbers.as_ref()?.get(i).copied();
     let anchor = |(i, point): (usize, &[f64; 3])| match (of(&objects, i), of(&triangles, i)) {
         (None, _) => KeypointSource::World(vector(*point)),
-        (Some(object), None) => KeypointSource::Mesh {
-            object,
-            point: vector(*point),
-        },
-        (Some(object), Some(triangle)) => KeypointSource::Triangle {
-            object,
-            triangle,
-            weights: vector(*point),
-        },
+        (Some(object), None) => KeypointSource::Mesh { object, point: vector(*point) },
+        (Some(object), Some(triangle)) => KeypointSource::Triangle { object, triangle, weights: vector(*point) },
     };
     let anchors: Vec<KeypointSource> = points.iter().enumerate().map(anchor).collect();
     let world = seen.0.prepared_world(py, threads)?;
     let seen = viewpoint(&world, &seen.1);
-    let found = run_interruptible(py, None, |control| {
-        find(seen, &anchors, tolerance, threads, control)
-    })?;
+    let found = run_interruptible(py, None, |control| find(seen, &anchors, tolerance, threads, control))?;
     let n = found.len();
     let occluder = |point: &Keypoint| point.occluder.map_or(-1, |object| object as i32);
     let dict = PyDict::new(py);
@@ -152,9 +122,5 @@ pub(crate) fn oriented_box(py: Python<'_>, world: &World, object: usize) -> PyRe
         let count = inner.objects.len();
         settings_error(format!("object {object} of a world with {count} objects"))
     })?;
-    Ok((
-        rows_of(found.rotation),
-        found.center.to_array(),
-        found.size.to_array(),
-    ))
+    Ok((rows_of(found.rotation), found.center.to_array(), found.size.to_array()))
 }

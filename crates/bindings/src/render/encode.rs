@@ -27,13 +27,8 @@ pub(crate) fn linear_from_srgb8<'py>(
     py: Python<'py>,
     bytes: PyReadonlyArrayDyn<'py, u8>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-    let table: Vec<f32> = (0..=255)
-        .map(|v| color::linear_from_srgb8([v; 3])[0])
-        .collect();
-    let linear = contiguous(&bytes)?
-        .iter()
-        .map(|&v| table[usize::from(v)])
-        .collect();
+    let table: Vec<f32> = (0..=255).map(|v| color::linear_from_srgb8([v; 3])[0]).collect();
+    let linear = contiguous(&bytes)?.iter().map(|&v| table[usize::from(v)]).collect();
     array(py, linear, bytes.shape())
 }
 
@@ -52,9 +47,7 @@ pub(crate) fn srgb_from_linear<'py>(
     };
     let values = contiguous(&linear)?;
     let (pixels, []) = values.as_chunks::<3>() else {
-        return Err(settings_error(
-            "expected an array [..., 3] of colours".into(),
-        ));
+        return Err(settings_error("expected an array [..., 3] of colours".into()));
     };
     if bits == 16 {
         let data = py.detach(|| catch_panic(|| display::srgb16(pixels, scale, view)))?;
@@ -68,10 +61,7 @@ pub(crate) fn srgb_from_linear<'py>(
 
 /// A Radiance HDR file of linear float32 [height, width, 3].
 #[pyfunction]
-pub(crate) fn encode_hdr<'py>(
-    py: Python<'py>,
-    rgb: PyReadonlyArrayDyn<'py, f32>,
-) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> PyResult<Bound<'py, PyBytes>> {
     let (size, _) = size_of(rgb.shape())?;
     let rgb = contiguous(&rgb)?;
     let bytes = py.detach(|| catch_panic(|| hdr::encode(size, rgb)))?;
@@ -80,10 +70,7 @@ pub(crate) fn encode_hdr<'py>(
 
 /// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
 #[pyfunction]
-pub(crate) fn encode_png<'py>(
-    py: Python<'py>,
-    pixels: ArrayView<'py>,
-) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResult<Bound<'py, PyBytes>> {
     let (shape, samples) = match &pixels {
         ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
@@ -115,34 +102,21 @@ pub(crate) fn encode_exr<'py>(
     let mut list = Vec::new();
     for ((name, numbers), narrowed) in layers.iter().zip(&narrowed) {
         let floats = |values| {
-            if half {
-                exr::LayerSamples::F16(values)
-            } else {
-                exr::LayerSamples::F32(values)
-            }
+            if half { exr::LayerSamples::F16(values) } else { exr::LayerSamples::F32(values) }
         };
         let (shape, samples) = match numbers {
             ArrayView::F32(a) => (a.shape(), floats(contiguous(a)?)),
             ArrayView::F64(a) => (a.shape(), floats(&narrowed[..])),
             ArrayView::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
             _ => {
-                return Err(settings_error(format!(
-                    "EXR: {name} is neither of floats nor of int32"
-                )));
+                return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32")));
             }
         };
         let components;
         (size, components) = size_of(shape)?;
-        list.push(exr::Layer {
-            name,
-            components,
-            samples,
-        });
+        list.push(exr::Layer { name, components, samples });
     }
-    let notes: Vec<_> = notes
-        .iter()
-        .map(|(key, value)| (&key[..], &value[..]))
-        .collect();
+    let notes: Vec<_> = notes.iter().map(|(key, value)| (&key[..], &value[..])).collect();
     let camera = camera.map(|camera| &camera.inner);
     let bytes = py.detach(|| catch_panic(|| exr::encode(size, &list, camera, &notes)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
@@ -158,10 +132,7 @@ pub(crate) fn mask_runs(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) ->
 
 /// Polygons [n, 2] along the pixels' edges that fill a mask [height, width].
 #[pyfunction]
-pub(crate) fn mask_polygons(
-    py: Python<'_>,
-    pixels: PyReadonlyArrayDyn<'_, bool>,
-) -> PyResult<Vec<Vec<[u32; 2]>>> {
+pub(crate) fn mask_polygons(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) -> PyResult<Vec<Vec<[u32; 2]>>> {
     let ([width, height], _) = size_of(pixels.shape())?;
     let values = contiguous(&pixels)?;
     py.detach(|| catch_panic(|| mask::polygons(values, width as usize, height as usize)))
@@ -169,21 +140,15 @@ pub(crate) fn mask_polygons(
 
 /// The values of an array in C order.
 fn contiguous<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<&'a [T]> {
-    array
-        .as_slice()
-        .map_err(|_| settings_error("expected a C-contiguous array".into()))
+    array.as_slice().map_err(|_| settings_error("expected a C-contiguous array".into()))
 }
 
 /// Columns, rows and components of [height, width] or [height, width, components].
 fn size_of(shape: &[usize]) -> PyResult<([u32; 2], usize)> {
-    let side = |side: usize| {
-        u32::try_from(side).map_err(|_| settings_error(format!("{side} pixels are too many")))
-    };
+    let side = |side: usize| u32::try_from(side).map_err(|_| settings_error(format!("{side} pixels are too many")));
     match *shape {
         [height, width] => Ok(([side(width)?, side(height)?], 1)),
         [height, width, components] => Ok(([side(width)?, side(height)?], components)),
-        _ => Err(settings_error(format!(
-            "expected an array [height, width, ...], not {shape:?}"
-        ))),
+        _ => Err(settings_error(format!("expected an array [height, width, ...], not {shape:?}"))),
     }
 }

@@ -16,9 +16,7 @@ pub(crate) fn channels() -> Vec<(&'static str, &'static str, usize)> {
         PixelType::F64 => "float64",
         PixelType::I32 => "int32",
     };
-    Channel::all()
-        .map(|c| (c.name(), dtype(c.pixel_type()), c.components()))
-        .collect()
+    Channel::all().map(|c| (c.name(), dtype(c.pixel_type()), c.components())).collect()
 }
 
 /// The channel of a name.
@@ -35,11 +33,7 @@ pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>
     let [_, _, width, height] = frame.region.map(|side| side as usize);
     for (channel, plane) in frame.planes {
         let shape = [height, width, channel.components()];
-        let shape = if channel.components() == 1 {
-            &shape[..2]
-        } else {
-            &shape[..]
-        };
+        let shape = if channel.components() == 1 { &shape[..2] } else { &shape[..] };
         let pixels = match plane {
             ImagePlane::F32 { data, .. } => array(py, data, shape)?.into_any(),
             ImagePlane::F64 { data, .. } => array(py, data, shape)?.into_any(),
@@ -67,12 +61,7 @@ pub(crate) fn merge<'py>(
                     Ok((channel, plane(channel, &pixels)?))
                 })
                 .collect::<PyResult<_>>()?;
-            Ok(Frame {
-                size,
-                region,
-                planes,
-                notices: Vec::new(),
-            })
+            Ok(Frame { size, region, planes, notices: Vec::new() })
         })
         .collect::<PyResult<_>>()?;
     let merged = py.detach(|| catch_panic(|| Frame::merge(frames)))?;
@@ -82,23 +71,12 @@ pub(crate) fn merge<'py>(
 fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<ImagePlane> {
     fn data<T: numpy::Element>(pixels: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
         let pixels: PyReadonlyArrayDyn<'_, T> = pixels.extract()?;
-        pixels
-            .to_vec()
-            .map_err(|_| settings_error("expected a C-contiguous array".into()))
+        pixels.to_vec().map_err(|_| settings_error("expected a C-contiguous array".into()))
     }
     let components = channel.components();
     Ok(match channel.pixel_type() {
-        PixelType::F32 => ImagePlane::F32 {
-            components,
-            data: data(pixels)?,
-        },
-        PixelType::F64 => ImagePlane::F64 {
-            components,
-            data: data(pixels)?,
-        },
-        PixelType::I32 => ImagePlane::I32 {
-            components,
-            data: data(pixels)?,
-        },
+        PixelType::F32 => ImagePlane::F32 { components, data: data(pixels)? },
+        PixelType::F64 => ImagePlane::F64 { components, data: data(pixels)? },
+        PixelType::I32 => ImagePlane::I32 { components, data: data(pixels)? },
     })
 }

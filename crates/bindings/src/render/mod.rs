@@ -79,9 +79,7 @@ pub(crate) fn occluded<'py>(
     let t_max = rows::<f64, 1>(t_max, "t_max")?.as_flattened();
     let prepared = world.prepared(py, threads)?;
     let occluded = run_interruptible(py, None, |control| {
-        ray_queries::occluded(
-            &prepared, origins, directions, t_max, coherent, threads, control,
-        )
+        ray_queries::occluded(&prepared, origins, directions, t_max, coherent, threads, control)
     })?;
     array(py, occluded, &[origins.len()])
 }

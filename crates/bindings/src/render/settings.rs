@@ -62,11 +62,7 @@ impl RenderArguments {
             },
             seed: self.seed,
             frame: self.frame,
-            channels: self
-                .channels
-                .iter()
-                .map(|name| channel(name))
-                .collect::<PyResult<_>>()?,
+            channels: self.channels.iter().map(|name| channel(name)).collect::<PyResult<_>>()?,
             surface: match &self.surface[..] {
                 "first" => TruthSurface::First,
                 "solid" => TruthSurface::Solid,
@@ -83,23 +79,12 @@ impl RenderArguments {
 }
 
 /// `[render]` of a world file as a dict of the keys that are given.
-pub(crate) fn render_section_dict<'py>(
-    py: Python<'py>,
-    options: &RenderOptions,
-) -> PyResult<Bound<'py, PyDict>> {
-    fn set_item<'py>(
-        dict: &Bound<'py, PyDict>,
-        key: &str,
-        value: Option<impl IntoPyObject<'py>>,
-    ) -> PyResult<()> {
+pub(crate) fn render_section_dict<'py>(py: Python<'py>, options: &RenderOptions) -> PyResult<Bound<'py, PyDict>> {
+    fn set_item<'py>(dict: &Bound<'py, PyDict>, key: &str, value: Option<impl IntoPyObject<'py>>) -> PyResult<()> {
         value.map_or(Ok(()), |value| dict.set_item(key, value))
     }
     let dict = PyDict::new(py);
-    set_item(
-        &dict,
-        "integrator",
-        options.integrator.map(IntegratorName::name),
-    )?;
+    set_item(&dict, "integrator", options.integrator.map(IntegratorName::name))?;
     set_item(&dict, "max_depth", options.max_depth)?;
     set_item(&dict, "clamp", options.clamp)?;
     set_item(&dict, "samples", options.samples)?;
@@ -117,9 +102,7 @@ pub(crate) fn render_section_dict<'py>(
     set_item(&dict, "threads", options.threads)?;
     match options.ambient_occlusion {
         Some(AmbientOcclusion::Switch(on)) => dict.set_item("ambient_occlusion", on)?,
-        Some(AmbientOcclusion::Distance(distance)) => {
-            dict.set_item("ambient_occlusion", distance)?
-        }
+        Some(AmbientOcclusion::Distance(distance)) => dict.set_item("ambient_occlusion", distance)?,
         None => {}
     }
     set_item(&dict, "exposure", options.exposure)?;

@@ -13,14 +13,8 @@ use crate::world::state::{World, budget};
 
 /// The world with more cameras at the end, a copy that shares what is built.
 #[pyfunction]
-pub(crate) fn world_with_cameras(
-    world: &World,
-    cameras: Vec<(String, PyRef<'_, Camera>)>,
-) -> PyResult<World> {
-    let copy = World {
-        state: Mutex::new(world.state().clone()),
-        folder: world.folder.clone(),
-    };
+pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<World> {
+    let copy = World { state: Mutex::new(world.state().clone()), folder: world.folder.clone() };
     copy.modify(|inner| {
         for (name, camera) in cameras {
             inner.add_camera(&name, camera.inner.clone());
@@ -34,37 +28,25 @@ pub(crate) fn world_with_cameras(
 #[pyfunction]
 pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyBytes>> {
     let inner = world.snapshot();
-    let bytes = py
-        .detach(|| catch_panic(|| bundle::write(&inner)))?
-        .map_err(IntoPyErr::into_py_err)?;
+    let bytes = py.detach(|| catch_panic(|| bundle::write(&inner)))?.map_err(IntoPyErr::into_py_err)?;
     Ok(PyBytes::new(py, &bytes))
 }
 
 /// The world in such bytes.
 #[pyfunction]
-pub(crate) fn world_from_bytes(
-    py: Python<'_>,
-    bytes: &[u8],
-    texture_memory: Option<u64>,
-) -> PyResult<World> {
+pub(crate) fn world_from_bytes(py: Python<'_>, bytes: &[u8], texture_memory: Option<u64>) -> PyResult<World> {
     let budget = budget(texture_memory);
     let read = || bundle::read(bytes, Path::new("the world of the job"), budget);
-    let world = py
-        .detach(|| catch_panic(read))?
-        .map_err(IntoPyErr::into_py_err)?;
+    let world = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
     Ok(World::from_inner(world, PathBuf::new()))
 }
 
 /// The world as a GLB file, and what that does not say of it.
 #[pyfunction]
-pub(crate) fn world_to_gltf<'py>(
-    py: Python<'py>,
-    world: &World,
-) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
+pub(crate) fn world_to_gltf<'py>(py: Python<'py>, world: &World) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
     let inner = world.snapshot();
-    let (bytes, notices) = py
-        .detach(|| catch_panic(|| raycam_formats::write_gltf(&inner)))?
-        .map_err(IntoPyErr::into_py_err)?;
+    let (bytes, notices) =
+        py.detach(|| catch_panic(|| raycam_formats::write_gltf(&inner)))?.map_err(IntoPyErr::into_py_err)?;
     Ok((PyBytes::new(py, &bytes), notices))
 }
 
@@ -79,9 +61,7 @@ pub(crate) fn world_from_gltf(
 ) -> PyResult<World> {
     let up = crate::camera::up(up)?;
     let read = || raycam_formats::decode(bytes, &name, &Budget::default());
-    let mut world = py
-        .detach(|| catch_panic(read))?
-        .map_err(IntoPyErr::into_py_err)?;
+    let mut world = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
     world.up = up;
     world.notices.extend(notices);
     Ok(World::from_inner(world, PathBuf::new()))

@@ -26,10 +26,7 @@ pub(crate) fn world_from_dict(
         Ok(world)
     };
     let world = description.py().detach(|| catch_panic(build))?;
-    Ok(World::from_inner(
-        world.map_err(IntoPyErr::into_py_err)?,
-        PathBuf::new(),
-    ))
+    Ok(World::from_inner(world.map_err(IntoPyErr::into_py_err)?, PathBuf::new()))
 }
 
 /// Adds an object. Its files lie anywhere, or nowhere else than in `within`.
@@ -39,11 +36,8 @@ pub(crate) fn world_add_object(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let spec: ObjectSpec =
-        from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.add_description(description.py(), within, |inner, files| {
-        spec.build(inner, files)
-    })
+    let spec: ObjectSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.add_description(description.py(), within, |inner, files| spec.build(inner, files))
 }
 
 /// Adds a light, whose files are those of [`world_add_object`].
@@ -53,8 +47,7 @@ pub(crate) fn world_add_light(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let mut light: Light =
-        from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let mut light: Light = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
     world.add_description(description.py(), within, |inner, files| {
         light.read(files)?;
         Ok(inner.add_light(light)?)
@@ -64,8 +57,7 @@ pub(crate) fn world_add_light(
 /// Gives the world a `[video]`, or another one.
 #[pyfunction]
 pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
-    let spec: VideoSpec =
-        from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let spec: VideoSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
     world.modify(|inner| {
         inner.video = Some(spec.build(inner).map_err(IntoPyErr::into_py_err)?);
         Ok(())

@@ -47,10 +47,7 @@ impl World {
     fn load(py: Python<'_>, path: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
         let budget = budget(texture_memory);
         let world = py.detach(|| catch_panic(|| raycam_formats::load(&path, &budget)))?;
-        Ok(Self::from_inner(
-            world.map_err(IntoPyErr::into_py_err)?,
-            PathBuf::new(),
-        ))
+        Ok(Self::from_inner(world.map_err(IntoPyErr::into_py_err)?, PathBuf::new()))
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
@@ -85,18 +82,12 @@ impl World {
     /// The names of the image files.
     #[getter]
     fn textures(&self) -> Vec<String> {
-        self.snapshot()
-            .textures
-            .iter()
-            .map(|texture| texture.image.name.clone())
-            .collect()
+        self.snapshot().textures.iter().map(|texture| texture.image.name.clone()).collect()
     }
 
     #[getter]
     fn bounds(&self) -> Option<[[f64; 3]; 2]> {
-        self.snapshot()
-            .bounds()
-            .map(|(low, high)| [low.to_array(), high.to_array()])
+        self.snapshot().bounds().map(|(low, high)| [low.to_array(), high.to_array()])
     }
 
     #[getter]
@@ -120,17 +111,9 @@ impl World {
     fn objects(&self) -> Vec<ObjectParts> {
         let world = self.snapshot();
         let parts = world.objects.iter().map(|object| {
-            let rows = glam::DMat4::from(object.world_from_mesh)
-                .transpose()
-                .to_cols_array_2d();
+            let rows = glam::DMat4::from(object.world_from_mesh).transpose().to_cols_array_2d();
             let triangles = world.meshes[object.mesh].triangles.len();
-            (
-                object.name.clone(),
-                object.category.clone(),
-                object.mesh,
-                triangles,
-                rows,
-            )
+            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows)
         });
         parts.collect()
     }
@@ -143,44 +126,24 @@ impl World {
 
     #[getter]
     fn lights<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        self.snapshot()
-            .lights
-            .iter()
-            .map(|light| light_dict(py, light))
-            .collect()
+        self.snapshot().lights.iter().map(|light| light_dict(py, light)).collect()
     }
 
     #[getter]
     fn cameras(&self) -> Vec<(String, Camera)> {
         let world = self.snapshot();
-        world
-            .cameras
-            .iter()
-            .map(|c| {
-                (
-                    c.name.clone(),
-                    Camera {
-                        inner: c.camera.clone(),
-                    },
-                )
-            })
-            .collect()
+        world.cameras.iter().map(|c| (c.name.clone(), Camera { inner: c.camera.clone() })).collect()
     }
 
     /// The camera of a name, with the nearest name in the error.
     fn camera(&self, name: &str) -> PyResult<Camera> {
         let world = self.snapshot();
         let found = world.find_camera(name).map_err(IntoPyErr::into_py_err)?;
-        Ok(Camera {
-            inner: found.camera.clone(),
-        })
+        Ok(Camera { inner: found.camera.clone() })
     }
 
     fn default_camera(&self, size: [u32; 2]) -> PyResult<Camera> {
-        let inner = self
-            .snapshot()
-            .default_camera(size)
-            .map_err(IntoPyErr::into_py_err)?;
+        let inner = self.snapshot().default_camera(size).map_err(IntoPyErr::into_py_err)?;
         Ok(Camera { inner })
     }
 
@@ -194,22 +157,14 @@ impl World {
     #[getter]
     fn video(&self) -> Option<(f64, f64, usize)> {
         let world = self.snapshot();
-        world
-            .video
-            .as_ref()
-            .map(|video| (video.fps(), video.seconds(), video.frame_count()))
+        world.video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
     /// `base` as `[video]` moves it.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
-        let video = world
-            .video
-            .as_ref()
-            .ok_or_else(|| world_error("the world has no [video]".into()))?;
-        let inner = video
-            .camera_at(&base.inner, time)
-            .map_err(IntoPyErr::into_py_err)?;
+        let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]".into()))?;
+        let inner = video.camera_at(&base.inner, time).map_err(IntoPyErr::into_py_err)?;
         Ok(Camera { inner })
     }
 
@@ -246,11 +201,7 @@ impl World {
 
     /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all.
     #[pyo3(signature = (object))]
-    fn triangles<'py>(
-        &self,
-        py: Python<'py>,
-        object: Option<usize>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let world = self.snapshot();
         let corners = py.detach(|| catch_panic(|| triangles::corners(&world, object)))?;
         let n = corners.len();

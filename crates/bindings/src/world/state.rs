@@ -36,14 +36,8 @@ pub(crate) fn budget(texture_memory: Option<u64>) -> Budget {
 
 impl World {
     pub(crate) fn from_inner(world: Inner, folder: PathBuf) -> Self {
-        let state = WorldState {
-            world: Arc::new(world),
-            ..WorldState::default()
-        };
-        Self {
-            state: Mutex::new(state),
-            folder,
-        }
+        let state = WorldState { world: Arc::new(world), ..WorldState::default() };
+        Self { state: Mutex::new(state), folder }
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, WorldState> {
@@ -72,16 +66,7 @@ impl World {
         ];
         let changed = catch_panic(|| change(world)).and_then(|result| result);
         if changed.is_err() {
-            let [
-                meshes,
-                textures,
-                materials,
-                objects,
-                lights,
-                cameras,
-                rigs,
-                notices,
-            ] = before;
+            let [meshes, textures, materials, objects, lights, cameras, rigs, notices] = before;
             world.meshes.truncate(meshes);
             world.textures.truncate(textures);
             world.materials.truncate(materials);
@@ -97,31 +82,15 @@ impl World {
     }
 
     /// A world made of this one, which shares what is built.
-    pub(crate) fn derive(
-        &self,
-        change: impl FnOnce(&Inner) -> Result<Inner, SceneError>,
-    ) -> PyResult<Self> {
-        let WorldState {
-            world, prepared, ..
-        } = self.state().clone();
+    pub(crate) fn derive(&self, change: impl FnOnce(&Inner) -> Result<Inner, SceneError>) -> PyResult<Self> {
+        let WorldState { world, prepared, .. } = self.state().clone();
         let changed = catch_panic(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
-        let state = WorldState {
-            world: Arc::new(changed),
-            prepared,
-            is_current: false,
-        };
-        Ok(Self {
-            state: Mutex::new(state),
-            folder: self.folder.clone(),
-        })
+        let state = WorldState { world: Arc::new(changed), prepared, is_current: false };
+        Ok(Self { state: Mutex::new(state), folder: self.folder.clone() })
     }
 
     /// The world ready to be traced; builds only what is not built yet.
-    pub(crate) fn prepared(
-        &self,
-        py: Python<'_>,
-        threads: Option<usize>,
-    ) -> PyResult<Arc<PreparedWorld>> {
+    pub(crate) fn prepared(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<PreparedWorld>> {
         Ok(self.prepared_world(py, threads)?.1)
     }
 
@@ -131,17 +100,12 @@ impl World {
         py: Python<'_>,
         threads: Option<usize>,
     ) -> PyResult<(Arc<Inner>, Arc<PreparedWorld>)> {
-        let WorldState {
-            world,
-            prepared,
-            is_current,
-        } = self.state().clone();
+        let WorldState { world, prepared, is_current } = self.state().clone();
         if let Some(prepared) = prepared.clone().filter(|_| is_current) {
             return Ok((world, prepared));
         }
-        let built = run_interruptible(py, None, |control| {
-            PreparedWorld::new(&world, prepared.as_deref(), threads, control)
-        })?;
+        let built =
+            run_interruptible(py, None, |control| PreparedWorld::new(&world, prepared.as_deref(), threads, control))?;
         let built = Arc::new(built);
         let mut state = self.state();
         // Another thread may have changed the world meanwhile.

@@ -6,11 +6,8 @@ use raycam_scene::{Mesh, Object, World};
 /// Corners in the world, of one object or of all.
 pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     let of_object = |object: &Object, mesh: &Mesh| {
-        let placed: Vec<_> = mesh
-            .vertices
-            .iter()
-            .map(|&vertex| object.world_from_mesh.transform_point3(vertex).to_array())
-            .collect();
+        let placed: Vec<_> =
+            mesh.vertices.iter().map(|&vertex| object.world_from_mesh.transform_point3(vertex).to_array()).collect();
         let corners = |triangle: &[u32; 3]| triangle.map(|i| placed[i as usize]);
         mesh.triangles.iter().map(corners).collect()
     };
@@ -28,9 +25,7 @@ pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
         .objects
         .iter()
         .enumerate()
-        .flat_map(|(instance, object)| {
-            (0..count(object)).map(move |triangle| [instance as i32, triangle as i32])
-        });
+        .flat_map(|(instance, object)| (0..count(object)).map(move |triangle| [instance as i32, triangle as i32]));
     ids.collect()
 }
 
@@ -40,10 +35,7 @@ pub(crate) fn colors(world: &World) -> Vec<Rgb> {
     let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
     flat_map_objects(world, &world.objects, |object, mesh| {
         let color = |(t, corners): (usize, &[u32; 3])| {
-            let slot = mesh
-                .material_slots
-                .as_ref()
-                .map_or(0, |slots| usize::from(slots[t]));
+            let slot = mesh.material_slots.as_ref().map_or(0, |slots| usize::from(slots[t]));
             let material = &world.materials[object.materials[slot]];
             let mut rgb = material.color;
             if let Some(colors) = &mesh.face_colors {
@@ -66,15 +58,8 @@ pub(crate) fn colors(world: &World) -> Vec<Rgb> {
 }
 
 /// The concatenated results of `f` for each of these objects.
-fn flat_map_objects<T>(
-    world: &World,
-    objects: &[Object],
-    f: impl Fn(&Object, &Mesh) -> Vec<T>,
-) -> Vec<T> {
-    objects
-        .iter()
-        .flat_map(|object| f(object, &world.meshes[object.mesh]))
-        .collect()
+fn flat_map_objects<T>(world: &World, objects: &[Object], f: impl Fn(&Object, &Mesh) -> Vec<T>) -> Vec<T> {
+    objects.iter().flat_map(|object| f(object, &world.meshes[object.mesh])).collect()
 }
 
 fn mean<const N: usize>([a, b, c]: [[f32; N]; 3]) -> [f32; N] {

@@ -29,8 +29,7 @@ impl Bvh {
             boxes.extend((0..children).map(|k| (node.child_bounds(k), node.children[k])));
         }
         let scale = self.scale();
-        let in_mesh =
-            |(b, _): (Aabb, NodeRef)| [b.lower, b.upper].map(|corner| corner.map(|x| x / scale));
+        let in_mesh = |(b, _): (Aabb, NodeRef)| [b.lower, b.upper].map(|corner| corner.map(|x| x / scale));
         boxes.into_iter().map(in_mesh).collect()
     }
 }
@@ -46,11 +45,7 @@ mod tests {
         for i in 0..3000u32 {
             let turn = i as f32 * 0.7;
             let at = [turn.cos(), turn.sin(), 0.1 * (3.0 * turn).sin()];
-            vertices.extend([
-                at,
-                [at[0] + 0.01, at[1], at[2]],
-                [at[0], at[1] + 0.01, at[2]],
-            ]);
+            vertices.extend([at, [at[0] + 0.01, at[1], at[2]], [at[0], at[1] + 0.01, at[2]]]);
         }
         let triangles: Vec<_> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let bvh = Bvh::build(&vertices, &triangles).unwrap();

@@ -33,20 +33,9 @@ impl Bvh {
         mesh_offsets: &[u32],
     ) -> Result<Self, BuildError> {
         let scale = power_of_two_scale(validate_mesh(vertices, triangles)?);
-        let mesh = TrianglePrims {
-            vertices,
-            triangles,
-            scale,
-            mesh_offsets,
-        };
+        let mesh = TrianglePrims { vertices, triangles, scale, mesh_offsets };
         let tree = build::build(dispatch, &mesh, &mesh);
-        Ok(Self {
-            blocks: tree.blocks,
-            root: tree.root,
-            prim_ids: tree.ids,
-            bounds: tree.bounds,
-            scale,
-        })
+        Ok(Self { blocks: tree.blocks, root: tree.root, prim_ids: tree.ids, bounds: tree.bounds, scale })
     }
 }
 
@@ -63,16 +52,9 @@ pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
 const VALIDATION_CHUNK: usize = 1 << 14;
 
 /// Checks a mesh; returns its largest absolute coordinate.
-pub(crate) fn validate_mesh(
-    vertices: &[[f32; 3]],
-    triangles: &[[u32; 3]],
-) -> Result<f32, BuildError> {
+pub(crate) fn validate_mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32, BuildError> {
     if triangles.len() > MAX_TRIANGLES {
-        return Err(BuildError::TooLarge {
-            what: "triangles",
-            given: triangles.len(),
-            limit: MAX_TRIANGLES,
-        });
+        return Err(BuildError::TooLarge { what: "triangles", given: triangles.len(), limit: MAX_TRIANGLES });
     }
     // The bits of a float without its sign are ordered as the floats are, NaN and infinity last. A vectorised maximum
     // finds the offender's existence; only then is it located.
@@ -81,30 +63,18 @@ pub(crate) fn validate_mesh(
         let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);
         sizes.fold(0, u32::max)
     };
-    let reach = f32::from_bits(
-        vertices
-            .par_chunks(VALIDATION_CHUNK)
-            .map(size)
-            .max()
-            .unwrap_or(0),
-    );
+    let reach = f32::from_bits(vertices.par_chunks(VALIDATION_CHUNK).map(size).max().unwrap_or(0));
     if !reach.is_finite() {
         let bad = |v: &[f32; 3]| !v.iter().all(|x| x.is_finite());
         let at = vertices.par_iter().position_first(bad).unwrap_or_default();
-        return Err(BuildError::NonFinite {
-            what: format!("vertex {at}"),
-        });
+        return Err(BuildError::NonFinite { what: format!("vertex {at}") });
     }
     let last = triangles.par_chunks(VALIDATION_CHUNK).map(largest).max();
     if last.is_some_and(|last| last as usize >= vertices.len()) {
         let outside = |index: &u32| *index as usize >= vertices.len();
         let flat = triangles.as_flattened();
         let at = flat.par_iter().position_first(outside).unwrap_or_default();
-        return Err(BuildError::IndexOutOfRange {
-            triangle: at / 3,
-            index: flat[at],
-            vertices: vertices.len(),
-        });
+        return Err(BuildError::IndexOutOfRange { triangle: at / 3, index: flat[at], vertices: vertices.len() });
     }
     Ok(reach)
 }
@@ -121,9 +91,7 @@ mod tests {
     fn meshes(side: u32) -> [Indexed; 3] {
         let random = |i: u32| (i.wrapping_mul(2_654_435_761) >> 9) as f32 / (1 << 22) as f32 - 1.0;
         let across = side + 1;
-        let heights = (0..across * across)
-            .map(|i| [(i % across) as f32, (i / across) as f32, random(i)])
-            .collect();
+        let heights = (0..across * across).map(|i| [(i % across) as f32, (i / across) as f32, random(i)]).collect();
         let cells = (0..side * side).flat_map(|k| {
             let a = k / side * across + k % side;
             [[a, a + 1, a + across], [a + 1, a + across + 1, a + across]]
@@ -139,11 +107,7 @@ mod tests {
         [
             ("heights", heights, cells.collect()),
             ("apart", apart.collect(), (0..n).map(alone).collect()),
-            (
-                "copies",
-                corners.to_vec(),
-                (0..n as usize).map(|i| few[i % 3]).collect(),
-            ),
+            ("copies", corners.to_vec(), (0..n as usize).map(|i| few[i % 3]).collect()),
         ]
     }
 

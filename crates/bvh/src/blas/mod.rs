@@ -21,12 +21,7 @@ pub struct Bvh {
 
 impl std::fmt::Debug for Bvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "Bvh of {} triangles in {} blocks",
-            self.prim_ids.len(),
-            self.blocks.len()
-        )
+        write!(f, "Bvh of {} triangles in {} blocks", self.prim_ids.len(), self.blocks.len())
     }
 }
 
@@ -38,8 +33,7 @@ impl Bvh {
 
     /// Bytes held by nodes, leaves and primitive ids.
     pub fn byte_count(&self) -> usize {
-        self.blocks.capacity() * size_of::<NodeBlock>()
-            + self.prim_ids.capacity() * size_of::<u32>()
+        self.blocks.capacity() * size_of::<NodeBlock>() + self.prim_ids.capacity() * size_of::<u32>()
     }
 
     /// The power of two by which mesh coordinates are multiplied in the tree.

@@ -14,17 +14,10 @@ impl Bvh {
     ///
     /// Those of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or the size of
     /// the mesh needs another scale. The tree is unchanged then.
-    pub fn refit(
-        &mut self,
-        vertices: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-    ) -> Result<(), BuildError> {
+    pub fn refit(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
         let reach = validate_mesh(vertices, triangles)?;
         if triangles.len() != self.triangle_count() || power_of_two_scale(reach) != self.scale() {
-            return Err(BuildError::TopologyMismatch {
-                given: triangles.len(),
-                built: self.triangle_count(),
-            });
+            return Err(BuildError::TopologyMismatch { given: triangles.len(), built: self.triangle_count() });
         }
         if self.root() == NodeRef::EMPTY {
             return Ok(());

@@ -36,16 +36,9 @@ impl BinMapping {
         let scale = std::array::from_fn(|a| {
             // Just below the number of bins, so that the last centroid stays in the last bin; 0 for a flat axis.
             let scale = bins as f32 * 0.999_99 / extent[a];
-            if a < 3 && extent[a] > 0.0 && scale.is_finite() {
-                scale
-            } else {
-                0.0
-            }
+            if a < 3 && extent[a] > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
-        BinMapping {
-            offset: range.centroid_lower,
-            scale: F32x4::new(scale),
-        }
+        BinMapping { offset: range.centroid_lower, scale: F32x4::new(scale) }
     }
 
     /// The bins of a centroid, with fractions.
@@ -71,10 +64,7 @@ impl SahSplit {
 impl<const N: usize> SahBins<N> {
     /// Bins without primitives.
     pub fn empty() -> Self {
-        SahBins {
-            bounds: [[EMPTY_BOUNDS; N]; 3],
-            count: [[0; N]; 3],
-        }
+        SahBins { bounds: [[EMPTY_BOUNDS; N]; 3], count: [[0; N]; 3] }
     }
 
     /// Adds primitives.
@@ -157,11 +147,7 @@ impl<const N: usize> SahBins<N> {
             let side = &mut sides[usize::from(i >= first_right_bin)];
             *side = std::array::from_fn(|k| side[k].min(bin[k]));
         }
-        Some(SahSplit {
-            axis,
-            first_right_bin,
-            bounds: sides,
-        })
+        Some(SahSplit { axis, first_right_bin, bounds: sides })
     }
 }
 

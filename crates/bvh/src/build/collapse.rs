@@ -29,23 +29,12 @@ impl Default for BinaryNode {
 impl BinaryNode {
     /// An inner node with children at `left` and `left + 1`.
     pub fn inner(bounds: PackedBounds, left: u32) -> Self {
-        Self {
-            left,
-            leaf: false,
-            ..Self::leaf(bounds, 0, 0)
-        }
+        Self { left, leaf: false, ..Self::leaf(bounds, 0, 0) }
     }
 
     /// A leaf of the binary tree.
     pub fn leaf(bounds: PackedBounds, first: u32, count: u32) -> Self {
-        Self {
-            bounds,
-            cost: [0.0; 8],
-            left: 0,
-            first,
-            count,
-            leaf: true,
-        }
+        Self { bounds, cost: [0.0; 8], left: 0, first, count, leaf: true }
     }
 }
 
@@ -133,11 +122,7 @@ pub fn emit_wide_nodes(
             let index = blocks.len();
             for (child, _) in found[..n].iter().rev() {
                 let is_it = |reference: &NodeRef| reference.index() == *child;
-                open.push((
-                    *child,
-                    index,
-                    node.children.iter().position(is_it).unwrap_or(0),
-                ));
+                open.push((*child, index, node.children.iter().position(is_it).unwrap_or(0)));
             }
             blocks.push(NodeBlock { node });
             NodeRef::node(index)
@@ -168,12 +153,7 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
 /// The binary nodes that `at` becomes in at most `places` child slots, the slots of each, and their number. With
 /// `opened`, `at` itself is not one of them.
 #[inline(always)]
-pub fn select_children(
-    tree: &[BinaryNode],
-    at: usize,
-    slots: usize,
-    opened: bool,
-) -> ([(usize, usize); 8], usize) {
+pub fn select_children(tree: &[BinaryNode], at: usize, slots: usize, opened: bool) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];
     let mut n = 0;
     // All entries together have eight slots, and each has at least one.

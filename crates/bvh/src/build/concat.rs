@@ -50,11 +50,7 @@ struct ReservedTreelet<'a> {
 
 impl<'a> OrderedWriter<'a> {
     /// Assigns output ranges to a treelet and to those after it that are finished.
-    fn reserve<L: LeafBuilder>(
-        &mut self,
-        index: usize,
-        treelet: Treelet,
-    ) -> Vec<ReservedTreelet<'a>> {
+    fn reserve<L: LeafBuilder>(&mut self, index: usize, treelet: Treelet) -> Vec<ReservedTreelet<'a>> {
         self.out_of_order.insert(index, treelet);
         let mut reserved = vec![];
         while let Some(mut treelet) = self.out_of_order.remove(&self.next) {
@@ -68,17 +64,10 @@ impl<'a> OrderedWriter<'a> {
                 let (here, rest) = take(blocks).split_at_mut(lengths[0]);
                 let (ids_here, ids_rest) = take(ids).split_at_mut(lengths[1]);
                 self.spare = (rest, ids_rest);
-                reserved.push(ReservedTreelet {
-                    treelet,
-                    starts,
-                    spare: (here, ids_here),
-                });
+                reserved.push(ReservedTreelet { treelet, starts, spare: (here, ids_here) });
             } else {
                 treelet.relocate::<L>(starts);
-                let overflow = (
-                    treelet.blocks.as_slice().into(),
-                    treelet.ids.as_slice().into(),
-                );
+                let overflow = (treelet.blocks.as_slice().into(), treelet.ids.as_slice().into());
                 self.overflow.push(overflow);
             }
         }
@@ -99,10 +88,7 @@ pub fn build_and_concat<L: LeafBuilder>(
         next: 0,
         out_of_order: BTreeMap::new(),
         free_list: vec![],
-        spare: (
-            &mut pages.spare_capacity_mut()[free..],
-            ids.spare_capacity_mut(),
-        ),
+        spare: (&mut pages.spare_capacity_mut()[free..], ids.spare_capacity_mut()),
         used: [free, 0],
         roots: Vec::with_capacity(jobs.len()),
         overflow: vec![],
@@ -129,37 +115,22 @@ pub fn build_and_concat<L: LeafBuilder>(
     // One task per thread, each taking the next treelet: few treelets finish out of order.
     rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
     let output = output.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let OrderedWriter {
-        used,
-        roots,
-        overflow,
-        ..
-    } = output;
-    let missing = overflow.iter().fold([0; 2], |n, overflow| {
-        [n[0] + overflow.0.len(), n[1] + overflow.1.len()]
-    });
+    let OrderedWriter { used, roots, overflow, .. } = output;
+    let missing = overflow.iter().fold([0; 2], |n, overflow| [n[0] + overflow.0.len(), n[1] + overflow.1.len()]);
     // SAFETY: what is used and did not come overflow is written, but for the free ones, of which that is said.
     unsafe {
         pages.set_len_and_shrink(used[0] - missing[0]);
         ids.set_len(used[1] - missing[1]);
     }
     if overflow.is_empty() {
-        return ConcatenatedTree {
-            blocks: pages,
-            ids,
-            roots,
-        };
+        return ConcatenatedTree { blocks: pages, ids, roots };
     }
     let mut parts = vec![Cow::Borrowed(&*pages)];
     for (blocks, late_ids) in overflow {
         ids.extend_from_slice(&late_ids);
         parts.push(Cow::Owned(blocks.into_vec()));
     }
-    ConcatenatedTree {
-        blocks: HugePageVec::concat_parallel(used[0], parts),
-        ids,
-        roots,
-    }
+    ConcatenatedTree { blocks: HugePageVec::concat_parallel(used[0], parts), ids, roots }
 }
 
 /// Locks a mutex. A panic of another thread leaves no partial update behind.

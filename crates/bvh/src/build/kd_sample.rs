@@ -55,9 +55,7 @@ struct CellBounds {
 impl CellBounds {
     #[inline(always)]
     fn contains(&self, centroid: &[f32; 4]) -> bool {
-        (0..3).fold(true, |inside, a| {
-            inside & (self.lower[a] <= centroid[a]) & (centroid[a] < self.upper[a])
-        })
+        (0..3).fold(true, |inside, a| inside & (self.lower[a] <= centroid[a]) & (centroid[a] < self.upper[a]))
     }
 }
 
@@ -96,10 +94,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     let node = build_kd(&mut sample, range, 1, (rate, shared));
     drop(sample);
     let mut tree = KdTree::default();
-    let everywhere = CellBounds {
-        lower: [f32::NEG_INFINITY; 3],
-        upper: [f32::INFINITY; 3],
-    };
+    let everywhere = CellBounds { lower: [f32::NEG_INFINITY; 3], upper: [f32::INFINITY; 3] };
     tree.steps.push(KdStep::EMPTY);
     tree.add(&node, 0, everywhere, 0);
     let size = source.count().div_ceil(MAX_CHUNKS).max(16 * TREELET_SIZE);
@@ -110,13 +105,7 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
             tree.bin_by_cell(source, i * size..end, large)
         })
         .collect();
-    let mut finish = CellFinisher {
-        source,
-        shared,
-        chunks: Arc::new(chunks),
-        cells: 0,
-        inputs: vec![],
-    };
+    let mut finish = CellFinisher { source, shared, chunks: Arc::new(chunks), cells: 0, inputs: vec![] };
     // The cell of large primitives comes last, see [`KdTree::bin_by_cell`].
     let large = finish.cell(tree.regions.len(), whole.bounds, 1);
     let top = match (large, finish.top(&node, 1)) {
@@ -149,11 +138,8 @@ fn build_kd<L: LeafBuilder>(
 ) -> KdNode {
     if prims.len() > TREELET_SIZE / rate && depth < MAX_KD_DEPTH {
         let bins = shared.leaves.bin_count(prims.len() * rate);
-        if let Some((mapping, plane)) =
-            parallel_split::best_split(shared.dispatch, prims, &range, bins)
-        {
-            let (middle, left, right) =
-                parallel_split::partition(shared.dispatch, prims, &mapping, &plane);
+        if let Some((mapping, plane)) = parallel_split::best_split(shared.dispatch, prims, &range, bins) {
+            let (middle, left, right) = parallel_split::partition(shared.dispatch, prims, &mapping, &plane);
             let (a, b) = prims.split_at_mut(middle);
             let (a, b) = rayon::join(
                 || build_kd(a, left, depth + 1, (rate, shared)),
@@ -184,15 +170,11 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
     /// The binary tree over the cells; `None` if all are empty.
     fn top(&mut self, node: &KdNode, depth: usize) -> Option<TopNode> {
         match node {
-            KdNode::Split {
-                bounds, children, ..
-            } => {
+            KdNode::Split { bounds, children, .. } => {
                 let left = self.top(&children[0], depth + 1);
                 let right = self.top(&children[1], depth + 1);
                 match (left, right) {
-                    (Some(left), Some(right)) => {
-                        Some(TopNode::Split(*bounds, Box::new([left, right])))
-                    }
+                    (Some(left), Some(right)) => Some(TopNode::Split(*bounds, Box::new([left, right]))),
                     (left, right) => left.or(right),
                 }
             }
@@ -207,9 +189,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
         let (source, chunks) = (self.source, self.chunks.clone());
         let count = chunks.iter().map(|chunk| chunk.ids(cell).len()).sum();
         let make = move |prims: &mut Vec<PrimRef>| {
-            chunks
-                .iter()
-                .for_each(|chunk| source.prims(chunk.ids(cell), prims));
+            chunks.iter().for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
         if count > 2 * TREELET_SIZE {
             // The sample missed them, or missed that they lie apart.
@@ -224,11 +204,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
             return None;
         }
         self.inputs.push(TreeletInput::Deferred(Box::new(make)));
-        Some(TopNode::Treelet(TreeletDesc {
-            bounds,
-            count,
-            depth,
-        }))
+        Some(TopNode::Treelet(TreeletDesc { bounds, count, depth }))
     }
 }
 
@@ -242,38 +218,21 @@ struct KdTree {
 }
 
 impl KdStep {
-    const EMPTY: KdStep = KdStep {
-        at: f32::INFINITY,
-        axis: 0,
-        next: 0,
-        cell: 0,
-    };
+    const EMPTY: KdStep = KdStep { at: f32::INFINITY, axis: 0, next: 0, cell: 0 };
 }
 
 impl KdTree {
     /// Adds a subtree at `depth`.
     fn add(&mut self, node: &KdNode, step: usize, region: CellBounds, depth: usize) {
-        let KdNode::Split {
-            axis, at, children, ..
-        } = node
-        else {
-            self.steps[step] = KdStep {
-                next: step as u32,
-                cell: self.regions.len() as u32,
-                ..KdStep::EMPTY
-            };
+        let KdNode::Split { axis, at, children, .. } = node else {
+            self.steps[step] = KdStep { next: step as u32, cell: self.regions.len() as u32, ..KdStep::EMPTY };
             self.regions.push(region);
             self.depth = self.depth.max(depth);
             return;
         };
         let next = self.steps.len();
         self.steps.extend([KdStep::EMPTY; 2]);
-        self.steps[step] = KdStep {
-            at: *at,
-            axis: *axis as u32,
-            next: next as u32,
-            cell: 0,
-        };
+        self.steps[step] = KdStep { at: *at, axis: *axis as u32, next: next as u32, cell: 0 };
         let (mut left, mut right) = (region, region);
         (left.upper[*axis], right.lower[*axis]) = (*at, *at);
         self.add(&children[0], next, left, depth + 1);
@@ -310,8 +269,7 @@ impl KdTree {
             if scattered {
                 let prim = |i: usize| source.prim(here.end.min(first + i + 1) - 1);
                 let made: [_; SEARCH_BATCH] = array::from_fn(prim);
-                let of_all: [_; SEARCH_BATCH] =
-                    self.find_cells(&array::from_fn(|i| made[i].centroid().array()));
+                let of_all: [_; SEARCH_BATCH] = self.find_cells(&array::from_fn(|i| made[i].centroid().array()));
                 for ((found, prim), of_this) in found.iter_mut().zip(&made).zip(of_all) {
                     if !large.matches::<Portable>(prim) {
                         changes += usize::from(cell != of_this);

@@ -22,18 +22,14 @@ impl LargePrimFilter {
     pub fn from_info<I: Isa>(range: &PrimInfo) -> LargePrimFilter {
         // SAFETY: a box has eight floats.
         let bounds = unsafe { I::F32x8::load(range.bounds.as_ptr()) };
-        LargePrimFilter {
-            min_half_area: LARGE_AREA_RATIO * half_area::<I>(bounds),
-        }
+        LargePrimFilter { min_half_area: LARGE_AREA_RATIO * half_area::<I>(bounds) }
     }
 
     /// Removes large primitives from a sample. If all are large, none is.
     pub fn remove_from_sample(sample: &mut Vec<PrimRef>, range: &PrimInfo) -> LargePrimFilter {
         let large = LargePrimFilter::from_info::<Portable>(range);
         if sample.iter().all(|prim| large.matches::<Portable>(prim)) {
-            return LargePrimFilter {
-                min_half_area: f32::INFINITY,
-            };
+            return LargePrimFilter { min_half_area: f32::INFINITY };
         }
         sample.retain(|prim| !large.matches::<Portable>(prim));
         large
@@ -67,11 +63,7 @@ pub fn split_large<I: Isa>(
         return None;
     }
     let (left, right) = prims.split_at(count);
-    Some((
-        count,
-        PrimInfo::from_prims::<I>(left),
-        PrimInfo::from_prims::<I>(right),
-    ))
+    Some((count, PrimInfo::from_prims::<I>(left), PrimInfo::from_prims::<I>(right)))
 }
 
 #[cfg(test)]
@@ -84,13 +76,7 @@ mod tests {
         let floor = |id| PrimRef::new([0.0; 3], [10.0, 10.0, 0.0], id);
         let at = |i: usize| i as f32 / small as f32;
         let mut prims: Vec<_> = (0..small)
-            .map(|i| {
-                PrimRef::new(
-                    [9.0 * at(i), 4.0, 1.0],
-                    [9.0 * at(i) + 0.5, 5.0, 2.0],
-                    i as u32,
-                )
-            })
+            .map(|i| PrimRef::new([9.0 * at(i), 4.0, 1.0], [9.0 * at(i) + 0.5, 5.0, 2.0], i as u32))
             .collect();
         for i in 0..floors {
             prims.insert(i * small / floors.max(1), floor((small + i) as u32));

@@ -31,9 +31,7 @@ pub(crate) mod triangle_leaves;
 pub(crate) mod triangle_pairs;
 
 use crate::aabb::Aabb;
-use crate::build::traits::{
-    BuildContext, BuiltBvh, LeafBuilder, PrimSource, SAMPLING_THRESHOLD, TREELET_SIZE,
-};
+use crate::build::traits::{BuildContext, BuiltBvh, LeafBuilder, PrimSource, SAMPLING_THRESHOLD, TREELET_SIZE};
 use rayon::prelude::*;
 
 use crate::build::top_plan::{TopPlan, TreeletInput};
@@ -42,17 +40,11 @@ use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
 /// Builds over the prims of `source`, with the instruction set of `dispatch`: every one gives the same tree.
-pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(
-    dispatch: Dispatch,
-    source: &S,
-    leaves: &L,
-) -> BuiltBvh {
+pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(dispatch: Dispatch, source: &S, leaves: &L) -> BuiltBvh {
     let shared = BuildContext { leaves, dispatch };
     let count = source.count();
     let (top, inputs) = match leaves.sample_stride() {
-        Some(rate) if count > SAMPLING_THRESHOLD => {
-            kd_sample::build_sampled_top(source, rate, &shared)
-        }
+        Some(rate) if count > SAMPLING_THRESHOLD => kd_sample::build_sampled_top(source, rate, &shared),
         _ if count == 0 => (None, vec![]),
         _ => {
             let made = (0..count).into_par_iter().with_min_len(TREELET_SIZE);

@@ -38,11 +38,7 @@ pub type SplitResult = (usize, PrimInfo, PrimInfo);
 kernel! { fn partition_small(prims: &mut [PrimRef], plane: (&BinMapping, &SahSplit), halves: &mut SplitResult) = partition_of }
 
 #[inline(always)]
-fn partition_of<I: Isa>(
-    prims: &mut [PrimRef],
-    plane: (&BinMapping, &SahSplit),
-    halves: &mut SplitResult,
-) {
+fn partition_of<I: Isa>(prims: &mut [PrimRef], plane: (&BinMapping, &SahSplit), halves: &mut SplitResult) {
     *halves = partition::partition(prims, plane.0, plane.1);
 }
 
@@ -54,11 +50,7 @@ pub fn split_to_treelets<L: LeafBuilder>(
     shared: &BuildContext<L>,
 ) -> TopNode {
     if prims.len() <= TREELET_SIZE {
-        return TopNode::Treelet(TreeletDesc {
-            bounds: range.bounds,
-            count: prims.len(),
-            depth,
-        });
+        return TopNode::Treelet(TreeletDesc { bounds: range.bounds, count: prims.len(), depth });
     }
     let bins = shared.leaves.bin_count(prims.len());
     // Large primitives are split off at the root only.
@@ -66,8 +58,7 @@ pub fn split_to_treelets<L: LeafBuilder>(
         0 => split_large::<Portable>(prims, &range, depth),
         _ => None,
     };
-    let (middle, left, right) =
-        large.unwrap_or_else(|| split(shared.dispatch, prims, &range, depth, bins));
+    let (middle, left, right) = large.unwrap_or_else(|| split(shared.dispatch, prims, &range, depth, bins));
     let (a, b) = prims.split_at_mut(middle);
     let (a, b) = rayon::join(
         || split_to_treelets(a, left, depth + 1, shared),
@@ -87,13 +78,7 @@ pub fn prim_info(dispatch: Dispatch, prims: &[PrimRef]) -> PrimInfo {
 }
 
 /// Splits at least two primitives in two, in place.
-fn split(
-    dispatch: Dispatch,
-    prims: &mut [PrimRef],
-    whole: &PrimInfo,
-    depth: usize,
-    bins: usize,
-) -> SplitResult {
+fn split(dispatch: Dispatch, prims: &mut [PrimRef], whole: &PrimInfo, depth: usize, bins: usize) -> SplitResult {
     if has_depth_budget(prims, depth)
         && let Some((mapping, plane)) = best_split(dispatch, prims, whole, bins)
     {
@@ -101,11 +86,7 @@ fn split(
     }
     let middle = prims.len() / 2;
     let (left, right) = prims.split_at(middle);
-    (
-        middle,
-        prim_info(dispatch, left),
-        prim_info(dispatch, right),
-    )
+    (middle, prim_info(dispatch, left), prim_info(dispatch, right))
 }
 
 /// The cheapest plane between 64 or 256 bins, if there is one.
@@ -117,12 +98,8 @@ pub fn best_split(
 ) -> Option<(BinMapping, SahSplit)> {
     let mapping = BinMapping::new(whole, bins);
     let best = match bins {
-        64 => bin_and_split::<64>(prims, &mapping, |prims, bins| {
-            bin64(dispatch, prims, &mapping, bins)
-        }),
-        _ => bin_and_split::<256>(prims, &mapping, |prims, bins| {
-            bin256(dispatch, prims, &mapping, bins)
-        }),
+        64 => bin_and_split::<64>(prims, &mapping, |prims, bins| bin64(dispatch, prims, &mapping, bins)),
+        _ => bin_and_split::<256>(prims, &mapping, |prims, bins| bin256(dispatch, prims, &mapping, bins)),
     };
     best.map(|plane| (mapping, plane))
 }
@@ -153,12 +130,7 @@ const PARALLEL_PARTITION: usize = 1 << 17;
 
 /// Partitions primitives, those on the left of a plane first. Both halves are partitioned in parallel; then the wrong
 /// sides are swapped.
-pub fn partition(
-    dispatch: Dispatch,
-    prims: &mut [PrimRef],
-    mapping: &BinMapping,
-    plane: &SahSplit,
-) -> SplitResult {
+pub fn partition(dispatch: Dispatch, prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> SplitResult {
     if prims.len() <= PARALLEL_PARTITION {
         let mut halves = (0, PrimInfo::empty(), PrimInfo::empty());
         partition_small(dispatch, prims, (mapping, plane), &mut halves);
@@ -166,10 +138,8 @@ pub fn partition(
     }
     let half = prims.len() / 2;
     let (front, back) = prims.split_at_mut(half);
-    let (a, b) = rayon::join(
-        || partition(dispatch, front, mapping, plane),
-        || partition(dispatch, back, mapping, plane),
-    );
+    let (a, b) =
+        rayon::join(|| partition(dispatch, front, mapping, plane), || partition(dispatch, back, mapping, plane));
     let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
     let swaps = wrong_front.len().min(wrong_back.len());
     // Equal parts next to the middle, or all of the smaller part with the end of the larger.

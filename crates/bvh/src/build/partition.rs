@@ -34,18 +34,9 @@ impl PartitionState<'_> {
 
 /// Partitions primitives, those on the left of a plane first; returns their number and both sides.
 #[inline(always)]
-pub fn partition(
-    prims: &mut [PrimRef],
-    mapping: &BinMapping,
-    plane: &SahSplit,
-) -> (usize, PrimInfo, PrimInfo) {
+pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> (usize, PrimInfo, PrimInfo) {
     let nothing = [F32x4::splat(f32::INFINITY), F32x4::splat(f32::NEG_INFINITY)];
-    let mut sides = PartitionState {
-        mapping,
-        threshold: plane.split_threshold(),
-        left: nothing,
-        right: nothing,
-    };
+    let mut sides = PartitionState { mapping, threshold: plane.split_threshold(), left: nothing, right: nothing };
     let middle = match plane.axis {
         0 => partition_axis::<0>(prims, &mut sides),
         1 => partition_axis::<1>(prims, &mut sides),
@@ -69,12 +60,7 @@ struct WriteCursors {
 
 impl WriteCursors {
     #[inline(always)]
-    fn write_prim<const AXIS: usize>(
-        &mut self,
-        prims: &mut [PrimRef],
-        prim: PrimRef,
-        sides: &mut PartitionState,
-    ) {
+    fn write_prim<const AXIS: usize>(&mut self, prims: &mut [PrimRef], prim: PrimRef, sides: &mut PartitionState) {
         let left = sides.add_to_side::<AXIS>(&prim);
         debug_assert!(self.low < self.high && self.high <= prims.len());
         // SAFETY: there is at least one free place between `low` and `high`, both of which are within the prims:
@@ -155,11 +141,7 @@ pub fn split<I: Isa>(
     }
     let middle = prims.len() / 2;
     let (left, right) = prims.split_at(middle);
-    (
-        middle,
-        PrimInfo::from_prims::<I>(left),
-        PrimInfo::from_prims::<I>(right),
-    )
+    (middle, PrimInfo::from_prims::<I>(left), PrimInfo::from_prims::<I>(right))
 }
 
 #[inline(always)]
@@ -181,10 +163,7 @@ mod tests {
 
     /// Boxes whose centroids lie at `xs`.
     fn prims(xs: &[f32]) -> Vec<PrimRef> {
-        xs.iter()
-            .zip(0..)
-            .map(|(&x, id)| PrimRef::new([x, -1.0, 0.0], [x, 1.0, 0.5], id))
-            .collect()
+        xs.iter().zip(0..).map(|(&x, id)| PrimRef::new([x, -1.0, 0.0], [x, 1.0, 0.5], id)).collect()
     }
 
     /// Partitions by the best plane; each prim must still be there once, on the side of its bin.
@@ -222,13 +201,7 @@ mod tests {
     /// runs as long as a block and around it.
     #[test]
     fn no_item_is_lost_whatever_the_order() {
-        let mut lengths = vec![
-            2,
-            3,
-            3 * PARTITION_BLOCK,
-            3 * PARTITION_BLOCK + 1,
-            5 * PARTITION_BLOCK + 1,
-        ];
+        let mut lengths = vec![2, 3, 3 * PARTITION_BLOCK, 3 * PARTITION_BLOCK + 1, 5 * PARTITION_BLOCK + 1];
         if !cfg!(miri) {
             lengths.extend(4..600);
         }
@@ -241,13 +214,7 @@ mod tests {
                 of(&|i| i == one);
                 of(&|i| i != one);
             }
-            for run in [
-                1,
-                2,
-                PARTITION_BLOCK - 1,
-                PARTITION_BLOCK,
-                PARTITION_BLOCK + 1,
-            ] {
+            for run in [1, 2, PARTITION_BLOCK - 1, PARTITION_BLOCK, PARTITION_BLOCK + 1] {
                 of(&|i| i / run % 2 == 0);
                 of(&|i| i / run % 2 == 1);
             }

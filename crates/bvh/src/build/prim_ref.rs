@@ -22,12 +22,7 @@ impl PrimRef {
     /// A primitive of a bounding box.
     #[inline(always)]
     pub fn new(lower: [f32; 3], upper: [f32; 3], id: u32) -> Self {
-        Self {
-            lower,
-            id,
-            negated_upper: upper.map(|x| -x),
-            pad: 0.0,
-        }
+        Self { lower, id, negated_upper: upper.map(|x| -x), pad: 0.0 }
     }
 
     /// The lower corner.
@@ -39,9 +34,7 @@ impl PrimRef {
     /// The union of both boxes, with the id of the first.
     #[inline(always)]
     pub fn union(&self, b: &PrimRef) -> PrimRef {
-        let least = |a: [f32; 3], b: [f32; 3]| {
-            std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
-        };
+        let least = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] });
         PrimRef {
             lower: least(self.lower, b.lower),
             negated_upper: least(self.negated_upper, b.negated_upper),
@@ -83,10 +76,7 @@ pub const EMPTY_BOUNDS: PackedBounds = [f32::INFINITY; 8];
 /// The bounds unpacked.
 pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
     let [a, b, c, _, d, e, f, _] = *bounds;
-    Aabb {
-        lower: [a, b, c],
-        upper: [-d, -e, -f],
-    }
+    Aabb { lower: [a, b, c], upper: [-d, -e, -f] }
 }
 
 /// The extent along each axis, and 0.

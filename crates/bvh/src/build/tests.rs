@@ -49,31 +49,19 @@ fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
         deepest = deepest.max(depth);
         if at.is_leaf() {
             let id = at.index();
-            assert!(
-                !std::mem::replace(&mut seen[id], true),
-                "box {id} is there twice"
-            );
+            assert!(!std::mem::replace(&mut seen[id], true), "box {id} is there twice");
             let (l, u) = boxes[id];
-            assert!(
-                (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
-                "box {id} sticks out"
-            );
+            assert!((0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]), "box {id} sticks out");
             continue;
         }
         let node = crate::node::node(&tree.blocks, at);
         assert!(node.child_count > 0);
         let below = &node.children[..node.child_count as usize];
-        assert!(
-            below.is_sorted_by_key(|child| child.is_leaf()),
-            "a leaf of {at:?} comes before a node"
-        );
+        assert!(below.is_sorted_by_key(|child| child.is_leaf()), "a leaf of {at:?} comes before a node");
         for k in 0..node.child_count as usize {
             let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
             let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];
-            assert!(
-                (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
-                "child {k} of {at:?} sticks out"
-            );
+            assert!((0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]), "child {k} of {at:?} sticks out");
             open.push((node.children[k], l, u, depth + 1));
         }
     }
@@ -93,16 +81,10 @@ fn trees_hold_every_box_once_whatever_the_boxes() {
     const N: u32 = 12 * TREELET_SIZE as u32;
     let point = |x: f32| ([x; 3], [x; 3]);
     let same = vec![point(1.0); N as usize];
-    let spread: Vec<_> = (0..N)
-        .map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32))
-        .collect();
+    let spread: Vec<_> = (0..N).map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32)).collect();
     // Each box half the size of the last: the heuristic alone would make a list.
-    let shrinking: Vec<_> = (0..140)
-        .map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3]))
-        .collect();
-    let nested: Vec<_> = (0..N)
-        .map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3]))
-        .collect();
+    let shrinking: Vec<_> = (0..140).map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3])).collect();
+    let nested: Vec<_> = (0..N).map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3])).collect();
     // All that the sample does not show lies in one place.
     let hidden = (0..N as usize)
         .map(|i| {
@@ -152,19 +134,14 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
                     let mut below = vec![];
                     if child.is_leaf() {
                         let [a, b, c, d, e, f] = crate::node::leaf(bvh.blocks(), child).bounds;
-                        below.push(Aabb {
-                            lower: [a, c, e],
-                            upper: [b, d, f],
-                        });
+                        below.push(Aabb { lower: [a, c, e], upper: [b, d, f] });
                     } else {
                         let inner = crate::node::node(bvh.blocks(), child);
-                        below
-                            .extend((0..inner.child_count as usize).map(|k| inner.child_bounds(k)));
+                        below.extend((0..inner.child_count as usize).map(|k| inner.child_bounds(k)));
                         open.push(child);
                     }
-                    let within = |Aabb { lower: l, upper: u }: &Aabb| {
-                        (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a])
-                    };
+                    let within =
+                        |Aabb { lower: l, upper: u }: &Aabb| (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]);
                     assert!(below.iter().all(within), "clouds {seed}");
                 }
             }
@@ -182,10 +159,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
         .collect();
     for sample in [None, Some(4)] {
         let trees = [1, 2, 5].map(|n| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(n)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
             pool.install(|| built(&boxes, sample))
         });
         for tree in &trees[1..] {
@@ -213,16 +187,8 @@ fn check_floor(blocks: &[NodeBlock], root: NodeRef, case: &str) {
 
 #[test]
 fn a_floor_hangs_at_the_root_alone() {
-    for n in [
-        30,
-        100,
-        TREELET_SIZE / 2,
-        3 * TREELET_SIZE,
-        12 * TREELET_SIZE,
-    ] {
-        let place = |i: usize, k: u32| {
-            ((i as u32 * 3 + k).wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0
-        };
+    for n in [30, 100, TREELET_SIZE / 2, 3 * TREELET_SIZE, 12 * TREELET_SIZE] {
+        let place = |i: usize, k: u32| ((i as u32 * 3 + k).wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0;
         let small = |i: usize| {
             let lower = [place(i, 0), place(i, 1), 0.001 + place(i, 2)];
             (lower, lower.map(|x| x + 0.01))
@@ -235,17 +201,10 @@ fn a_floor_hangs_at_the_root_alone() {
             check(&tree, &boxes);
             check_floor(&tree.blocks, tree.root, &format!("{n} boxes, {sample:?}"));
         }
-        let corners = boxes.iter().flat_map(|(lower, upper)| {
-            [
-                *lower,
-                *upper,
-                [lower[0], upper[1], 0.5 * (lower[2] + upper[2])],
-            ]
-        });
+        let corners =
+            boxes.iter().flat_map(|(lower, upper)| [*lower, *upper, [lower[0], upper[1], 0.5 * (lower[2] + upper[2])]]);
         let corners: Vec<_> = corners.collect();
-        let triangles: Vec<_> = (0..=n as u32)
-            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-            .collect();
+        let triangles: Vec<_> = (0..=n as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let bvh = Bvh::build(&corners, &triangles).unwrap();
         check_floor(bvh.blocks(), bvh.root(), &format!("{n} triangles"));
     }
@@ -253,23 +212,15 @@ fn a_floor_hangs_at_the_root_alone() {
 
 #[test]
 fn a_floor_is_a_part_of_its_own() {
-    let shared = BuildContext {
-        leaves: &Boxes(None),
-        dispatch: Dispatch::detect(),
-    };
+    let shared = BuildContext { leaves: &Boxes(None), dispatch: Dispatch::detect() };
     let small = |i: usize| {
         let x = (i as u32).wrapping_mul(2_654_435_761) as f32 * 2.0_f32.powi(-32);
         PrimRef::new([x, 0.5, 0.0], [x, 0.5, 0.1 * x], i as u32)
     };
     let mut prims: Vec<_> = (0..3 * TREELET_SIZE).map(small).collect();
-    prims.insert(
-        TREELET_SIZE,
-        PrimRef::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX),
-    );
+    prims.insert(TREELET_SIZE, PrimRef::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX));
     let whole = parallel_split::prim_info(shared.dispatch, &prims);
-    let top_plan::TopNode::Split(_, halves) =
-        parallel_split::split_to_treelets(&mut prims, whole, 0, &shared)
-    else {
+    let top_plan::TopNode::Split(_, halves) = parallel_split::split_to_treelets(&mut prims, whole, 0, &shared) else {
         panic!("so many prims are one part");
     };
     let [top_plan::TopNode::Treelet(floor), _] = &*halves else {

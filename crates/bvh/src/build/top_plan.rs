@@ -1,9 +1,7 @@
 //! The wide nodes above the treelets, planned before those are built, so that each treelet knows how many children it
 //! may give the node above.
 
-use crate::build::collapse::{
-    BinaryNode, collapse, distribute_cost, make_wide_node, select_children,
-};
+use crate::build::collapse::{BinaryNode, collapse, distribute_cost, make_wide_node, select_children};
 use crate::build::concat::{ConcatenatedTree, build_and_concat};
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimRef, unpack_bounds};
 use crate::build::traits::{BuildContext, BuiltBvh, LeafBuilder};
@@ -50,22 +48,11 @@ pub struct TopPlan {
 impl TopPlan {
     /// Collapses the top at the least expected cost, for leaves of `usual` primitives.
     pub fn new(top: TopNode, usual: usize) -> TopPlan {
-        let mut plan = TopPlan {
-            binary: vec![],
-            treelets: vec![],
-            child_slots: vec![],
-            nodes: vec![],
-        };
+        let mut plan = TopPlan { binary: vec![], treelets: vec![], child_slots: vec![], nodes: vec![] };
         plan.flatten(top);
-        let TopPlan {
-            binary, treelets, ..
-        } = &mut plan;
+        let TopPlan { binary, treelets, .. } = &mut plan;
         let costs = expected_costs(usual);
-        collapse::<Portable>(
-            binary,
-            |node| costs(treelets[node.first as usize].count),
-            |_| false,
-        );
+        collapse::<Portable>(binary, |node| costs(treelets[node.first as usize].count), |_| false);
         plan.child_slots = vec![1; plan.treelets.len()];
         if plan.treelets.len() > 1 {
             plan.plan_node(0);
@@ -116,11 +103,7 @@ impl TopPlan {
     }
 
     /// Builds the treelets, and the tree.
-    pub fn build_tree<L: LeafBuilder>(
-        &self,
-        mut inputs: Vec<TreeletInput>,
-        shared: &BuildContext<L>,
-    ) -> BuiltBvh {
+    pub fn build_tree<L: LeafBuilder>(&self, mut inputs: Vec<TreeletInput>, shared: &BuildContext<L>) -> BuiltBvh {
         let mut jobs = Vec::with_capacity(self.treelets.len());
         let mut next = self.treelets.iter().zip(self.child_slots.iter().copied());
         for input in &mut inputs {
@@ -139,33 +122,20 @@ impl TopPlan {
                         && let Some((desc, child_slots)) = next.next()
                     {
                         let (here, rest) = prims.split_at_mut(desc.count);
-                        jobs.push(TreeletJob {
-                            prims: TreeletPrims::Refs(here),
-                            desc,
-                            child_slots,
-                        });
+                        jobs.push(TreeletJob { prims: TreeletPrims::Refs(here), desc, child_slots });
                         prims = rest;
                     }
                 }
             }
         }
-        let ConcatenatedTree {
-            mut blocks,
-            ids,
-            roots,
-        } = build_and_concat(jobs, self.nodes.len(), shared);
+        let ConcatenatedTree { mut blocks, ids, roots } = build_and_concat(jobs, self.nodes.len(), shared);
         // A plan without nodes has one treelet in one slot.
         let root = match self.nodes.is_empty() {
             true => roots[0][0],
             false => self.write_nodes(&roots, &mut blocks),
         };
         let bounds = unpack_bounds(&root.bounds);
-        BuiltBvh {
-            blocks,
-            root: root.reference,
-            ids,
-            bounds,
-        }
+        BuiltBvh { blocks, root: root.reference, ids, bounds }
     }
 
     /// Writes the planned nodes above the roots of the treelets; returns the root.
@@ -184,15 +154,11 @@ impl TopPlan {
                 }
             }
             let node = make_wide_node(&below);
-            let whole = below.iter().fold(EMPTY_BOUNDS, |whole, (bounds, _)| {
-                std::array::from_fn(|i| whole[i].min(bounds[i]))
-            });
+            let whole =
+                below.iter().fold(EMPTY_BOUNDS, |whole, (bounds, _)| std::array::from_fn(|i| whole[i].min(bounds[i])));
             (blocks[index], wholes[index]) = (NodeBlock { node }, whole);
         }
-        SubtreeRoot {
-            bounds: wholes[0],
-            reference: NodeRef::node(0),
-        }
+        SubtreeRoot { bounds: wholes[0], reference: NodeRef::node(0) }
     }
 }
 

@@ -77,36 +77,16 @@ impl Treelet {
         shared: &BuildContext<L>,
         scratch: &mut Scratch<L::Scratch>,
     ) {
-        let TreeletJob {
-            prims,
-            desc,
-            child_slots,
-        } = job;
+        let TreeletJob { prims, desc, child_slots } = job;
         match prims {
             TreeletPrims::Refs(prims) => {
-                build_treelet(
-                    shared.dispatch,
-                    prims,
-                    desc,
-                    child_slots,
-                    shared,
-                    scratch,
-                    self,
-                );
+                build_treelet(shared.dispatch, prims, desc, child_slots, shared, scratch, self);
             }
             TreeletPrims::Deferred(make) => {
                 let mut prims = std::mem::take(&mut scratch.prims);
                 prims.clear();
                 make(&mut prims);
-                build_treelet(
-                    shared.dispatch,
-                    &mut prims,
-                    desc,
-                    child_slots,
-                    shared,
-                    scratch,
-                    self,
-                );
+                build_treelet(shared.dispatch, &mut prims, desc, child_slots, shared, scratch, self);
                 scratch.prims = prims;
             }
         }
@@ -114,10 +94,7 @@ impl Treelet {
 
     /// The roots after the blocks have moved back by `base`.
     pub fn relocated_roots<L: LeafBuilder>(&self, [base, _]: [usize; 2]) -> Vec<SubtreeRoot> {
-        let relocate = |root: &SubtreeRoot| SubtreeRoot {
-            reference: relocated::<L>(root.reference, base),
-            ..*root
-        };
+        let relocate = |root: &SubtreeRoot| SubtreeRoot { reference: relocated::<L>(root.reference, base), ..*root };
         self.roots.iter().map(relocate).collect()
     }
 
@@ -144,11 +121,7 @@ impl Treelet {
 
 /// A reference of a treelet whose blocks have moved back by `base`.
 fn relocated<L: LeafBuilder>(child: NodeRef, base: usize) -> NodeRef {
-    if child.is_leaf() && !L::LEAVES_ARE_BLOCKS {
-        child
-    } else {
-        child.offset(base)
-    }
+    if child.is_leaf() && !L::LEAVES_ARE_BLOCKS { child } else { child.offset(base) }
 }
 
 /// Builds a treelet: binary SAH splits, then the collapse into wide nodes.
@@ -162,12 +135,7 @@ fn build_generic<I: Isa, L: LeafBuilder>(
     treelet: &mut Treelet,
 ) {
     let leaves = shared.leaves;
-    let Scratch {
-        tree,
-        open,
-        leaf_scratch,
-        ..
-    } = scratch;
+    let Scratch { tree, open, leaf_scratch, .. } = scratch;
     let Treelet { blocks, ids, roots } = treelet;
     tree.clear();
     blocks.clear();
@@ -192,28 +160,19 @@ fn build_generic<I: Isa, L: LeafBuilder>(
             0 => split_large::<I>(here, &range, depth as usize),
             _ => None,
         };
-        let (middle, left, right) =
-            large.unwrap_or_else(|| split::<I>(here, &range, depth as usize, bins, leaf_size));
+        let (middle, left, right) = large.unwrap_or_else(|| split::<I>(here, &range, depth as usize, bins, leaf_size));
         let child = tree.len() as u32;
         tree[at as usize] = BinaryNode::inner(range.bounds, child);
         (tree[at as usize].first, tree[at as usize].count) = (first, count);
         let middle = middle as u32;
         tree.push(BinaryNode::leaf(left.bounds, first, middle));
-        tree.push(BinaryNode::leaf(
-            right.bounds,
-            first + middle,
-            count - middle,
-        ));
+        tree.push(BinaryNode::leaf(right.bounds, first + middle, count - middle));
         open.push((child + 1, depth + 1, right));
         open.push((child, depth + 1, left));
     }
     let prims = &*prims;
     let below = |node: &BinaryNode| &prims[node.first as usize..(node.first + node.count) as usize];
-    collapse::<I>(
-        tree,
-        |_| [1.0; 8],
-        |node| leaves.fits(below(node), leaf_scratch),
-    );
+    collapse::<I>(tree, |_| [1.0; 8], |node| leaves.fits(below(node), leaf_scratch));
     let (found, n) = select_children(tree, 0, child_slots, false);
     for (at, _) in found.into_iter().take(n) {
         let reference = emit_wide_nodes(tree, at, blocks, |node, blocks| {

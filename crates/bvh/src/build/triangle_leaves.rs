@@ -84,11 +84,7 @@ impl LeafScratch {
                         at = (at + 1) % VERTEX_TABLE_SIZE;
                         continue;
                     }
-                    *lane = if here {
-                        found as usize & 15
-                    } else {
-                        shared.count
-                    };
+                    *lane = if here { found as usize & 15 } else { shared.count };
                     shared.vertices[shared.count] = vertex;
                     shared.count += usize::from(!here);
                     self.vertex_table[at] = key | (*lane as u64 & 15);
@@ -150,10 +146,7 @@ impl PrimSource for TrianglePrims<'_> {
                     prefetch(self.vertices.as_ptr().wrapping_add(vertex as usize));
                 }
             }
-            let made = ids
-                .iter()
-                .zip(&corners)
-                .map(|(&id, &corners)| self.prim_ref_of(id, corners));
+            let made = ids.iter().zip(&corners).map(|(&id, &corners)| self.prim_ref_of(id, corners));
             prims.extend(made);
         }
     }
@@ -203,10 +196,7 @@ impl LeafBuilder for TrianglePrims<'_> {
             return true;
         }
         let triangle = |prim: &PrimRef| scratch.pairs.pairs[prim.id as usize].triangles[0];
-        let mesh = |prim| {
-            self.mesh_offsets
-                .partition_point(|first| *first <= triangle(prim))
-        };
+        let mesh = |prim| self.mesh_offsets.partition_point(|first| *first <= triangle(prim));
         let first = mesh(&prims[0]);
         prims.iter().all(|prim| mesh(prim) == first)
     }
@@ -240,18 +230,13 @@ impl LeafBuilder for TrianglePrims<'_> {
             Some(shared) => shared,
             None => {
                 made = scratch.dedup_vertices(prims);
-                let Some(shared) = &made else {
-                    unreachable!("a leaf that does not fit")
-                };
+                let Some(shared) = &made else { unreachable!("a leaf that does not fit") };
                 shared
             }
         };
         debug_assert_eq!(
             shared.triangles,
-            prims
-                .iter()
-                .map(|prim| scratch.pairs.pairs[prim.id as usize].count as usize)
-                .sum()
+            prims.iter().map(|prim| scratch.pairs.pairs[prim.id as usize].count as usize).sum()
         );
         let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
         for (vertex, &index) in vertices.iter_mut().zip(&shared.vertices[..shared.count]) {
@@ -259,9 +244,7 @@ impl LeafBuilder for TrianglePrims<'_> {
         }
         let leaf = NodeRef::leaf(blocks.len());
         let corners = &shared.corners[..shared.triangles];
-        blocks.push(NodeBlock {
-            leaf: LeafNode::new(&vertices[..shared.count], corners, ids.len() as u32),
-        });
+        blocks.push(NodeBlock { leaf: LeafNode::new(&vertices[..shared.count], corners, ids.len() as u32) });
         for prim in prims {
             let pair = &scratch.pairs.pairs[prim.id as usize];
             ids.extend_from_slice(&pair.triangles[..pair.count as usize]);

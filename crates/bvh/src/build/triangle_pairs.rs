@@ -29,12 +29,7 @@ impl TrianglePair {
     /// A single triangle.
     pub fn single(id: u32, corners: [u32; 3]) -> TrianglePair {
         let [a, b, c] = corners;
-        TrianglePair {
-            vertices: [a, b, c, c],
-            triangles: [id; 2],
-            second_corners: [0; 3],
-            count: 1,
-        }
+        TrianglePair { vertices: [a, b, c, c], triangles: [id; 2], second_corners: [0; 3], count: 1 }
     }
 
     /// The pair of both, if they share at least two vertices.
@@ -168,13 +163,9 @@ mod tests {
         let vertex = |i: u32| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0];
         let around = |ids: &[u32]| {
             let all = ids.iter().flat_map(|&id| triangles[id as usize]);
-            all.map(vertex)
-                .fold(([f32::MAX; 3], [f32::MIN; 3]), |b, p| {
-                    (
-                        [0, 1, 2].map(|i| b.0[i].min(p[i])),
-                        [0, 1, 2].map(|i| b.1[i].max(p[i])),
-                    )
-                })
+            all.map(vertex).fold(([f32::MAX; 3], [f32::MIN; 3]), |b, p| {
+                ([0, 1, 2].map(|i| b.0[i].min(p[i])), [0, 1, 2].map(|i| b.1[i].max(p[i])))
+            })
         };
         let mut prims: Vec<_> = (0..triangles.len() as u32)
             .map(|id| {

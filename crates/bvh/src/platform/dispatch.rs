@@ -67,17 +67,11 @@ impl InstructionSet {
             let Some(asked) = std::env::var_os("RAYCAM_ISA").filter(|name| !name.is_empty()) else {
                 return widest;
             };
-            available()
-                .find(|isa| asked == isa.name())
-                .unwrap_or_else(|| {
-                    let names: Vec<_> = available().map(Self::name).collect();
-                    eprintln!(
-                        "RAYCAM_ISA={}: this machine has {}",
-                        asked.display(),
-                        names.join(", ")
-                    );
-                    widest
-                })
+            available().find(|isa| asked == isa.name()).unwrap_or_else(|| {
+                let names: Vec<_> = available().map(Self::name).collect();
+                eprintln!("RAYCAM_ISA={}: this machine has {}", asked.display(), names.join(", "));
+                widest
+            })
         })
     }
 }

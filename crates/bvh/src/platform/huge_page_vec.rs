@@ -37,42 +37,24 @@ impl<T: Copy> HugePageVec<T> {
         const { assert!(align_of::<T>() <= CACHE_LINE) };
         let layout = Self::layout(capacity);
         if layout.size() == 0 {
-            return Self {
-                start: NonNull::dangling(),
-                len: 0,
-                capacity: 0,
-                align_offset: 0,
-            };
+            return Self { start: NonNull::dangling(), len: 0, capacity: 0, align_offset: 0 };
         }
         // SAFETY: the layout is not empty.
-        let Some(allocated) = NonNull::new(unsafe { alloc(layout) }) else {
-            handle_alloc_error(layout)
-        };
+        let Some(allocated) = NonNull::new(unsafe { alloc(layout) }) else { handle_alloc_error(layout) };
         let skipped = allocated.align_offset(CACHE_LINE);
         // SAFETY: the layout has a line more than the values.
         let start = unsafe { allocated.add(skipped) }.cast();
         madvise_hugepage(allocated.as_ptr(), layout.size());
-        Self {
-            start,
-            len: 0,
-            capacity,
-            align_offset: skipped,
-        }
+        Self { start, len: 0, capacity, align_offset: skipped }
     }
 
     /// The layout of an allocation: the values and a cache line more. Allocators shrink its low alignment in place.
     fn layout(capacity: usize) -> Layout {
         let size = capacity.saturating_mul(size_of::<T>());
-        let size = if size == 0 {
-            0
-        } else {
-            size.saturating_add(CACHE_LINE)
-        };
+        let size = if size == 0 { 0 } else { size.saturating_add(CACHE_LINE) };
         // The largest allocation. A larger request fails as this one does.
         let limit = isize::MAX as usize - HUGE_PAGE;
-        let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else {
-            unreachable!("a valid layout")
-        };
+        let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else { unreachable!("a valid layout") };
         layout
     }
 
@@ -108,11 +90,7 @@ impl<T: Copy> HugePageVec<T> {
         // SAFETY: the values stand behind as many bytes as before, and both places are within the allocation.
         unsafe {
             let values = len * size_of::<T>();
-            std::ptr::copy(
-                moved.add(self.align_offset).as_ptr(),
-                moved.add(skipped).as_ptr(),
-                values,
-            );
+            std::ptr::copy(moved.add(self.align_offset).as_ptr(), moved.add(skipped).as_ptr(), values);
             self.start = moved.add(skipped).cast();
         }
         (self.align_offset, self.capacity) = (skipped, len);
@@ -159,12 +137,7 @@ impl<T: Copy> Drop for HugePageVec<T> {
         let layout = Self::layout(self.capacity);
         if layout.size() != 0 {
             // SAFETY: allocated with this layout.
-            unsafe {
-                dealloc(
-                    self.start.as_ptr().cast::<u8>().sub(self.align_offset),
-                    layout,
-                )
-            };
+            unsafe { dealloc(self.start.as_ptr().cast::<u8>().sub(self.align_offset), layout) };
         }
     }
 }
@@ -189,10 +162,7 @@ impl<T: Copy> DerefMut for HugePageVec<T> {
 
 /// Copies values to uninitialised memory of the same length.
 pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
-    assert!(
-        room.len() == values.len(),
-        "room for another number of values"
-    );
+    assert!(room.len() == values.len(), "room for another number of values");
     // SAFETY: as long as each other, and what can be written to is not what is read.
     unsafe {
         let to = room.as_mut_ptr().cast::<T>();
@@ -212,11 +182,7 @@ pub fn zeroed_huge<T: Copy + Default>(count: usize) -> Vec<T> {
 #[cfg(all(target_os = "linux", not(miri)))]
 fn madvise_hugepage(start: *mut u8, size: usize) {
     unsafe extern "C" {
-        fn madvise(
-            start: *mut std::ffi::c_void,
-            size: usize,
-            advice: std::ffi::c_int,
-        ) -> std::ffi::c_int;
+        fn madvise(start: *mut std::ffi::c_void, size: usize, advice: std::ffi::c_int) -> std::ffi::c_int;
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
     let skipped = start.align_offset(PAGE);

@@ -92,9 +92,7 @@ mod tests {
         for start in 0..20 {
             for length in [0, 1, 15, 16, 17, 31, 33, 64, 150] {
                 let mut to = vec![-1.0f32; 200];
-                with_streaming_stores(|writer| {
-                    writer.copy(&mut to[start..start + length], &from[..length])
-                });
+                with_streaming_stores(|writer| writer.copy(&mut to[start..start + length], &from[..length]));
                 assert!(to[..start].iter().all(|&value| value == -1.0));
                 assert_eq!(to[start..start + length], from[..length]);
                 assert!(to[start + length..].iter().all(|&value| value == -1.0));

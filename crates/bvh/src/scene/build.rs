@@ -17,11 +17,7 @@ use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
 impl InstanceRecord {
     /// The instance in scene coordinates, and its transform for re-braiding, without padding yet. `bounds` is the
     /// mesh's AABB in the scene, `None` for an empty mesh.
-    fn new(
-        instance: Instance,
-        bounds: Option<([f64; 3], [f64; 3])>,
-        scale: f64,
-    ) -> (Self, Option<InstanceTransform>) {
+    fn new(instance: Instance, bounds: Option<([f64; 3], [f64; 3])>, scale: f64) -> (Self, Option<InstanceTransform>) {
         let mesh_scale = f64::from(instance.bvh.scale());
         let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
         let along = mesh_scale / scale;
@@ -39,8 +35,7 @@ impl InstanceRecord {
             let back = scale / mesh_scale;
             InstanceTransform {
                 bvh: instance.bvh.clone(),
-                scene_from_mesh: forward
-                    .map(|r| [r[0] * back, r[1] * back, r[2] * back, r[3] * scale]),
+                scene_from_mesh: forward.map(|r| [r[0] * back, r[1] * back, r[2] * back, r[3] * scale]),
                 max_abs_coord: (mesh_reach + farthest) as f32,
                 condition: (max_scale * shrink) as f32,
                 pad: 0.0,
@@ -63,36 +58,21 @@ impl Scene {
     /// Builds the TLAS over instances. An instance whose transform is singular is kept and never hit.
     pub fn build(instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
         if instances.len() > MAX_INSTANCES {
-            return Err(BuildError::TooLarge {
-                what: "instances",
-                given: instances.len(),
-                limit: MAX_INSTANCES,
-            });
+            return Err(BuildError::TooLarge { what: "instances", given: instances.len(), limit: MAX_INSTANCES });
         }
         let finite = |i: &Instance| i.world_from_mesh.iter().flatten().all(|x| x.is_finite());
         if let Some(at) = instances.iter().position(|i| !finite(i)) {
-            return Err(BuildError::NonFinite {
-                what: format!("instance {at}"),
-            });
+            return Err(BuildError::NonFinite { what: format!("instance {at}") });
         }
         if !origin.iter().all(|x| x.is_finite()) {
-            return Err(BuildError::NonFinite {
-                what: "the scene's origin".into(),
-            });
+            return Err(BuildError::NonFinite { what: "the scene's origin".into() });
         }
-        let is_single_mesh =
-            instances.len() == 1 && instances[0].world_from_mesh == translation([0.0; 3]);
+        let is_single_mesh = instances.len() == 1 && instances[0].world_from_mesh == translation([0.0; 3]);
         let boxes: Vec<_> = instances.iter().map(world_box).collect();
-        let max_abs_coord64 = boxes
-            .iter()
-            .flatten()
-            .flat_map(|(l, u)| l.iter().chain(u))
-            .fold(0.0, |r: f64, x| r.max(x.abs()));
-        let scale = f64::from(if is_single_mesh {
-            instances[0].bvh.scale()
-        } else {
-            power_of_two_scale64(max_abs_coord64)
-        });
+        let max_abs_coord64 =
+            boxes.iter().flatten().flat_map(|(l, u)| l.iter().chain(u)).fold(0.0, |r: f64, x| r.max(x.abs()));
+        let scale =
+            f64::from(if is_single_mesh { instances[0].bvh.scale() } else { power_of_two_scale64(max_abs_coord64) });
         let mut scene = Self {
             instances: Vec::with_capacity(instances.len()),
             subtree_refs: vec![],
@@ -122,18 +102,14 @@ impl Scene {
         }
         for (placed, transform) in scene.instances.iter().zip(&mut transforms) {
             if let (None, Some(transform)) = (placed.translation_only, transform) {
-                transform.pad =
-                    f64::from(relative_padding_of(transform.condition) * 2.0 * scene.max_abs_coord);
+                transform.pad = f64::from(relative_padding_of(transform.condition) * 2.0 * scene.max_abs_coord);
             }
         }
         if is_single_mesh {
             scene.max_abs_coord = scene.instances[0].bvh.max_abs_coord();
         }
         scene.subtree_refs = rebraid(&transforms);
-        let prims: Vec<_> = (0..)
-            .zip(&scene.subtree_refs)
-            .map(|(id, subtree)| subtree.prim_ref(id))
-            .collect();
+        let prims: Vec<_> = (0..).zip(&scene.subtree_refs).map(|(id, subtree)| subtree.prim_ref(id)).collect();
         let tree = build::build(scene.dispatch, prims.as_slice(), &InstanceLeaves);
         (scene.tlas, scene.root) = (tree.blocks, tree.root);
         scene.bounds = tree.bounds;
@@ -187,9 +163,7 @@ fn power_of_two_scale64(max_abs_coord: f64) -> f32 {
 
 /// The infinity norm of the linear part: the largest row sum of absolute values.
 fn norm(m: &[[f64; 4]; 3]) -> f64 {
-    m.iter()
-        .map(|r| r[0].abs() + r[1].abs() + r[2].abs())
-        .fold(0.0, f64::max)
+    m.iter().map(|r| r[0].abs() + r[1].abs() + r[2].abs()).fold(0.0, f64::max)
 }
 
 /// The AABB of an instance in the scene; `None` for an empty mesh.

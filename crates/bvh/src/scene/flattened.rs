@@ -22,10 +22,7 @@ impl Scene {
     ) -> Result<Self, BuildError> {
         debug_assert!(first_prims.first() == Some(&0) && first_prims.is_sorted());
         let bvh = Bvh::build_flattened(vertices, triangles, &first_prims)?;
-        let all = Instance {
-            bvh: bvh.into(),
-            world_from_mesh: translation([0.0; 3]),
-        };
+        let all = Instance { bvh: bvh.into(), world_from_mesh: translation([0.0; 3]) };
         let mut scene = Self::build(vec![all], origin)?;
         scene.mesh_ranges = Some(InstanceRanges { first_prims });
         Ok(scene)
@@ -63,9 +60,7 @@ mod tests {
                     continue;
                 }
                 let leaf = leaf(bvh.blocks(), at);
-                let ids: Vec<_> = (0..leaf.count)
-                    .map(|k| bvh.prim_id(leaf.first_prim + k))
-                    .collect();
+                let ids: Vec<_> = (0..leaf.count).map(|k| bvh.prim_id(leaf.first_prim + k)).collect();
                 assert!(first_prims.is_empty() || ids.iter().all(|id| id / 2 == ids[0] / 2));
                 sizes.push(ids.len());
             }

@@ -80,12 +80,7 @@ pub struct Scene {
 
 impl std::fmt::Debug for Scene {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "Scene of {} instances for {}",
-            self.instances.len(),
-            self.dispatch.isa().name()
-        )
+        write!(f, "Scene of {} instances for {}", self.instances.len(), self.dispatch.isa().name())
     }
 }
 
@@ -134,11 +129,7 @@ impl Scene {
     /// general transforms are padded already, and a translation rounds one sum.
     #[inline(always)]
     pub(crate) fn relative_padding(&self, within: bool) -> f32 {
-        if within {
-            2.0 * MACHINE_EPSILON
-        } else {
-            relative_padding_of(self.transform_condition)
-        }
+        if within { 2.0 * MACHINE_EPSILON } else { relative_padding_of(self.transform_condition) }
     }
 }
 

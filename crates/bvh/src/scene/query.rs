@@ -11,10 +11,7 @@ impl Scene {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         traverse::closest(self.dispatch, self, rays, hits, coherence);
         if let Some(mesh_ranges) = &self.mesh_ranges {
-            mesh_ranges.remap_hits(
-                hits.iter_mut()
-                    .map(|hit| (&mut hit.instance, &mut hit.triangle)),
-            );
+            mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
         }
     }
 
@@ -26,22 +23,14 @@ impl Scene {
 
     /// The closest hit of every ray by float64 arithmetic on float64 corners: ties and edges are those of exact
     /// geometry, up to float64 rounding. On the calling thread; `hits` is as long as `rays`.
-    pub fn closest_exact<T: ExactTriangles>(
-        &self,
-        rays: &[ExactRay],
-        triangles: &T,
-        hits: &mut [ExactHit],
-    ) {
+    pub fn closest_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         match &self.mesh_ranges {
             None => traverse::closest_exact(self.dispatch, self, rays, triangles, hits),
             Some(mesh_ranges) => {
                 let all = FlattenedTriangles(mesh_ranges, triangles);
                 traverse::closest_exact(self.dispatch, self, rays, &all, hits);
-                mesh_ranges.remap_hits(
-                    hits.iter_mut()
-                        .map(|hit| (&mut hit.instance, &mut hit.triangle)),
-                );
+                mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
             }
         }
     }

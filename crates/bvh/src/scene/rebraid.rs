@@ -57,10 +57,7 @@ pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRe
         Some(transform.subtree_ref(instance, bvh.root(), bvh.bounds()))
     };
     let whole: Vec<SubtreeRef> = (0..).zip(transforms).filter_map(whole).collect();
-    let triangles = transforms
-        .iter()
-        .flatten()
-        .map(|transform| transform.bvh.triangle_count());
+    let triangles = transforms.iter().flatten().map(|transform| transform.bvh.triangle_count());
     let room = (triangles.sum::<usize>() / MIN_TRIANGLES_PER_REF).min(MAX_REFS);
     if whole.len() < 2 || room / whole.len() < MIN_REFS_PER_INSTANCE {
         return whole;
@@ -77,10 +74,7 @@ fn open_recursive(
     mut group: Vec<SubtreeRef>,
     room: usize,
 ) -> Vec<SubtreeRef> {
-    if group
-        .iter()
-        .all(|subtree| subtree.instance == group[0].instance)
-    {
+    if group.iter().all(|subtree| subtree.instance == group[0].instance) {
         return group;
     }
     let others = BoundsOfOthers::from_refs(&group);
@@ -101,10 +95,7 @@ fn open_recursive(
     };
     let count = group.len() + second.len();
     let own = room * group.len() / count;
-    let both = (
-        || open_recursive(transforms, group, own),
-        || open_recursive(transforms, second, room - own),
-    );
+    let both = (|| open_recursive(transforms, group, own), || open_recursive(transforms, second, room - own));
     let (mut refs, others) = match count > PARALLEL_THRESHOLD {
         true => rayon::join(both.0, both.1),
         false => (both.0(), both.1()),
@@ -115,13 +106,10 @@ fn open_recursive(
 
 /// Splits off the references beyond the centre of a group along its longest axis; `None` if one side is empty.
 fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
-    let twice =
-        |subtree: &SubtreeRef, axis: usize| subtree.bounds.lower[axis] + subtree.bounds.upper[axis];
+    let twice = |subtree: &SubtreeRef, axis: usize| subtree.bounds.lower[axis] + subtree.bounds.upper[axis];
     let ends = |axis: usize| {
         let centers = group.iter().map(|subtree| twice(subtree, axis));
-        centers.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, u), c| {
-            (l.min(c), u.max(c))
-        })
+        centers.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, u), c| (l.min(c), u.max(c)))
     };
     let length = |axis: &usize| {
         let (lower, upper) = ends(*axis);
@@ -130,9 +118,7 @@ fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     let axis = (0..3).max_by(|a, b| length(a).total_cmp(&length(b)))?;
     let (lower, upper) = ends(axis);
     let middle = lower + (upper - lower) / 2.0;
-    let (first, second): (Vec<_>, Vec<_>) = group
-        .iter()
-        .partition(|subtree| twice(subtree, axis) <= middle);
+    let (first, second): (Vec<_>, Vec<_>) = group.iter().partition(|subtree| twice(subtree, axis) <= middle);
     if first.is_empty() || second.is_empty() {
         return None;
     }
@@ -169,9 +155,8 @@ impl BoundsOfOthers {
     /// The bounds of all references of other instances.
     fn without(&self, instance: u32) -> Aabb {
         let [lower, upper] = [0, 1].map(|side: usize| {
-            self.farthest[side].map(|(first, whose, second)| {
-                SIDE_SIGN[side] * if whose == instance { second } else { first }
-            })
+            self.farthest[side]
+                .map(|(first, whose, second)| SIDE_SIGN[side] * if whose == instance { second } else { first })
         });
         Aabb { lower, upper }
     }
@@ -186,11 +171,7 @@ fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
     let upper: [f32; 3] = std::array::from_fn(|axis| subtree.upper[axis].min(other.upper[axis]));
     let apart = (0..3).any(|axis| lower[axis] > upper[axis]);
     let whole = subtree.half_area();
-    if apart || whole <= 0.0 {
-        0.0
-    } else {
-        Aabb { lower, upper }.half_area() / whole
-    }
+    if apart || whole <= 0.0 { 0.0 } else { Aabb { lower, upper }.half_area() / whole }
 }
 
 /// The children of a subtree, if it is more than a few triangles.
@@ -204,9 +185,8 @@ fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Optio
     if children.iter().all(|child| child.is_leaf()) {
         return None;
     }
-    let child = |(lane, &start): (usize, &NodeRef)| {
-        transform.subtree_ref(subtree.instance, start, &node.child_bounds(lane))
-    };
+    let child =
+        |(lane, &start): (usize, &NodeRef)| transform.subtree_ref(subtree.instance, start, &node.child_bounds(lane));
     Some(children.iter().enumerate().map(child).collect())
 }
 
@@ -218,11 +198,7 @@ impl InstanceTransform {
             lower: lower.map(|x| ((x - self.pad) as f32).next_down()),
             upper: upper.map(|x| ((x + self.pad) as f32).next_up()),
         };
-        SubtreeRef {
-            instance,
-            node: start,
-            bounds,
-        }
+        SubtreeRef { instance, node: start, bounds }
     }
 }
 
@@ -240,10 +216,7 @@ pub(crate) fn transform_bounds(m: &[[f64; 4]; 3], extent: &Aabb) -> ([f64; 3], [
         low[axis] = m[axis][3];
         high[axis] = m[axis][3];
         for k in 0..3 {
-            let (a, b) = (
-                m[axis][k] * f64::from(extent.lower[k]),
-                m[axis][k] * f64::from(extent.upper[k]),
-            );
+            let (a, b) = (m[axis][k] * f64::from(extent.lower[k]), m[axis][k] * f64::from(extent.upper[k]));
             low[axis] += a.min(b);
             high[axis] += a.max(b);
         }
@@ -310,26 +283,16 @@ mod tests {
                 for (first, count, b) in found {
                     numbers.extend(first..first + count);
                     let (lower, upper) = ([b[0], b[2], b[4]], [b[1], b[3], b[5]]);
-                    let leaf = transform
-                        .subtree_ref(0, NodeRef::EMPTY, &Aabb { lower, upper })
-                        .bounds;
+                    let leaf = transform.subtree_ref(0, NodeRef::EMPTY, &Aabb { lower, upper }).bounds;
                     for (side, axis) in (0..6).map(|row| (row % 2, row / 2)) {
-                        let beyond =
-                            leaf.plane(2 * axis + side) - subtree.bounds.plane(2 * axis + side);
+                        let beyond = leaf.plane(2 * axis + side) - subtree.bounds.plane(2 * axis + side);
                         let beyond = SIDE_SIGN[side] * beyond;
-                        assert!(
-                            beyond <= 0.0,
-                            "side {side}, axis {axis} of a subtree: {beyond}"
-                        );
+                        assert!(beyond <= 0.0, "side {side}, axis {axis} of a subtree: {beyond}");
                     }
                 }
             }
             numbers.sort_unstable();
-            assert!(
-                numbers
-                    .into_iter()
-                    .eq(0..transform.bvh.triangle_count() as u32)
-            );
+            assert!(numbers.into_iter().eq(0..transform.bvh.triangle_count() as u32));
         }
     }
 
@@ -339,10 +302,7 @@ mod tests {
         let refs = rebraid(&transforms);
         let apart = refs.iter().filter(|a| {
             let others = refs.iter().filter(|b| b.instance != a.instance);
-            others
-                .map(|b| overlap_fraction(&a.bounds, &b.bounds))
-                .sum::<f32>()
-                < MIN_OVERLAP
+            others.map(|b| overlap_fraction(&a.bounds, &b.bounds)).sum::<f32>() < MIN_OVERLAP
         });
         let apart = apart.count();
         assert!(4 * apart > 3 * refs.len(), "{apart} of {}", refs.len());

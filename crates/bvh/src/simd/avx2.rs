@@ -87,10 +87,7 @@ impl Vector for Ymm {
     #[inline(always)]
     fn reduce_min(self) -> f32 {
         on_avx2!({
-            let v = _mm_min_ps(
-                _mm256_castps256_ps128(self.0),
-                _mm256_extractf128_ps::<1>(self.0),
-            );
+            let v = _mm_min_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
             let v = _mm_min_ps(v, _mm_movehl_ps(v, v));
             _mm_cvtss_f32(_mm_min_ss(v, _mm_movehdup_ps(v)))
         })
@@ -98,10 +95,7 @@ impl Vector for Ymm {
     #[inline(always)]
     fn reduce_max(self) -> f32 {
         on_avx2!({
-            let v = _mm_max_ps(
-                _mm256_castps256_ps128(self.0),
-                _mm256_extractf128_ps::<1>(self.0),
-            );
+            let v = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
             let v = _mm_max_ps(v, _mm_movehl_ps(v, v));
             _mm_cvtss_f32(_mm_max_ss(v, _mm_movehdup_ps(v)))
         })
@@ -135,10 +129,7 @@ impl Isa for Avx2 {
 
     #[inline(always)]
     fn split_f32x4(v: Ymm) -> [F32x4; 2] {
-        on_avx2!([
-            F32x4(_mm256_castps256_ps128(v.0)),
-            F32x4(_mm256_extractf128_ps::<1>(v.0)),
-        ])
+        on_avx2!([F32x4(_mm256_castps256_ps128(v.0)), F32x4(_mm256_extractf128_ps::<1>(v.0)),])
     }
     #[inline(always)]
     fn unpack_indices(packed: u64) -> Self::LaneIndices {
@@ -169,17 +160,11 @@ impl Isa for Avx2 {
     #[inline(always)]
     fn expand_bits(packed: u64) -> Self::F32x16 {
         let (lower, upper) = Self::unpack_indices(packed);
-        on_avx2!(DoubleWidth(
-            Ymm(_mm256_castsi256_ps(lower)),
-            Ymm(_mm256_castsi256_ps(upper))
-        ))
+        on_avx2!(DoubleWidth(Ymm(_mm256_castsi256_ps(lower)), Ymm(_mm256_castsi256_ps(upper))))
     }
     #[inline(always)]
     fn add_u32_bits(bits: Ymm, by: u32) -> Ymm {
-        on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
-            _mm256_castps_si256(bits.0),
-            _mm256_set1_epi32(by as i32)
-        ))))
+        on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(bits.0), _mm256_set1_epi32(by as i32)))))
     }
     #[inline(always)]
     fn compress(v: Ymm, mask: u32) -> Ymm {
@@ -193,12 +178,8 @@ impl Isa for Avx2 {
         on_avx2!({
             let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
             let bit = _mm256_sllv_epi32(_mm256_set1_epi32(1), lanes);
-            let named =
-                _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
-            sort_network(_mm256_or_si256(
-                sort_keys_descending(v),
-                _mm256_andnot_si256(named, _mm256_set1_epi32(-1)),
-            ))
+            let named = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
+            sort_network(_mm256_or_si256(sort_keys_descending(v), _mm256_andnot_si256(named, _mm256_set1_epi32(-1))))
         })
     }
     #[inline(always)]
@@ -267,10 +248,7 @@ unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
 /// Four floats must be readable at each.
 #[inline(always)]
 unsafe fn transpose2(lower: *const f32, upper: *const f32) -> __m256 {
-    on_avx2!(_mm256_insertf128_ps::<1>(
-        _mm256_castps128_ps256(_mm_loadu_ps(lower)),
-        _mm_loadu_ps(upper)
-    ))
+    on_avx2!(_mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(lower)), _mm_loadu_ps(upper)))
 }
 
 /// Unsigned keys that fall as the value rises, with the lane in the low three bits. No key is the largest integer.
@@ -319,10 +297,7 @@ pub fn argmin(v: Ymm, mask: __m256) -> usize {
         // The vector mask is used directly: the round trip through a bit mask would double the time.
         let others = _mm256_andnot_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
         let keys = _mm256_or_si256(sort_keys(v), others);
-        let v = _mm_min_epu32(
-            _mm256_castsi256_si128(keys),
-            _mm256_extracti128_si256::<1>(keys),
-        );
+        let v = _mm_min_epu32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys));
         let v = _mm_min_epu32(v, _mm_shuffle_epi32::<0b01_00_11_10>(v));
         let v = _mm_min_epu32(v, _mm_shuffle_epi32::<0b10_11_00_01>(v));
         _mm_cvtsi128_si32(v) as usize & 7

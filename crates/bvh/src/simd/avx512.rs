@@ -116,16 +116,12 @@ impl Isa for Avx512 {
 
     #[inline(always)]
     fn split_f32x4(v: Ymm) -> [F32x4; 2] {
-        on_avx512!([
-            F32x4(_mm256_castps256_ps128(v.0)),
-            F32x4(_mm256_extractf128_ps::<1>(v.0)),
-        ])
+        on_avx512!([F32x4(_mm256_castps256_ps128(v.0)), F32x4(_mm256_extractf128_ps::<1>(v.0)),])
     }
     #[inline(always)]
     fn unpack_indices(packed: u64) -> __m512i {
         on_avx512!({
-            let shifts =
-                _mm512_setr_epi32(0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28);
+            let shifts = _mm512_setr_epi32(0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28);
             _mm512_srlv_epi32(_mm512_set1_epi64(packed as i64), shifts)
         })
     }
@@ -155,11 +151,7 @@ impl Isa for Avx512 {
     }
     #[inline(always)]
     fn sort_descending(v: Ymm, mask: u32) -> __m256i {
-        on_avx512!(sort_network(_mm256_mask_mov_epi32(
-            _mm256_set1_epi32(-1),
-            mask as u8,
-            sort_keys_descending(v)
-        )))
+        on_avx512!(sort_network(_mm256_mask_mov_epi32(_mm256_set1_epi32(-1), mask as u8, sort_keys_descending(v))))
     }
     #[inline(always)]
     fn permute8(v: Ymm, order: __m256i) -> Ymm {

@@ -88,10 +88,7 @@ impl<V: Vector, const N: usize> Vector for DoubleWidth<V, N> {
     }
     #[inline(always)]
     fn from_bitmask(bits: u32) -> Self::Mask {
-        (
-            V::from_bitmask(bits & ((1 << N) - 1)),
-            V::from_bitmask(bits >> N),
-        )
+        (V::from_bitmask(bits & ((1 << N) - 1)), V::from_bitmask(bits >> N))
     }
     #[inline(always)]
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {

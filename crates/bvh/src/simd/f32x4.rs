@@ -60,10 +60,7 @@ mod imp {
         /// The first three lanes, and 0.
         #[inline(always)]
         pub fn zero_w(self) -> Self {
-            on_sse2!(Self(_mm_and_ps(
-                self.0,
-                _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0))
-            )))
+            on_sse2!(Self(_mm_and_ps(self.0, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)))))
         }
         /// Lane `LANE` in every lane.
         #[inline(always)]
@@ -99,10 +96,7 @@ mod imp {
         #[inline(always)]
         pub fn to_i32_trunc(self) -> [i32; 4] {
             let mut out = [0; 4];
-            on_sse2!(_mm_storeu_si128(
-                out.as_mut_ptr().cast(),
-                _mm_cvttps_epi32(self.0)
-            ));
+            on_sse2!(_mm_storeu_si128(out.as_mut_ptr().cast(), _mm_cvttps_epi32(self.0)));
             out
         }
         /// The transposed 4 x 4 matrix.

@@ -170,8 +170,7 @@ pub static COMPRESS: [[u8; 8]; 256] = {
 /// [`Isa::sort_descending`] in scalar code.
 pub fn sort_descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
     let mut order = COMPRESS[mask as usize & 255];
-    order[..mask.count_ones() as usize]
-        .sort_by(|&a, &b| v[b as usize & 7].total_cmp(&v[a as usize & 7]));
+    order[..mask.count_ones() as usize].sort_by(|&a, &b| v[b as usize & 7].total_cmp(&v[a as usize & 7]));
     order
 }
 
@@ -188,9 +187,7 @@ pub fn argmin(v: &[f32; 8], mask: u32) -> usize {
 
 /// Packs sixteen indices below 16 for [`Isa::unpack_indices`].
 pub fn pack_indices(lanes: &[u8; 16]) -> u64 {
-    (0..16).fold(0, |word, i| {
-        word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2))
-    })
+    (0..16).fold(0, |word, i| word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2)))
 }
 
 /// Index `lane` of those that [`pack_indices`] packed.

@@ -167,15 +167,9 @@ impl Isa for Neon {
         unsafe { Self::F32x16::load(lanes.as_ptr()) }
     }
     #[inline(always)]
-    fn add_u32_bits(
-        DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16,
-        by: u32,
-    ) -> Self::F32x16 {
+    fn add_u32_bits(DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16, by: u32) -> Self::F32x16 {
         let plus = |v: NeonVec4| {
-            on_neon!(NeonVec4(vreinterpretq_f32_u32(vaddq_u32(
-                vreinterpretq_u32_f32(v.0),
-                vdupq_n_u32(by)
-            ))))
+            on_neon!(NeonVec4(vreinterpretq_f32_u32(vaddq_u32(vreinterpretq_u32_f32(v.0), vdupq_n_u32(by)))))
         };
         DoubleWidth(DoubleWidth(plus(a), plus(b)), DoubleWidth(plus(c), plus(d)))
     }
@@ -185,11 +179,7 @@ impl Isa for Neon {
         // SAFETY: both arrays hold 8 floats.
         unsafe {
             v.store(values.as_mut_ptr());
-            NeonVec8::load(
-                COMPRESS[mask as usize & 255]
-                    .map(|lane| values[lane as usize & 7])
-                    .as_ptr(),
-            )
+            NeonVec8::load(COMPRESS[mask as usize & 255].map(|lane| values[lane as usize & 7]).as_ptr())
         }
     }
     #[inline(always)]

@@ -89,15 +89,11 @@ impl<const N: usize> Vector for PortableVec<N> {
     }
     #[inline(always)]
     fn reduce_min(self) -> f32 {
-        self.0
-            .into_iter()
-            .fold(f32::INFINITY, |a, b| if b < a { b } else { a })
+        self.0.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a })
     }
     #[inline(always)]
     fn reduce_max(self) -> f32 {
-        self.0
-            .into_iter()
-            .fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a })
+        self.0.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a })
     }
     #[inline(always)]
     fn to_bitmask(mask: u32) -> u32 {
@@ -109,9 +105,7 @@ impl<const N: usize> Vector for PortableVec<N> {
     }
     #[inline(always)]
     fn select(mask: u32, a: Self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| {
-            if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }
-        }))
+        Self(std::array::from_fn(|i| if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }))
     }
 }
 
@@ -177,11 +171,7 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     let inexact = rest.abs() > 0.0;
     let away = (rest > 0.0) == (sum > 0.0);
     let bits = sum.to_bits();
-    let odd = if inexact && bits & 1 == 0 {
-        if away { bits + 1 } else { bits - 1 }
-    } else {
-        bits
-    };
+    let odd = if inexact && bits & 1 == 0 { if away { bits + 1 } else { bits - 1 } } else { bits };
     f64::from_bits(odd) as f32
 }
 
@@ -193,9 +183,7 @@ mod tests {
     fn a_product_less_a_number_is_rounded_once() {
         let mut state = 1u64;
         let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 32) as u32
         };
         let mut twice = 0;

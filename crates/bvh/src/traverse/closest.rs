@@ -17,9 +17,7 @@ use crate::traverse::single::closest_hit::NO_PRIM;
 use crate::traverse::single::interleaved::RaySource;
 use crate::traverse::single::interleaved::traverse_interleaved;
 use crate::traverse::single::ray_state::RayTask;
-use crate::traverse::stream::chunker::{
-    RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue, prefetch_all,
-};
+use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue, prefetch_all};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
@@ -95,14 +93,8 @@ impl<const MAY_DIVERGE: bool> ClosestQuery<'_, '_, MAY_DIVERGE> {
 
 impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> {
     #[inline(always)]
-    fn make_packet<I: Isa>(
-        &self,
-        rays: &[Ray],
-        instance: Option<&InstanceRecord>,
-        packet: &mut Packet,
-    ) -> bool {
-        self.chunk
-            .make_packet::<I>(rays, instance, Apex::Origin, packet)
+    fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool {
+        self.chunk.make_packet::<I>(rays, instance, Apex::Origin, packet)
     }
 
     #[inline(always)]
@@ -118,12 +110,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
     }
 
     #[inline(always)]
-    fn trace_single<I: Isa>(
-        &mut self,
-        lanes: u64,
-        subtree: Option<&SubtreeRef>,
-        indices: RayIndices,
-    ) {
+    fn trace_single<I: Isa>(&mut self, lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
         if !MAY_DIVERGE && self.chunk.scene.is_single_mesh {
             for lane in (0..PACKET_SIZE as u32).filter(|lane| lanes >> lane & 1 != 0) {
                 let at = self.ray_id(ray_index(lane, indices));
@@ -134,12 +121,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
     }
 
     #[inline(always)]
-    fn intersect_subtree<I: Isa>(
-        &mut self,
-        subtree: &SubtreeRef,
-        packet: &mut Packet,
-        indices: RayIndices,
-    ) {
+    fn intersect_subtree<I: Isa>(&mut self, subtree: &SubtreeRef, packet: &mut Packet, indices: RayIndices) {
         let mesh = &*self.chunk.scene.instances[subtree.instance as usize].bvh;
         let mut nearest = PacketHits::MISS;
         if MAY_DIVERGE && self.chunk.coherence == Coherence::Incoherent {
@@ -149,12 +131,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & (PACKET_SIZE - 1);
                 left &= left - 1;
-                self.chunk.queue_singles_at(
-                    1 << lane,
-                    subtree.instance,
-                    handoff.start_node[lane],
-                    indices,
-                );
+                self.chunk.queue_singles_at(1 << lane, subtree.instance, handoff.start_node[lane], indices);
             }
         } else {
             intersect_subtree::<I>(mesh, subtree.node, packet, &mut nearest);
@@ -198,15 +175,10 @@ impl InstanceRecord {
     #[inline(always)]
     pub fn ray_to_mesh(&self, ray: &Ray) -> Ray {
         let m = &self.mesh_from_scene;
-        let rotated =
-            |v: [f32; 3], row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2];
+        let rotated = |v: [f32; 3], row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2];
         let (o, d) = (ray.origin, ray.direction);
         Ray {
-            origin: [
-                rotated(o, 0) + m[0][3],
-                rotated(o, 1) + m[1][3],
-                rotated(o, 2) + m[2][3],
-            ],
+            origin: [rotated(o, 0) + m[0][3], rotated(o, 1) + m[1][3], rotated(o, 2) + m[2][3]],
             direction: [rotated(d, 0), rotated(d, 1), rotated(d, 2)],
             t_max: ray.t_max,
         }
@@ -214,23 +186,9 @@ impl InstanceRecord {
 }
 
 #[inline(always)]
-fn intersect_subtree<I: Isa>(
-    mesh: &Bvh,
-    start: NodeRef,
-    packet: &mut Packet,
-    nearest: &mut PacketHits,
-) {
+fn intersect_subtree<I: Isa>(mesh: &Bvh, start: NodeRef, packet: &mut Packet, nearest: &mut PacketHits) {
     let mut potential = PotentialHits::EMPTY;
-    traverse_packet::<I, _>(
-        mesh,
-        start,
-        packet,
-        ClosestLeafVisitor {
-            mesh,
-            nearest,
-            potential: &mut potential,
-        },
-    );
+    traverse_packet::<I, _>(mesh, start, packet, ClosestLeafVisitor { mesh, nearest, potential: &mut potential });
 }
 
 /// Finds the closest hits in the leaves of a mesh.
@@ -243,14 +201,7 @@ struct ClosestLeafVisitor<'a> {
 impl LeafVisitor for ClosestLeafVisitor<'_> {
     #[inline(always)]
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
-        closest_in_leaf::<I, true>(
-            self.mesh,
-            leaf,
-            active,
-            packet,
-            self.nearest,
-            self.potential,
-        )
+        closest_in_leaf::<I, true>(self.mesh, leaf, active, packet, self.nearest, self.potential)
     }
 }
 

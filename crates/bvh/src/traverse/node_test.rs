@@ -16,14 +16,10 @@ pub fn intersect_children<I: Isa>(
     let [x, y, z, _] = ray.near_rows;
     let enter = t_at::<I>(node, &ray.near, 0, x);
     let enter = enter.max(t_at::<I>(node, &ray.near, 1, y));
-    let t_enter = enter
-        .max(t_at::<I>(node, &ray.near, 2, z))
-        .max(I::F32x8::splat(0.0));
+    let t_enter = enter.max(t_at::<I>(node, &ray.near, 2, z)).max(I::F32x8::splat(0.0));
     let leave = t_at::<I>(node, &ray.far, 0, x ^ BOUNDS_ROW);
     let leave = leave.min(t_at::<I>(node, &ray.far, 1, y ^ BOUNDS_ROW));
-    let t_leave = leave
-        .min(t_at::<I>(node, &ray.far, 2, z ^ BOUNDS_ROW))
-        .min(I::F32x8::splat(t_max));
+    let t_leave = leave.min(t_at::<I>(node, &ray.far, 2, z ^ BOUNDS_ROW)).min(I::F32x8::splat(t_max));
     (t_enter.le(t_leave), t_enter)
 }
 
@@ -33,29 +29,15 @@ fn t_at<I: Isa>(node: &WideNode, side: &SlabPlanes, axis: usize, row: u32) -> I:
     debug_assert!(row.is_multiple_of(BOUNDS_ROW) && row < 6 * BOUNDS_ROW);
     // SAFETY: `row` begins one of the six, each of 8 floats; a bit chooses between the two of an axis.
     let bound = unsafe { I::F32x8::load(node.bounds.as_ptr().cast::<f32>().add(row as usize)) };
-    bound.mul_sub(
-        I::F32x8::splat(side.reciprocal[axis]),
-        I::F32x8::splat(side.offset[axis]),
-    )
+    bound.mul_sub(I::F32x8::splat(side.reciprocal[axis]), I::F32x8::splat(side.offset[axis]))
 }
 
 /// Sets up a ray of the scene in tree coordinates of an instance, as [`TravRay::setup`] does.
 #[inline(always)]
-pub fn setup_instance_ray(
-    local: &mut TravRay,
-    scene: &Scene,
-    instance: &InstanceRecord,
-    ray: &Ray,
-) -> bool {
+pub fn setup_instance_ray(local: &mut TravRay, scene: &Scene, instance: &InstanceRecord, ray: &Ray) -> bool {
     let scale = scene.scale as f32;
-    let scaled = Ray {
-        origin: ray.origin.map(|x| x * scale),
-        direction: ray.direction.map(|x| x * scale),
-        ..*ray
-    };
-    let Ray {
-        origin, direction, ..
-    } = instance.ray_to_mesh(&scaled);
+    let scaled = Ray { origin: ray.origin.map(|x| x * scale), direction: ray.direction.map(|x| x * scale), ..*ray };
+    let Ray { origin, direction, .. } = instance.ray_to_mesh(&scaled);
     local.setup(origin, direction, instance.bvh.bounds(), 0.0)
 }
 

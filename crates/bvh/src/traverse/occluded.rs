@@ -14,9 +14,7 @@ use crate::traverse::single::interleaved::RaySource;
 use crate::traverse::single::interleaved::traverse_interleaved;
 use crate::traverse::single::ray_state::RayTask;
 use crate::traverse::stack::MaskStack;
-use crate::traverse::stream::chunker::{
-    RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue,
-};
+use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
@@ -57,10 +55,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
                 }
             } else {
                 let first = ray_ids[0] as usize;
-                for (i, occluded) in occluded[first..first + ray_ids.len()]
-                    .iter_mut()
-                    .enumerate()
-                {
+                for (i, occluded) in occluded[first..first + ray_ids.len()].iter_mut().enumerate() {
                     *occluded = met >> i & 1 != 0;
                 }
             }
@@ -92,14 +87,8 @@ struct OcclusionQuery<'a> {
 
 impl PacketQuery for OcclusionQuery<'_> {
     #[inline(always)]
-    fn make_packet<I: Isa>(
-        &self,
-        rays: &[Ray],
-        instance: Option<&InstanceRecord>,
-        packet: &mut Packet,
-    ) -> bool {
-        self.chunk
-            .make_packet::<I>(rays, instance, Apex::choose(rays), packet)
+    fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool {
+        self.chunk.make_packet::<I>(rays, instance, Apex::choose(rays), packet)
     }
 
     #[inline(always)]
@@ -116,22 +105,12 @@ impl PacketQuery for OcclusionQuery<'_> {
     }
 
     #[inline(always)]
-    fn trace_single<I: Isa>(
-        &mut self,
-        lanes: u64,
-        subtree: Option<&SubtreeRef>,
-        indices: RayIndices,
-    ) {
+    fn trace_single<I: Isa>(&mut self, lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
         self.chunk.queue_singles(lanes, subtree, indices);
     }
 
     #[inline(always)]
-    fn intersect_subtree<I: Isa>(
-        &mut self,
-        subtree: &SubtreeRef,
-        packet: &mut Packet,
-        indices: RayIndices,
-    ) {
+    fn intersect_subtree<I: Isa>(&mut self, subtree: &SubtreeRef, packet: &mut Packet, indices: RayIndices) {
         let mesh = &*self.chunk.scene.instances[subtree.instance as usize].bvh;
         let blocks = mesh.blocks();
         let mut stack = MaskStack::new();
@@ -146,8 +125,7 @@ impl PacketQuery for OcclusionQuery<'_> {
                 continue;
             }
             if !at.is_leaf() && active.count_ones() <= MAX_SINGLE_RAYS {
-                self.chunk
-                    .queue_singles_at(active, subtree.instance, at, indices);
+                self.chunk.queue_singles_at(active, subtree.instance, at, indices);
             } else if !at.is_leaf() {
                 let node = node(blocks, at);
                 let (mut mask, _) = packet.frustum.intersect_children::<I>(node, t_max);
@@ -170,12 +148,7 @@ impl PacketQuery for OcclusionQuery<'_> {
 
 /// The rays of `active` that are occluded by a leaf.
 #[inline(always)]
-fn occluded_in_leaf<I: Isa>(
-    leaf: &LeafNode,
-    active: u64,
-    packet: &Packet,
-    potential: &mut PotentialHits,
-) -> u64 {
+fn occluded_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, potential: &mut PotentialHits) -> u64 {
     let mut occluded = 0;
     potential.test_edges::<I, false>(leaf, active, packet);
     while potential.hit_mask != 0 {

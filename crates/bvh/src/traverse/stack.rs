@@ -38,12 +38,7 @@ impl Stack {
 
     /// [`Stack::push`], with the permutation of the lanes, the nearest last.
     #[inline(always)]
-    fn push_ordered<I: Isa>(
-        &mut self,
-        node: &WideNode,
-        enter: I::F32x8,
-        mask: u32,
-    ) -> (NodeRef, I::Permutation) {
+    fn push_ordered<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> (NodeRef, I::Permutation) {
         debug_assert!(self.len + 8 <= STACK_SIZE && mask != 0);
         // SAFETY: `STACK_SIZE` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
@@ -143,10 +138,7 @@ impl Stack {
             self.len -= 1;
             // SAFETY: entries below the former `len` were written by `push`.
             let (child, enter) = unsafe {
-                (
-                    self.nodes.get_unchecked(self.len).assume_init(),
-                    self.enter.get_unchecked(self.len).assume_init(),
-                )
+                (self.nodes.get_unchecked(self.len).assume_init(), self.enter.get_unchecked(self.len).assume_init())
             };
             if enter <= t_max {
                 return Some(child);
@@ -165,10 +157,7 @@ pub struct MaskStack {
 impl MaskStack {
     #[inline(always)]
     pub fn new() -> Self {
-        Self {
-            len: 0,
-            entries: [const { MaybeUninit::uninit() }; STACK_SIZE],
-        }
+        Self { len: 0, entries: [const { MaybeUninit::uninit() }; STACK_SIZE] }
     }
 
     #[inline(always)]
@@ -199,29 +188,17 @@ static LANE_IDS: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 impl PacketStack {
     #[inline(always)]
     pub fn new() -> Self {
-        Self {
-            stack: Stack::new(),
-            rays: [const { MaybeUninit::uninit() }; STACK_SIZE],
-        }
+        Self { stack: Stack::new(), rays: [const { MaybeUninit::uninit() }; STACK_SIZE] }
     }
 
     /// [`Stack::push`], with the rays that enter each lane; also returns those of the nearest child.
     #[inline(always)]
-    pub fn push<I: Isa>(
-        &mut self,
-        node: &WideNode,
-        enter: I::F32x8,
-        mask: u32,
-        entered: &[u64; 8],
-    ) -> (NodeRef, u64) {
+    pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32, entered: &[u64; 8]) -> (NodeRef, u64) {
         let len = self.stack.len;
         let (child, order) = self.stack.push_ordered::<I>(node, enter, mask);
         let mut lanes = [0u32; 8];
         // SAFETY: both arrays hold eight words, which as floats are only moved.
-        unsafe {
-            I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order)
-                .store(lanes.as_mut_ptr().cast())
-        };
+        unsafe { I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order).store(lanes.as_mut_ptr().cast()) };
         // Always writes all eight entries: branching on the count mispredicts.
         for (i, lane) in lanes.iter().enumerate() {
             // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, as `push_ordered` says.
@@ -238,10 +215,7 @@ impl PacketStack {
         let last = self.stack.len;
         // SAFETY: `push` writes both beside the child that was taken from there.
         let (rays, enter) = unsafe {
-            (
-                self.rays.get_unchecked(last).assume_init(),
-                self.stack.enter.get_unchecked(last).assume_init(),
-            )
+            (self.rays.get_unchecked(last).assume_init(), self.stack.enter.get_unchecked(last).assume_init())
         };
         Some((child, rays, enter))
     }

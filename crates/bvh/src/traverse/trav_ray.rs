@@ -48,10 +48,7 @@ const LANES: usize = 4;
 pub const BOUNDS_ROW: u32 = 8;
 
 impl SlabPlanes {
-    const EMPTY: SlabPlanes = SlabPlanes {
-        reciprocal: [0.0; LANES],
-        offset: [0.0; LANES],
-    };
+    const EMPTY: SlabPlanes = SlabPlanes { reciprocal: [0.0; LANES], offset: [0.0; LANES] };
 
     /// The t at which the ray crosses a plane across an axis.
     #[inline(always)]
@@ -97,12 +94,7 @@ impl TravRay {
 
     /// A ray set up by [`TravRay::setup`], or `None` if it misses by definition.
     #[inline(always)]
-    pub fn new(
-        origin: [f32; 3],
-        direction: [f32; 3],
-        bounds: &Aabb,
-        padding: f32,
-    ) -> Option<TravRay> {
+    pub fn new(origin: [f32; 3], direction: [f32; 3], bounds: &Aabb, padding: f32) -> Option<TravRay> {
         let mut ray = TravRay::EMPTY;
         ray.setup(origin, direction, bounds, padding).then_some(ray)
     }
@@ -111,13 +103,7 @@ impl TravRay {
     /// ray misses by definition: not finite, without direction, or from beyond 2^50. In place, since a copy right after
     /// the stores would stall on store forwarding.
     #[inline(always)]
-    pub fn setup(
-        &mut self,
-        origin: [f32; 3],
-        direction: [f32; 3],
-        bounds: &Aabb,
-        padding: f32,
-    ) -> bool {
+    pub fn setup(&mut self, origin: [f32; 3], direction: [f32; 3], bounds: &Aabb, padding: f32) -> bool {
         let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];
         let largest = |v: [f32; LANES]| {
             let [x, y, z, _] = v.map(f32::abs);
@@ -138,11 +124,7 @@ impl TravRay {
             steepest = largest(direction);
         }
         let size = direction.map(f32::abs);
-        let z = select_unpredictable(
-            size[0] == steepest,
-            0,
-            select_unpredictable(size[1] == steepest, 1, 2),
-        );
+        let z = select_unpredictable(size[0] == steepest, 0, select_unpredictable(size[1] == steepest, 1, 2));
         let axes = [[1, 2, 0, 0], [2, 0, 1, 0], [0, 1, 2, 0]][z];
         let mut reciprocal = direction.map(|d| 1.0 / d);
         let end = bounds.max_distance_along(z, [origin[z]; 2]) * reciprocal[z].abs();
@@ -187,11 +169,7 @@ impl TravRay {
     /// t along the given ray.
     #[inline(always)]
     pub fn to_outer_t(&self, t: f32) -> f32 {
-        if self.t_scale == 1.0 {
-            t
-        } else {
-            (f64::from(t) / self.t_scale) as f32
-        }
+        if self.t_scale == 1.0 { t } else { (f64::from(t) / self.t_scale) as f32 }
     }
 
     /// t along this ray.
@@ -217,20 +195,13 @@ fn slab_planes(
         let offset = std::array::from_fn(|i| origin[i] * reciprocal[i] + sign * wide[i]);
         SlabPlanes { reciprocal, offset }
     };
-    (
-        side(1.0 - RELATIVE_PAD, 1.0),
-        side(1.0 + RELATIVE_PAD, -1.0),
-    )
+    (side(1.0 - RELATIVE_PAD, 1.0), side(1.0 + RELATIVE_PAD, -1.0))
 }
 
 /// t along a ray whose t is `scale` times as large.
 #[inline(always)]
 pub fn scale_t(t: f32, scale: f64) -> f32 {
-    if scale == 1.0 {
-        t
-    } else {
-        (f64::from(t) * scale) as f32
-    }
+    if scale == 1.0 { t } else { (f64::from(t) * scale) as f32 }
 }
 
 /// The direction scaled to a largest component in 1..2, and the divisor.

@@ -10,8 +10,7 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet,
-    Ray, Scene,
+    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
 };
 
 /// The tie band of float32 answers: 17 roundings.
@@ -27,11 +26,7 @@ fn sub(a: V3, b: V3) -> V3 {
 }
 
 fn cross(a: V3, b: V3) -> V3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn dot(a: V3, b: V3) -> f64 {
@@ -85,14 +80,7 @@ impl Brute {
             }
         }
         let far = vertices.iter().map(|v| length(v.map(f64::from)));
-        Brute {
-            name,
-            reach: far.fold(0.0, f64::max),
-            vertices,
-            triangles,
-            edges,
-            longest_edge,
-        }
+        Brute { name, reach: far.fold(0.0, f64::max), vertices, triangles, edges, longest_edge }
     }
 
     pub fn triangle_count(&self) -> usize {
@@ -101,12 +89,8 @@ impl Brute {
 
     pub fn scene(&self, isa: InstructionSet) -> Scene {
         let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles).unwrap());
-        let world_from_mesh =
-            [0, 1, 2].map(|r| std::array::from_fn(|c| f32::from(u8::from(r == c))));
-        let instance = Instance {
-            bvh,
-            world_from_mesh,
-        };
+        let world_from_mesh = [0, 1, 2].map(|r| std::array::from_fn(|c| f32::from(u8::from(r == c))));
+        let instance = Instance { bvh, world_from_mesh };
         let mut scene = Scene::build(vec![instance], [0.0; 3]).unwrap();
         assert!(scene.set_instruction_set(isa));
         scene
@@ -125,8 +109,7 @@ impl Brute {
             let row = start..n.min(start + ROW);
             let mut sides = [[0.0; ROW]; 3];
             for k in 0..3 {
-                let [ex, ey, ez, mx, my, mz] =
-                    std::array::from_fn(|i| &self.edges[6 * k + i][row.clone()]);
+                let [ex, ey, ez, mx, my, mz] = std::array::from_fn(|i| &self.edges[6 * k + i][row.clone()]);
                 for i in 0..row.len() {
                     sides[k][i] = d[0] * mx[i] + d[1] * my[i] + d[2] * mz[i];
                     sides[k][i] += m[0] * ex[i] + m[1] * ey[i] + m[2] * ez[i];
@@ -169,21 +152,14 @@ impl Brute {
             return None;
         }
         sure &= t > slack && t < ray.t_max - slack;
-        Some(Intersection {
-            triangle: k as u32,
-            t,
-            slack,
-            sure,
-        })
+        Some(Intersection { triangle: k as u32, t, slack, sure })
     }
 
     /// What is wrong with an answer: a triangle and its t, or none.
     pub fn fault(met: &[Intersection], answer: Option<(u32, f64)>) -> Option<String> {
         let mut sure = met.iter().filter(|met| met.sure);
         let Some((triangle, t)) = answer else {
-            return sure
-                .next_back()
-                .map(|met| format!("nothing, but there is {met:?}"));
+            return sure.next_back().map(|met| format!("nothing, but there is {met:?}"));
         };
         let Some(named) = met.iter().find(|met| met.triangle == triangle) else {
             return Some(format!("triangle {triangle}, t {t}, which is not met"));
@@ -192,8 +168,7 @@ impl Brute {
             return Some(format!("t = {t} for {named:?}"));
         }
         let nearer = |met: &&Intersection| met.t + met.slack < named.t - named.slack;
-        sure.rfind(nearer)
-            .map(|met| format!("{named:?}, but {met:?} is nearer"))
+        sure.rfind(nearer).map(|met| format!("{named:?}, but {met:?} is nearer"))
     }
 }
 
@@ -232,19 +207,13 @@ pub const KINDS: [&str; 5] = ["soup", "grains", "needles", "grid", "heights"];
 /// their corners, height fields, copies; of 1 to `most` triangles, small and large, around the origin and beside it.
 pub fn meshes(most: usize) -> Vec<Brute> {
     let mut rng = Rng(7);
-    (0..100)
-        .map(|number| mesh(number, most, &mut rng))
-        .collect()
+    (0..100).map(|number| mesh(number, most, &mut rng)).collect()
 }
 
 fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
     let n = 1 + (most - 1) * (number / 5) / 19;
     let scale = [1.0, 1e-3, 1e4, 1.0][number % 4];
-    let aside = if number % 3 == 2 {
-        rng.vector().map(|x| 20.0 * x)
-    } else {
-        [0.0; 3]
-    };
+    let aside = if number % 3 == 2 { rng.vector().map(|x| 20.0 * x) } else { [0.0; 3] };
     let mut vertices: Vec<[f32; 3]> = vec![];
     let mut triangles = vec![];
     let kind = KINDS[number % 5];
@@ -256,9 +225,7 @@ fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
             let thin = if kind == "needles" { 1e-3 } else { 1.0 };
             vertices.push(centre);
             vertices.push(std::array::from_fn(|i| centre[i] + size * a[i]));
-            vertices.push(std::array::from_fn(|i| {
-                centre[i] + size * (a[i] + thin * b[i])
-            }));
+            vertices.push(std::array::from_fn(|i| centre[i] + size * (a[i] + thin * b[i])));
             triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
             // Now and then the same triangle again.
             if rng.below(16) == 0 && k > 0 {
@@ -268,13 +235,8 @@ fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
     } else {
         let side = ((n / 2) as f32).sqrt().ceil().max(1.0) as u32;
         for k in 0..(side + 1) * (side + 1) {
-            let [x, y] =
-                [k % (side + 1), k / (side + 1)].map(|i| 2.0 * i as f32 / side as f32 - 1.0);
-            let z = if kind == "grid" {
-                0.0
-            } else {
-                0.3 * rng.signed()
-            };
+            let [x, y] = [k % (side + 1), k / (side + 1)].map(|i| 2.0 * i as f32 / side as f32 - 1.0);
+            let z = if kind == "grid" { 0.0 } else { 0.3 * rng.signed() };
             vertices.push([x, y, z]);
         }
         for k in 0..side * side {
@@ -359,11 +321,7 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
         let in_float64: Vec<_> = in_float64.collect();
         let (mut hits, mut occluded) = ([Hit::MISS; BATCH], [false; BATCH]);
         let mut exact = [ExactHit::MISS; BATCH / 8];
-        let ways = [
-            Coherence::Unknown,
-            Coherence::Coherent,
-            Coherence::Incoherent,
-        ];
+        let ways = [Coherence::Unknown, Coherence::Coherent, Coherence::Incoherent];
         let coherence = ways[rng.below(3)];
         scene.closest(&rays, &mut hits, coherence);
         scene.occluded(&rays, &mut occluded, coherence);

@@ -4,8 +4,7 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet,
-    Ray, Scene,
+    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
 };
 
 /// xorshift64*
@@ -38,11 +37,7 @@ pub struct Closed {
     place: [[f32; 4]; 3],
 }
 
-const IDENTITY: [[f32; 4]; 3] = [
-    [1.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-];
+const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 /// A bumpy sphere of `rings` by `sectors`; `thin` squashes it along z.
 fn bumpy(
@@ -56,20 +51,13 @@ fn bumpy(
     let mut rng = Rng(77);
     let (n, m) = (rings, sectors);
     let point = |a: f32, b: f32, r: f32| {
-        let p = [
-            r * a.sin() * b.cos(),
-            r * a.sin() * b.sin(),
-            thin * r * a.cos(),
-        ];
+        let p = [r * a.sin() * b.cos(), r * a.sin() * b.sin(), thin * r * a.cos()];
         std::array::from_fn(|k| centre[k] + size * p[k])
     };
     let mut vertices = vec![point(0.0, 0.0, 1.0), point(std::f32::consts::PI, 0.0, 1.0)];
     for i in 1..n {
         for j in 0..m {
-            let (a, b) = (
-                std::f32::consts::PI * i as f32 / n as f32,
-                std::f32::consts::TAU * j as f32 / m as f32,
-            );
+            let (a, b) = (std::f32::consts::PI * i as f32 / n as f32, std::f32::consts::TAU * j as f32 / m as f32);
             // No steeper than the centre's surroundings can look over, also where the sectors meet.
             let bump = 4.0 / m.max(80) as f32 * a.sin() * rng.unit();
             vertices.push(point(a, b, 1.0 + bump));
@@ -85,14 +73,7 @@ fn bumpy(
             triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
         }
     }
-    Closed {
-        name: name.into(),
-        vertices,
-        triangles,
-        centre,
-        room: 0.1 * size * thin.min(1.0),
-        place,
-    }
+    Closed { name: name.into(), vertices, triangles, centre, room: 0.1 * size * thin.min(1.0), place }
 }
 
 /// Embree's offset: a crack of its early versions was found there.
@@ -105,78 +86,17 @@ pub fn meshes() -> Vec<Closed> {
     let mut all = vec![];
     for exponent in [-6, -3, 0, 3, 6] {
         let name = format!("scale 1e{exponent}");
-        all.push(bumpy(
-            &name,
-            round,
-            10f32.powi(exponent),
-            1.0,
-            zero,
-            IDENTITY,
-        ));
+        all.push(bumpy(&name, round, 10f32.powi(exponent), 1.0, zero, IDENTITY));
     }
-    all.push(bumpy(
-        "far from the origin",
-        round,
-        1000.0,
-        1.0,
-        FAR,
-        IDENTITY,
-    ));
-    all.push(bumpy(
-        "squashed a thousandfold",
-        round,
-        1.0,
-        1e-3,
-        zero,
-        IDENTITY,
-    ));
-    all.push(bumpy(
-        "needles, a million long",
-        (6, 12),
-        1.0,
-        1e6,
-        zero,
-        IDENTITY,
-    ));
-    all.push(bumpy(
-        "slivers, 2000 in a ring",
-        (4, 2000),
-        1.0,
-        1.0,
-        zero,
-        IDENTITY,
-    ));
-    let sheared = [
-        [1.0, 0.7, -0.3, 5.0],
-        [0.2, -1.5, 0.4, -7.0],
-        [0.1, 0.6, 0.9, 2.0],
-    ];
-    all.push(bumpy(
-        "sheared and mirrored",
-        round,
-        1.0,
-        1.0,
-        zero,
-        sheared,
-    ));
-    let mirrored_far = [
-        [-100.0, 0.0, 0.0, FAR[0]],
-        [0.0, 100.0, 0.0, FAR[1]],
-        [0.0, 0.0, 100.0, FAR[2]],
-    ];
-    all.push(bumpy(
-        "mirrored and far away",
-        round,
-        1.0,
-        1.0,
-        zero,
-        mirrored_far,
-    ));
-    let slanted = [
-        [1.0, 30.0, 0.0, 1.0],
-        [0.0, 1.0, 0.0, 2.0],
-        [0.0, 0.0, 0.5, 3.0],
-    ];
+    all.push(bumpy("far from the origin", round, 1000.0, 1.0, FAR, IDENTITY));
+    all.push(bumpy("squashed a thousandfold", round, 1.0, 1e-3, zero, IDENTITY));
+    all.push(bumpy("needles, a million long", (6, 12), 1.0, 1e6, zero, IDENTITY));
+    all.push(bumpy("slivers, 2000 in a ring", (4, 2000), 1.0, 1.0, zero, IDENTITY));
+    let sheared = [[1.0, 0.7, -0.3, 5.0], [0.2, -1.5, 0.4, -7.0], [0.1, 0.6, 0.9, 2.0]];
+    all.push(bumpy("sheared and mirrored", round, 1.0, 1.0, zero, sheared));
+    let mirrored_far = [[-100.0, 0.0, 0.0, FAR[0]], [0.0, 100.0, 0.0, FAR[1]], [0.0, 0.0, 100.0, FAR[2]]];
+    all.push(bumpy("mirrored and far away", round, 1.0, 1.0, zero, mirrored_far));
+    let slanted = [[1.0, 30.0, 0.0, 1.0], [0.0, 1.0, 0.0, 2.0], [0.0, 0.0, 0.5, 3.0]];
     all.push(bumpy("sheared thirtyfold", round, 1.0, 1.0, zero, slanted));
     all
 }
@@ -191,26 +111,14 @@ pub struct Tally {
 /// Moves a float by up to 4 ulp.
 fn jiggle(x: f32, rng: &mut Rng) -> f32 {
     let steps = rng.below(9) as i32 - 4;
-    (0..steps.abs()).fold(x, |x, _| {
-        if steps > 0 {
-            x.next_up()
-        } else {
-            x.next_down()
-        }
-    })
+    (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
 }
 
 impl Closed {
     /// Builds it.
     pub fn scene(&self, isa: InstructionSet) -> Result<Scene, Box<dyn std::error::Error>> {
         let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles)?);
-        let mut scene = Scene::build(
-            vec![Instance {
-                bvh,
-                world_from_mesh: self.place,
-            }],
-            [0.0; 3],
-        )?;
+        let mut scene = Scene::build(vec![Instance { bvh, world_from_mesh: self.place }], [0.0; 3])?;
         if !scene.set_instruction_set(isa) {
             return Err(format!("no {} here", isa.name()).into());
         }
@@ -218,8 +126,7 @@ impl Closed {
     }
 
     fn placed(&self, p: [f32; 3]) -> [f32; 3] {
-        self.place
-            .map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
+        self.place.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
     /// The corners of all triangles where they lie in the scene, in float32.
@@ -238,9 +145,7 @@ impl Closed {
     pub fn aim(&self, rays: &mut Vec<Ray>, rng: &mut Rng) -> Coherence {
         let inside = rng.below(2) == 0;
         rays.clear();
-        let deep = self.placed(std::array::from_fn(|a| {
-            self.centre[a] + self.room * (2.0 * rng.unit() - 1.0)
-        }));
+        let deep = self.placed(std::array::from_fn(|a| self.centre[a] + self.room * (2.0 * rng.unit() - 1.0)));
         // How many times farther than the surface the outside ones start.
         let away = 10f32.powf(5.0 * rng.unit() - 2.0);
         for _ in 0..BATCH {
@@ -257,11 +162,7 @@ impl Closed {
                 (origin, (1.0 + away) / away)
             };
             let direction = std::array::from_fn(|i| target[i] - origin[i]);
-            rays.push(Ray {
-                origin,
-                direction,
-                t_max,
-            });
+            rays.push(Ray { origin, direction, t_max });
         }
         [Coherence::Coherent, Coherence::Incoherent][rng.below(2)]
     }
@@ -286,13 +187,8 @@ impl Closed {
             scene.closest_exact(&in_float64.collect::<Vec<_>>(), self, &mut exact);
             tally.rays += BATCH as u64;
             let answers = hits.iter().zip(&occluded);
-            tally.leaks += answers
-                .filter(|(hit, occluded)| hit.triangle == INVALID_ID || !**occluded)
-                .count() as u64;
-            tally.leaks += exact
-                .iter()
-                .filter(|hit| hit.triangle == INVALID_ID)
-                .count() as u64;
+            tally.leaks += answers.filter(|(hit, occluded)| hit.triangle == INVALID_ID || !**occluded).count() as u64;
+            tally.leaks += exact.iter().filter(|hit| hit.triangle == INVALID_ID).count() as u64;
         }
         tally
     }

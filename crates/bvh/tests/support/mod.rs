@@ -5,11 +5,7 @@ use std::sync::Arc;
 
 use raycam_bvh::{Bvh, ExactRay, ExactTriangles, Instance, InstructionSet, Ray, Scene};
 
-pub const IDENTITY: [[f32; 4]; 3] = [
-    [1.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-];
+pub const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 /// A small generator of random numbers (xorshift64*).
 pub struct Rng(pub u64);
@@ -44,14 +40,7 @@ impl Mesh {
         Arc::new(Bvh::build(&self.vertices, &self.triangles).unwrap())
     }
     pub fn scene(&self) -> Scene {
-        Scene::build(
-            vec![Instance {
-                bvh: self.build(),
-                world_from_mesh: IDENTITY,
-            }],
-            [0.0; 3],
-        )
-        .unwrap()
+        Scene::build(vec![Instance { bvh: self.build(), world_from_mesh: IDENTITY }], [0.0; 3]).unwrap()
     }
 }
 
@@ -65,12 +54,7 @@ pub fn soup(n: usize, size: f32, rng: &mut Rng) -> Mesh {
             vertices.push(std::array::from_fn(|a| centre[a] + size * d[a]));
         }
     }
-    Mesh {
-        vertices,
-        triangles: (0..n as u32)
-            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-            .collect(),
-    }
+    Mesh { vertices, triangles: (0..n as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect() }
 }
 
 /// A closed, bumpy sphere around the origin: `n` rings.
@@ -79,10 +63,7 @@ pub fn sphere(n: usize, rng: &mut Rng) -> Mesh {
     let mut vertices = vec![[0.0, 0.0, 1.0f32], [0.0, 0.0, -1.0]];
     for i in 1..n {
         for j in 0..m {
-            let (a, b) = (
-                std::f32::consts::PI * i as f32 / n as f32,
-                std::f32::consts::TAU * j as f32 / m as f32,
-            );
+            let (a, b) = (std::f32::consts::PI * i as f32 / n as f32, std::f32::consts::TAU * j as f32 / m as f32);
             let r = 1.0 + 0.1 * rng.signed();
             vertices.push([r * a.sin() * b.cos(), r * a.sin() * b.sin(), r * a.cos()]);
         }
@@ -97,27 +78,19 @@ pub fn sphere(n: usize, rng: &mut Rng) -> Mesh {
             triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
         }
     }
-    Mesh {
-        vertices,
-        triangles,
-    }
+    Mesh { vertices, triangles }
 }
 
 /// A flat square grid at z = 0 with vertices on integers: rays along z meet edges and vertices exactly.
 pub fn grid(n: usize) -> Mesh {
-    let vertices = (0..(n + 1) * (n + 1))
-        .map(|k| [(k % (n + 1)) as f32, (k / (n + 1)) as f32, 0.0])
-        .collect();
+    let vertices = (0..(n + 1) * (n + 1)).map(|k| [(k % (n + 1)) as f32, (k / (n + 1)) as f32, 0.0]).collect();
     let mut triangles = vec![];
     for k in 0..n * n {
         let a = (k / n * (n + 1) + k % n) as u32;
         let b = a + n as u32 + 1;
         triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
     }
-    Mesh {
-        vertices,
-        triangles,
-    }
+    Mesh { vertices, triangles }
 }
 
 /// Rays from around a box of `size`, most of them towards it.
@@ -127,32 +100,18 @@ pub fn rays(n: usize, size: f32, rng: &mut Rng) -> Vec<Ray> {
             let origin = rng.vector().map(|x| 2.0 * size * x);
             let target = rng.vector().map(|x| size * x);
             let direction = std::array::from_fn(|a| target[a] - origin[a]);
-            let t_max = if i % 4 == 0 {
-                0.5 + rng.signed()
-            } else {
-                f32::INFINITY
-            };
-            Ray {
-                origin,
-                direction,
-                t_max,
-            }
+            let t_max = if i % 4 == 0 { 0.5 + rng.signed() } else { f32::INFINITY };
+            Ray { origin, direction, t_max }
         })
         .collect()
 }
 
 pub fn exact(ray: &Ray) -> ExactRay {
-    ExactRay {
-        origin: ray.origin.map(f64::from),
-        direction: ray.direction.map(f64::from),
-        t_max: f64::from(ray.t_max),
-    }
+    ExactRay { origin: ray.origin.map(f64::from), direction: ray.direction.map(f64::from), t_max: f64::from(ray.t_max) }
 }
 
 pub fn available() -> impl Iterator<Item = InstructionSet> {
-    InstructionSet::ALL
-        .into_iter()
-        .filter(|isa| isa.is_available())
+    InstructionSet::ALL.into_iter().filter(|isa| isa.is_available())
 }
 
 /// Placed meshes in float64.
@@ -165,11 +124,7 @@ impl World {
     pub fn of(mesh: &Mesh) -> World {
         let vertices = mesh.vertices.iter().map(|v| v.map(f64::from)).collect();
         World {
-            instances: vec![(
-                vertices,
-                mesh.triangles.clone(),
-                IDENTITY.map(|r| r.map(f64::from)),
-            )],
+            instances: vec![(vertices, mesh.triangles.clone(), IDENTITY.map(|r| r.map(f64::from)))],
             origin: [0.0; 3],
         }
     }
@@ -178,19 +133,12 @@ impl World {
     pub fn scene(&self) -> Scene {
         let instances = self.instances.iter().map(|(vertices, triangles, matrix)| {
             let vertices = vertices.iter().map(|v| v.map(|x| x as f32)).collect();
-            let bvh = Mesh {
-                vertices,
-                triangles: triangles.clone(),
-            }
-            .build();
+            let bvh = Mesh { vertices, triangles: triangles.clone() }.build();
             let mut local = *matrix;
             for axis in 0..3 {
                 local[axis][3] -= self.origin[axis];
             }
-            Instance {
-                bvh,
-                world_from_mesh: local.map(|r| r.map(|x| x as f32)),
-            }
+            Instance { bvh, world_from_mesh: local.map(|r| r.map(|x| x as f32)) }
         });
         Scene::build(instances.collect(), self.origin).unwrap()
     }
@@ -230,22 +178,13 @@ impl ExactTriangles for World {
 /// Möller and Trumbore 1997 in float64.
 pub fn intersect(ray: &ExactRay, [a, b, c]: [[f64; 3]; 3]) -> Option<f64> {
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
-    };
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let (e1, e2, s) = (sub(b, a), sub(c, a), sub(ray.origin, a));
     let p = cross(ray.direction, e2);
     let det = dot(e1, p);
     let q = cross(s, e1);
-    let (u, v, t) = (
-        dot(s, p) / det,
-        dot(ray.direction, q) / det,
-        dot(e2, q) / det,
-    );
+    let (u, v, t) = (dot(s, p) / det, dot(ray.direction, q) / det, dot(e2, q) / det);
     (det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
 }

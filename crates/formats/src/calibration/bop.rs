@@ -21,18 +21,13 @@ pub(super) fn detect(_: &Path, text: &str) -> bool {
     text.contains("\"cam_K\"") || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }
 
-pub(super) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let scale = |at: &Cursor<'_>| at.get("depth_scale").map(|at| at.number()).transpose();
     if root.get("fx").is_some() {
-        calibration.notices =
-            root.unknown_keys(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"]);
+        calibration.notices = root.unknown_keys(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"]);
         let get = |key: &str| root.require(key)?.number();
         let mut record = CameraRecord::new("camera", PixelCenter::Integer);
         record.k = Some(DMat3::from_cols(
@@ -40,10 +35,7 @@ pub(super) fn read(
             DVec3::new(0.0, get("fy")?, 0.0),
             DVec3::new(get("cx")?, get("cy")?, 1.0),
         ));
-        record.size = Some([
-            root.require("width")?.count()?,
-            root.require("height")?.count()?,
-        ]);
+        record.size = Some([root.require("width")?.count()?, root.require("height")?.count()?]);
         record.depth_scale = scale(&root)?;
         calibration.records.push(record);
         return Ok(calibration);
@@ -55,10 +47,7 @@ pub(super) fn read(
         record.depth_scale = scale(&image)?;
         if let Some(r) = image.get("cam_R_w2c") {
             let t = DVec3::from_array(image.require("cam_t_w2c")?.array::<3>()?);
-            record.pose = Some(Pose::camera_from_world(
-                Rotation::Matrix(r.matrix3()?),
-                t / 1000.0,
-            ));
+            record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r.matrix3()?), t / 1000.0));
         }
         for (key, _) in image.entries()? {
             if !["cam_K", "cam_R_w2c", "cam_t_w2c", "depth_scale"].contains(&key) {
@@ -67,10 +56,7 @@ pub(super) fn read(
         }
         calibration.records.push(record);
     }
-    calibration.notices = unread
-        .iter()
-        .map(|(key, count)| format!("{key} of {count} images is not read"))
-        .collect();
+    calibration.notices = unread.iter().map(|(key, count)| format!("{key} of {count} images is not read")).collect();
     Ok(calibration)
 }
 
@@ -78,10 +64,7 @@ pub(super) fn read(
 fn millimetres(metres: f64) -> f64 {
     let near = metres * 1000.0;
     let exact = |v: &f64| *v / 1000.0 == metres;
-    [near, near.next_up(), near.next_down()]
-        .into_iter()
-        .find(exact)
-        .unwrap_or(near)
+    [near, near.next_up(), near.next_down()].into_iter().find(exact).unwrap_or(near)
 }
 
 pub(super) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
@@ -103,45 +86,24 @@ pub(super) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         };
         let between = if i == 0 { "" } else { "," };
         let k = record.k_with(PixelCenter::Integer, format)?;
-        let _ = write!(
-            text,
-            "{between}\n  {}: {{\"cam_K\": [{}]",
-            quoted(&id),
-            joined(&matrix_rows3(k), ", ")
-        );
+        let _ = write!(text, "{between}\n  {}: {{\"cam_K\": [{}]", quoted(&id), joined(&matrix_rows3(k), ", "));
         if record.pose.is_some() || record.matrix.is_some() {
             let (r, t) = record.require_pose()?.r_t();
             let t = t.to_array().map(millimetres);
-            let _ = write!(
-                text,
-                ", \"cam_R_w2c\": [{}]",
-                joined(&matrix_rows3(r.matrix()), ", ")
-            );
+            let _ = write!(text, ", \"cam_R_w2c\": [{}]", joined(&matrix_rows3(r.matrix()), ", "));
             let _ = write!(text, ", \"cam_t_w2c\": [{}]", joined(&t, ", "));
         }
-        let _ = write!(
-            text,
-            ", \"depth_scale\": {}}}",
-            yaml_float(record.depth_scale.unwrap_or(1.0))
-        );
+        let _ = write!(text, ", \"depth_scale\": {}}}", yaml_float(record.depth_scale.unwrap_or(1.0)));
     }
     text += "\n}\n";
-    notices.push(format!(
-        "{format} has no picture sizes; they are not written"
-    ));
-    Ok(OutputFiles {
-        notices,
-        ..OutputFiles::one(text)
-    })
+    notices.push(format!("{format} has no picture sizes; they are not written"));
+    Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
 fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles, FormatError> {
     let format = "BOP's camera.json";
     let [record] = records else {
-        return Err(FormatError::Encode(format!(
-            "{format} holds one camera, {} given",
-            records.len()
-        )));
+        return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;

@@ -35,20 +35,13 @@ pub struct OutputFiles {
 impl OutputFiles {
     /// The single file at the path of the calibration.
     pub(crate) fn one(text: String) -> Self {
-        Self {
-            files: vec![(String::new(), text.into_bytes())],
-            notices: vec![],
-        }
+        Self { files: vec![(String::new(), text.into_bytes())], notices: vec![] }
     }
 }
 
 impl ReadHints {
     /// Fills in data that the file of a camera lacks, and checks the camera.
-    pub(crate) fn fill_missing(
-        &self,
-        record: &mut CameraRecord,
-        path: &Path,
-    ) -> Result<(), FormatError> {
+    pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<(), FormatError> {
         if let (None, None, Some(intrinsics)) = (record.k, record.matrix, &self.intrinsics) {
             record.k = intrinsics.k;
             record.lens = intrinsics.lens.clone();
@@ -61,9 +54,7 @@ impl ReadHints {
         if record.size.is_some() && (record.k.is_some() || record.matrix.is_some()) {
             let mut check = record.clone();
             check.orthonormalize();
-            check.camera().map_err(|error| {
-                FormatError::whole(path, format!("camera {:?}: {error}", record.name))
-            })?;
+            check.camera().map_err(|error| FormatError::whole(path, format!("camera {:?}: {error}", record.name)))?;
         }
         Ok(())
     }

@@ -47,13 +47,7 @@ const FORMATS: &[CalibrationFormat] = &[
         write: kalibr::write,
         supports_rigs: true,
     },
-    CalibrationFormat {
-        name: "ros",
-        detect: ros::detect,
-        read: ros::read,
-        write: ros::write,
-        supports_rigs: false,
-    },
+    CalibrationFormat { name: "ros", detect: ros::detect, read: ros::read, write: ros::write, supports_rigs: false },
     CalibrationFormat {
         name: "nerf",
         detect: nerf::detect,
@@ -68,13 +62,7 @@ const FORMATS: &[CalibrationFormat] = &[
         write: nerf::write_blender,
         supports_rigs: false,
     },
-    CalibrationFormat {
-        name: "bop",
-        detect: bop::detect,
-        read: bop::read,
-        write: bop::write,
-        supports_rigs: false,
-    },
+    CalibrationFormat { name: "bop", detect: bop::detect, read: bop::read, write: bop::write, supports_rigs: false },
     CalibrationFormat {
         name: "opencv",
         detect: opencv::read::detect,
@@ -96,13 +84,7 @@ const FORMATS: &[CalibrationFormat] = &[
         write: kitti::write_poses,
         supports_rigs: false,
     },
-    CalibrationFormat {
-        name: "tum",
-        detect: tum::detect,
-        read: tum::read,
-        write: tum::write,
-        supports_rigs: false,
-    },
+    CalibrationFormat { name: "tum", detect: tum::detect, read: tum::read, write: tum::write, supports_rigs: false },
 ];
 
 /// The names of the formats of [`read`] and [`write`].
@@ -116,16 +98,11 @@ fn format_list() -> String {
 }
 
 fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
-    FORMATS
-        .iter()
-        .find(|format| format.name == name)
-        .ok_or_else(|| {
-            let hint = raycam_scene::suggestion(name, formats());
-            let known = format_list();
-            FormatError::Encode(format!(
-                "no calibration format is called {name:?}{hint} (there are: {known})"
-            ))
-        })
+    FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
+        let hint = raycam_scene::suggestion(name, formats());
+        let known = format_list();
+        FormatError::Encode(format!("no calibration format is called {name:?}{hint} (there are: {known})"))
+    })
 }
 
 /// The cameras in a file, or in the folder of a COLMAP model.
@@ -134,18 +111,11 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read(
-    path: &Path,
-    format: Option<&str>,
-    known: &ReadHints,
-    budget: &Budget,
-) -> Result<Calibration, FormatError> {
+pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration, FormatError> {
     let format = format.map(format_named).transpose()?;
     if path.is_dir() {
         let mut assets = AssetRoot::new(path, budget);
-        let first = ["cameras.txt", "cameras.bin"]
-            .into_iter()
-            .find(|name| path.join(name).exists());
+        let first = ["cameras.txt", "cameras.bin"].into_iter().find(|name| path.join(name).exists());
         let Some(first) = first else {
             return Err(FormatError::unsupported(
                 path,
@@ -174,12 +144,7 @@ pub fn decode(
     let mut assets = AssetRoot::containing(path, budget);
     assets.budget.take_bytes(path, bytes.len() as u64)?;
     let source = InputFile::new(path, bytes);
-    decode_in(
-        source,
-        format.map(format_named).transpose()?,
-        known,
-        &mut assets,
-    )
+    decode_in(source, format.map(format_named).transpose()?, known, &mut assets)
 }
 
 fn decode_in(
@@ -189,11 +154,7 @@ fn decode_in(
     assets: &mut AssetRoot,
 ) -> Result<Calibration, FormatError> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
-    let found = format.or_else(|| {
-        FORMATS
-            .iter()
-            .find(|format| (format.detect)(&source.path, text))
-    });
+    let found = format.or_else(|| FORMATS.iter().find(|format| (format.detect)(&source.path, text)));
     let Some(format) = found else {
         let known = format_list();
         return Err(FormatError::unsupported(
@@ -206,10 +167,7 @@ fn decode_in(
     };
     let mut calibration = (format.read)(&source, assets, known)?;
     if calibration.records.is_empty() {
-        return Err(FormatError::whole(
-            &source.path,
-            format!("no camera in it, read as {}", format.name),
-        ));
+        return Err(FormatError::whole(&source.path, format!("no camera in it, read as {}", format.name)));
     }
     for record in &mut calibration.records {
         known.fill_missing(record, &source.path)?;
@@ -224,20 +182,13 @@ fn decode_in(
 ///
 /// # Errors
 /// [`FormatError::Encode`] names what the format cannot hold.
-pub fn write(
-    records: &[CameraRecord],
-    path: &Path,
-    format: &str,
-) -> Result<OutputFiles, FormatError> {
+pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles, FormatError> {
     let format = format_named(format)?;
     if records.is_empty() {
         return Err(FormatError::Encode("no camera to write".into()));
     }
     let mut written = (format.write)(records, path)?;
-    for record in records
-        .iter()
-        .filter(|record| !record.unsupported.is_empty())
-    {
+    for record in records.iter().filter(|record| !record.unsupported.is_empty()) {
         written.notices.push(format!(
             "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
             record.name,

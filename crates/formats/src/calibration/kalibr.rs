@@ -38,11 +38,7 @@ pub(super) fn detect(_: &Path, text: &str) -> bool {
     text.contains("cam0:") && text.contains("camera_model")
 }
 
-pub(super) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -59,9 +55,7 @@ pub(super) fn read(
         let [width, height] = camera.require("resolution")?.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
         if !(whole(width) && whole(height)) {
-            return Err(camera
-                .require("resolution")?
-                .fail("expected columns and rows"));
+            return Err(camera.require("resolution")?.fail("expected columns and rows"));
         }
         record.size = Some([width as u32, height as u32]);
         (record.k, record.lens) = intrinsics(&camera)?;
@@ -95,9 +89,7 @@ pub(super) fn read(
 fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
     let model = camera.require("camera_model")?;
     let values = camera.require("intrinsics")?;
-    let distortion = camera
-        .get("distortion_model")
-        .map_or(Ok("none"), |at| at.word())?;
+    let distortion = camera.get("distortion_model").map_or(Ok("none"), |at| at.word())?;
     let coefficients = match camera.get("distortion_coeffs") {
         Some(at) => at.numbers()?,
         None => vec![],
@@ -111,11 +103,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError>
     };
     let all = values.numbers()?;
     if all.len() != front + 4 {
-        return Err(values.fail(format_args!(
-            "{} numbers, the {name} model has {}",
-            all.len(),
-            front + 4
-        )));
+        return Err(values.fail(format_args!("{} numbers, the {name} model has {}", all.len(), front + 4)));
     }
     let (shape, focals) = all.split_at(front);
     let k = DMat3::from_cols(
@@ -123,9 +111,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError>
         DVec3::new(0.0, focals[1], 0.0),
         DVec3::new(focals[2], focals[3], 1.0),
     );
-    let new = |model, coefficients: &[f64]| {
-        Lens::new(model, coefficients).map_err(|error| values.fail(error))
-    };
+    let new = |model, coefficients: &[f64]| Lens::new(model, coefficients).map_err(|error| values.fail(error));
     let zero = coefficients.iter().all(|v| *v == 0.0);
     let lens = match (name, distortion) {
         ("pinhole", _) => camera.lens(distortion, &coefficients)?,
@@ -134,9 +120,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError>
         ("eucm", _) if distortion == "none" || zero => new(LensModel::Eucm, shape)?,
         ("ds", _) if distortion == "none" || zero => new(LensModel::DoubleSphere, shape)?,
         _ => {
-            return Err(model.fail(format_args!(
-                "raycam has no lens for {name} with {distortion} {coefficients:?}"
-            )));
+            return Err(model.fail(format_args!("raycam has no lens for {name} with {distortion} {coefficients:?}")));
         }
     };
     Ok((Some(k), lens))
@@ -150,26 +134,20 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     let poses = poses_on_one_rig(records, format, &mut notices)?;
     for (i, (record, pose)) in records.iter().zip(poses).enumerate() {
         let focals = record.focals_with(PixelCenter::Integer, format)?;
-        let (model, shape, distortion, coefficients): (_, &[f64], _, &[f64]) =
-            match record.lens.coefficients() {
-                None => ("pinhole", &[], "none", &[]),
-                Some((LensModel::OpenCv, d)) if d.len() == 4 => ("pinhole", &[], "radtan", d),
-                Some((LensModel::OpenCv, d)) if d[4..].iter().all(|v| *v == 0.0) => {
-                    ("pinhole", &[], "radtan", &d[..4])
-                }
-                Some((LensModel::Fisheye, d)) => ("pinhole", &[], "equidistant", d),
-                Some((LensModel::Fov, d)) => ("pinhole", &[], "fov", d),
-                Some((LensModel::Omni, d)) if d.len() == 1 => ("omni", d, "none", &[]),
-                Some((LensModel::Omni, d)) => ("omni", &d[..1], "radtan", &d[1..]),
-                Some((LensModel::Eucm, d)) => ("eucm", d, "none", &[]),
-                Some((LensModel::DoubleSphere, d)) => ("ds", d, "none", &[]),
-                Some((model, d)) => {
-                    return Err(record.unsupported_error(
-                        format,
-                        &format!("the {} lens, distortion {d:?}", model.name()),
-                    ));
-                }
-            };
+        let (model, shape, distortion, coefficients): (_, &[f64], _, &[f64]) = match record.lens.coefficients() {
+            None => ("pinhole", &[], "none", &[]),
+            Some((LensModel::OpenCv, d)) if d.len() == 4 => ("pinhole", &[], "radtan", d),
+            Some((LensModel::OpenCv, d)) if d[4..].iter().all(|v| *v == 0.0) => ("pinhole", &[], "radtan", &d[..4]),
+            Some((LensModel::Fisheye, d)) => ("pinhole", &[], "equidistant", d),
+            Some((LensModel::Fov, d)) => ("pinhole", &[], "fov", d),
+            Some((LensModel::Omni, d)) if d.len() == 1 => ("omni", d, "none", &[]),
+            Some((LensModel::Omni, d)) => ("omni", &d[..1], "radtan", &d[1..]),
+            Some((LensModel::Eucm, d)) => ("eucm", d, "none", &[]),
+            Some((LensModel::DoubleSphere, d)) => ("ds", d, "none", &[]),
+            Some((model, d)) => {
+                return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+            }
+        };
         let [width, height] = record.require_size(format)?;
         let matrix = |name: &str, pose: &Pose| {
             let (r, t) = pose.r_t();
@@ -186,34 +164,16 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
             block += &matrix("T_cn_cnm1", &pose.compose(&Pose::camera_from_world(r, t)));
         }
         let _ = writeln!(block, "  camera_model: {model}");
-        let _ = writeln!(
-            block,
-            "  intrinsics: [{}]",
-            joined(&[shape, &focals].concat(), ", ")
-        );
+        let _ = writeln!(block, "  intrinsics: [{}]", joined(&[shape, &focals].concat(), ", "));
         let _ = writeln!(block, "  distortion_model: {distortion}");
-        let _ = writeln!(
-            block,
-            "  distortion_coeffs: [{}]",
-            joined(coefficients, ", ")
-        );
+        let _ = writeln!(block, "  distortion_coeffs: [{}]", joined(coefficients, ", "));
         let _ = writeln!(block, "  resolution: [{width}, {height}]");
-        let _ = writeln!(
-            block,
-            "  rostopic: {}",
-            quoted(&format!("/{}/image_raw", record.name))
-        );
+        let _ = writeln!(block, "  rostopic: {}", quoted(&format!("/{}/image_raw", record.name)));
         text += &block;
         if record.name != format!("cam{i}") {
-            notices.push(format!(
-                "camera {:?} is called cam{i} in Kalibr's camchain",
-                record.name
-            ));
+            notices.push(format!("camera {:?} is called cam{i} in Kalibr's camchain", record.name));
         }
         before = Some(pose);
     }
-    Ok(OutputFiles {
-        notices,
-        ..OutputFiles::one(text)
-    })
+    Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }

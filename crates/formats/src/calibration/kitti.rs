@@ -21,22 +21,14 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 pub(super) fn detect(_: &Path, text: &str) -> bool {
-    data_lines(text).any(|(_, line)| {
-        ["P0:", "P2:", "P_rect_00:", "K_00:"]
-            .iter()
-            .any(|key| line.starts_with(key))
-    })
+    data_lines(text).any(|(_, line)| ["P0:", "P2:", "P_rect_00:", "K_00:"].iter().any(|key| line.starts_with(key)))
 }
 
 pub(super) fn detect_poses(_: &Path, text: &str) -> bool {
     looks_like(text, 12)
 }
 
-pub(super) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
@@ -46,19 +38,13 @@ pub(super) fn read(
             return Err(FormatError::line(path, line, "expected KEY: numbers"));
         };
         if places.insert(key, rows.len()).is_some() {
-            return Err(FormatError::line(
-                path,
-                line,
-                format!("{key} is there twice"),
-            ));
+            return Err(FormatError::line(path, line, format!("{key} is there twice")));
         }
         rows.push((key, line, values));
     }
     let find = |key: String| places.get(&key[..]).map(|&place| &rows[place]);
     for &(key, line, values) in &rows {
-        let number = key
-            .strip_prefix("K_")
-            .or_else(|| key.strip_prefix("P_rect_"));
+        let number = key.strip_prefix("K_").or_else(|| key.strip_prefix("P_rect_"));
         if let Some(number) = number.filter(|_| key.starts_with("K_")) {
             let mut record = CameraRecord::new(number, PixelCenter::Integer);
             let k = DMat3::from_cols_array(&numbers::<9>(path, line, values)?).transpose();
@@ -81,9 +67,7 @@ pub(super) fn read(
             let m: [f64; 12] = numbers(path, line, values)?;
             // The object development kit leaves matrices of cameras that are not there at 0.
             if m == [0.0; 12] {
-                calibration
-                    .notices
-                    .push(format!("{key} (line {line}) is 0 and left out"));
+                calibration.notices.push(format!("{key} (line {line}) is 0 and left out"));
                 continue;
             }
             let mut record = CameraRecord::new(key, PixelCenter::Integer);
@@ -92,22 +76,14 @@ pub(super) fn read(
                 record.size = size(path, find(format!("S_rect_{number}")))?;
             }
             calibration.records.push(record);
-        } else if !["S_", "D_", "R_0", "T_0"]
-            .iter()
-            .any(|start| key.starts_with(start))
-        {
-            calibration
-                .notices
-                .push(format!("{key} (line {line}) is no camera and not read"));
+        } else if !["S_", "D_", "R_0", "T_0"].iter().any(|start| key.starts_with(start)) {
+            calibration.notices.push(format!("{key} (line {line}) is no camera and not read"));
         }
     }
     // The raw calibration has its cameras twice: as they are, and rectified.
     for (rig, rectified) in [("unrectified", false), ("rig", true)] {
         let records = calibration.records.iter_mut();
-        one_rig(
-            records.filter(|record| record.matrix.is_some() == rectified),
-            rig,
-        );
+        one_rig(records.filter(|record| record.matrix.is_some() == rectified), rig);
     }
     Ok(calibration)
 }
@@ -117,10 +93,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
         return Ok(None);
     };
     let size: [f64; 2] = numbers(path, line, values)?;
-    if size
-        .iter()
-        .any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v))
-    {
+    if size.iter().any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v)) {
         return Err(FormatError::line(path, line, "expected columns and rows"));
     }
     Ok(Some(size.map(|v| v as u32)))
@@ -139,8 +112,7 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     let mut poses = vec![];
     if records.iter().all(|record| record.mount.is_some()) {
         poses = poses_on_one_rig(records, format, &mut notices)?;
-        let moved =
-            |record: &CameraRecord| record.mount.as_ref().is_some_and(|m| !m.body.is_identity());
+        let moved = |record: &CameraRecord| record.mount.as_ref().is_some_and(|m| !m.body.is_identity());
         if poses[0].r_c().0 != DMat3::IDENTITY {
             // Its axes are those of the first camera.
             let first = poses[0].inverted();
@@ -152,9 +124,7 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     for (i, record) in records.iter().enumerate() {
         record.require_pinhole(format)?;
         let matrix = match record.matrix {
-            Some(matrix) if poses.is_empty() && record.pixel_center == PixelCenter::Integer => {
-                matrix
-            }
+            Some(matrix) if poses.is_empty() && record.pixel_center == PixelCenter::Integer => matrix,
             _ => {
                 let k = record.k_with(PixelCenter::Integer, format)?;
                 let pose = match poses.get(i) {
@@ -167,24 +137,14 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
         };
         text += &format!("P{i}: {}\n", joined(matrix.as_flattened(), " "));
         if record.name != format!("P{i}") {
-            notices.push(format!(
-                "camera {:?} is called P{i} in a KITTI calibration",
-                record.name
-            ));
+            notices.push(format!("camera {:?} is called P{i} in a KITTI calibration", record.name));
         }
     }
     notices.push("a KITTI calibration has no picture sizes; they are not written".into());
-    Ok(OutputFiles {
-        notices,
-        ..OutputFiles::one(text)
-    })
+    Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
-pub(super) fn read_poses(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     for (i, (line, row)) in data_lines(source.text()?).enumerate() {
         let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
@@ -199,15 +159,10 @@ pub(super) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFi
     let mut text = String::new();
     for record in records {
         let (r, c) = record.require_pose()?.world_r_c();
-        text += &format!(
-            "{}\n",
-            joined(matrix_rows34(r.matrix(), c).as_flattened(), " ")
-        );
+        text += &format!("{}\n", joined(matrix_rows34(r.matrix(), c).as_flattened(), " "));
     }
     Ok(OutputFiles {
-        notices: vec![
-            "KITTI poses hold poses alone; names, sizes, K and lens are not written".into(),
-        ],
+        notices: vec!["KITTI poses hold poses alone; names, sizes, K and lens are not written".into()],
         ..OutputFiles::one(text)
     })
 }

@@ -69,28 +69,17 @@ pub(super) fn detect_blender(_: &Path, _: &str) -> bool {
     false // One reader for both; this row is a writer.
 }
 
-pub(super) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    known: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read(source: &InputFile, _: &mut AssetRoot, known: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    let mut calibration = Calibration {
-        notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat()),
-        ..Calibration::default()
-    };
+    let mut calibration =
+        Calibration { notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat()), ..Calibration::default() };
     let mut names = std::collections::HashSet::new();
     for frame in root.require("frames")?.list()? {
-        calibration
-            .notices
-            .extend(frame.unknown_keys(&[&INTRINSICS[..], &FRAME].concat()));
+        calibration.notices.extend(frame.unknown_keys(&[&INTRINSICS[..], &FRAME].concat()));
         let file = frame.get("file_path").map(|at| at.word()).transpose()?;
         let count = calibration.records.len();
-        let mut name = file.map_or_else(
-            || count.to_string(),
-            |file| file.trim_start_matches("./").to_owned(),
-        );
+        let mut name = file.map_or_else(|| count.to_string(), |file| file.trim_start_matches("./").to_owned());
         if !names.insert(name.clone()) {
             name = format!("{name}#{count}");
             names.insert(name.clone());
@@ -108,11 +97,7 @@ pub(super) fn read(
 
 /// OpenGL's axes of the camera to OpenCV's, and back.
 fn flip_yz(world_from_camera: DMat3) -> DMat3 {
-    DMat3::from_cols(
-        world_from_camera.x_axis,
-        -world_from_camera.y_axis,
-        -world_from_camera.z_axis,
-    )
+    DMat3::from_cols(world_from_camera.x_axis, -world_from_camera.y_axis, -world_from_camera.z_axis)
 }
 
 fn intrinsics(
@@ -127,16 +112,9 @@ fn intrinsics(
         (Some(w), Some(h)) => Some([w.count()?, h.count()?]),
         _ => known.size,
     };
-    let (angles, focals) = (
-        [real("camera_angle_x")?, real("camera_angle_y")?],
-        [real("fl_x")?, real("fl_y")?],
-    );
+    let (angles, focals) = ([real("camera_angle_x")?, real("camera_angle_y")?], [real("fl_x")?, real("fl_y")?]);
     if angles == [None; 2] && focals == [None; 2] {
-        return if known.intrinsics.is_some() {
-            Ok(())
-        } else {
-            Err(root.fail("fl_x is missing, and camera_angle_x"))
-        };
+        return if known.intrinsics.is_some() { Ok(()) } else { Err(root.fail("fl_x is missing, and camera_angle_x")) };
     }
     let Some(size) = record.size else {
         if let (Some(fx), Some(cx), Some(cy)) = (focals[0], real("cx")?, real("cy")?) {
@@ -155,27 +133,16 @@ fn intrinsics(
     let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else {
         return Err(root.fail("fl_x is missing"));
     };
-    let [cx, cy] = [
-        real("cx")?.unwrap_or(0.5 * sides[0]),
-        real("cy")?.unwrap_or(0.5 * sides[1]),
-    ];
+    let [cx, cy] = [real("cx")?.unwrap_or(0.5 * sides[0]), real("cy")?.unwrap_or(0.5 * sides[1])];
     record.k = Some(upper(fx, fy, cx, cy));
     lens(record, frame, root)
 }
 
 fn upper(fx: f64, fy: f64, cx: f64, cy: f64) -> DMat3 {
-    DMat3::from_cols(
-        DVec3::new(fx, 0.0, 0.0),
-        DVec3::new(0.0, fy, 0.0),
-        DVec3::new(cx, cy, 1.0),
-    )
+    DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
-fn lens(
-    record: &mut CameraRecord,
-    frame: &Cursor<'_>,
-    root: &Cursor<'_>,
-) -> Result<(), FormatError> {
+fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<(), FormatError> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let at = get("camera_model").unwrap_or_else(|| root.clone());
     let mut values = [0.0; 6];
@@ -192,18 +159,9 @@ fn lens(
     let made = match model {
         "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" if k4 == 0.0 => {
             let coefficients = [k1, k2, p1, p2, k3];
-            Lens::new(
-                LensModel::OpenCv,
-                if k3 == 0.0 {
-                    &coefficients[..4]
-                } else {
-                    &coefficients
-                },
-            )
+            Lens::new(LensModel::OpenCv, if k3 == 0.0 { &coefficients[..4] } else { &coefficients })
         }
-        "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => {
-            Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4])
-        }
+        "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4]),
         _ => {
             return Err(at.fail(format_args!(
                 "{model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}: raycam reads PINHOLE, OPENCV without k4, \
@@ -236,44 +194,30 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
 fn intrinsics_text(record: &CameraRecord) -> Result<String, FormatError> {
     let format = "NeRF's transforms.json";
     let [width, height] = record.require_size(format)?;
-    let [fx, fy, cx, cy] = record
-        .focals_with(PixelCenter::Half, format)?
-        .map(yaml_float);
+    let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?.map(yaml_float);
     let lens = match record.lens.coefficients() {
         None => "\"camera_model\": \"OPENCV\"".to_owned(),
         Some((LensModel::OpenCv, d)) if d.len() <= 5 || d[5..].iter().all(|v| *v == 0.0) => {
             let k3 = d.get(4).filter(|k3| **k3 != 0.0);
             let k3 = k3.map_or(String::new(), |k3| format!(", \"k3\": {}", yaml_float(*k3)));
             let [k1, k2, p1, p2] = [d[0], d[1], d[2], d[3]].map(yaml_float);
-            format!(
-                "\"camera_model\": \"OPENCV\", \"k1\": {k1}, \"k2\": {k2}{k3}, \"p1\": {p1}, \"p2\": {p2}"
-            )
+            format!("\"camera_model\": \"OPENCV\", \"k1\": {k1}, \"k2\": {k2}{k3}, \"p1\": {p1}, \"p2\": {p2}")
         }
         Some((LensModel::Fisheye, d)) => {
             let [k1, k2, k3, k4] = [d[0], d[1], d[2], d[3]].map(yaml_float);
-            format!(
-                "\"camera_model\": \"OPENCV_FISHEYE\", \"k1\": {k1}, \"k2\": {k2}, \"k3\": {k3}, \"k4\": {k4}"
-            )
+            format!("\"camera_model\": \"OPENCV_FISHEYE\", \"k1\": {k1}, \"k2\": {k2}, \"k3\": {k3}, \"k4\": {k4}")
         }
         Some((model, d)) => {
-            return Err(record.unsupported_error(
-                format,
-                &format!("the {} lens, distortion {d:?}", model.name()),
-            ));
+            return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
         }
     };
-    Ok(format!(
-        "\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"
-    ))
+    Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
 }
 
 fn frame(record: &CameraRecord, own: &str, i: usize) -> Result<String, FormatError> {
     let (rotation, c) = record.require_pose()?.world_r_c();
-    let rows =
-        matrix_rows34(flip_yz(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
-    let time = record.time.map_or(String::new(), |time| {
-        format!(", \"time\": {}", yaml_float(time))
-    });
+    let rows = matrix_rows34(flip_yz(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
+    let time = record.time.map_or(String::new(), |time| format!(", \"time\": {}", yaml_float(time)));
     let file = quoted(record.image.as_deref().unwrap_or(&record.name));
     let between = if i == 0 { "" } else { "," };
     Ok(format!(
@@ -283,10 +227,7 @@ fn frame(record: &CameraRecord, own: &str, i: usize) -> Result<String, FormatErr
 }
 
 /// One angle, square pixels, the principal point in the middle, no lens.
-pub(super) fn write_blender(
-    records: &[CameraRecord],
-    _: &Path,
-) -> Result<OutputFiles, FormatError> {
+pub(super) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");
     let mut angles = Vec::new();
@@ -296,27 +237,19 @@ pub(super) fn write_blender(
         let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?;
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
         if !(near(fy, fx) && near(cx, 0.5 * width) && near(cy, 0.5 * height)) {
-            let what =
-                format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}: only square pixels around the middle");
+            let what = format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}: only square pixels around the middle");
             return Err(record.unsupported_error(format, &what));
         }
         // The angle that is read back as this focal length, or the nearest.
         let angle = 2.0 * (0.5 * width / fx).atan();
         let back = |angle: &f64| (0.5 * width / (0.5 * angle).tan() - fx).abs();
-        let near = [
-            angle,
-            angle.next_up(),
-            angle.next_down(),
-            angle.next_up().next_up(),
-            angle.next_down().next_down(),
-        ];
+        let near =
+            [angle, angle.next_up(), angle.next_down(), angle.next_up().next_up(), angle.next_down().next_down()];
         let best = near.into_iter().min_by(|a, b| back(a).total_cmp(&back(b)));
         angles.push((best.unwrap_or(angle), width, height));
     }
     if let Some(i) = angles.iter().position(|one| *one != angles[0]) {
-        return Err(
-            records[i].unsupported_error(format, "intrinsics or sizes that differ between cameras")
-        );
+        return Err(records[i].unsupported_error(format, "intrinsics or sizes that differ between cameras"));
     }
     let (angle, width, height) = angles[0];
     let _ = write!(

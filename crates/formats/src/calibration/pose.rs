@@ -55,20 +55,12 @@ pub struct Pose {
 impl Pose {
     /// From camera_from_world: x = R X + t.
     pub fn camera_from_world(rotation: Rotation, t: DVec3) -> Self {
-        Self {
-            rotation,
-            translation: t,
-            world_from_camera: false,
-        }
+        Self { rotation, translation: t, world_from_camera: false }
     }
 
     /// From world_from_camera: X = R x + C.
     pub fn world_from_camera(rotation: Rotation, c: DVec3) -> Self {
-        Self {
-            rotation,
-            translation: c,
-            world_from_camera: true,
-        }
+        Self { rotation, translation: c, world_from_camera: true }
     }
 
     /// The pose of a camera whose axes are those of the world.
@@ -114,11 +106,7 @@ impl Pose {
 
     /// world_from_camera and the centre; unchanged where the file has them.
     pub fn world_r_c(&self) -> (Rotation, DVec3) {
-        if self.world_from_camera {
-            (self.rotation, self.translation)
-        } else {
-            (self.rotation.inverse(), self.r_c().1)
-        }
+        if self.world_from_camera { (self.rotation, self.translation) } else { (self.rotation.inverse(), self.r_c().1) }
     }
 
     /// The pose of a camera in the world; `self` is its pose from the body, `body` the pose of the body: x = R (R' X +
@@ -137,9 +125,7 @@ impl Pose {
         };
         let off = |m: DMat3| {
             let e = m * m.transpose() - DMat3::IDENTITY;
-            e.to_cols_array()
-                .into_iter()
-                .fold(0.0, |a: f64, v| a.max(v.abs()))
+            e.to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()))
         };
         let given = off(matrix);
         if !(1e-6 < given && given < 1e-3) {

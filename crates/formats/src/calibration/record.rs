@@ -65,11 +65,7 @@ impl CameraRecord {
             ("vignetting", camera.vignetting().is_some()),
             ("shutter", camera.motion().is_some()),
         ];
-        record.unsupported = has
-            .iter()
-            .filter(|(_, has)| *has)
-            .map(|(what, _)| *what)
-            .collect();
+        record.unsupported = has.iter().filter(|(_, has)| *has).map(|(what, _)| *what).collect();
         if camera.center() != Center::Point {
             record.matrix = Some(camera.p());
             return record;
@@ -98,9 +94,7 @@ impl CameraRecord {
 
     /// camera_from_world and the centre.
     pub(crate) fn r_c(&self) -> (DMat3, DVec3) {
-        self.pose
-            .as_ref()
-            .map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
+        self.pose.as_ref().map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
     }
 
     /// Its pose, from the matrix where it has only that.
@@ -163,11 +157,7 @@ impl CameraRecord {
     }
 
     /// fx, fy, cx, cy of a format that has no skew.
-    pub(crate) fn focals_with(
-        &self,
-        center: PixelCenter,
-        format: &str,
-    ) -> Result<[f64; 4], FormatError> {
+    pub(crate) fn focals_with(&self, center: PixelCenter, format: &str) -> Result<[f64; 4], FormatError> {
         let k = self.k_with(center, format)?;
         if k.y_axis.x != 0.0 {
             return Err(self.unsupported_error(format, &format!("skew (K[0, 1] = {})", k.y_axis.x)));
@@ -177,29 +167,22 @@ impl CameraRecord {
 
     /// The error of a property that a format does not hold.
     pub(crate) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
-        FormatError::Encode(format!(
-            "camera {:?}: {format} cannot hold {what}",
-            self.name
-        ))
+        FormatError::Encode(format!("camera {:?}: {format} cannot hold {what}", self.name))
     }
 
     /// Refuses a record with a lens.
     pub(crate) fn require_pinhole(&self, format: &str) -> Result<(), FormatError> {
         match self.lens.coefficients() {
             None => Ok(()),
-            Some((model, coefficients)) => Err(self.unsupported_error(
-                format,
-                &format!("a lens ({}, distortion {coefficients:?})", model.name()),
-            )),
+            Some((model, coefficients)) => {
+                Err(self.unsupported_error(format, &format!("a lens ({}, distortion {coefficients:?})", model.name())))
+            }
         }
     }
 
     /// Replaces a matrix that is nearly a rotation by the nearest one, and returns a notice.
     pub(crate) fn orthonormalize(&mut self) -> Option<String> {
         let off = self.pose.as_mut()?.orthonormalize()?;
-        Some(format!(
-            "camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used",
-            self.name
-        ))
+        Some(format!("camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used", self.name))
     }
 }

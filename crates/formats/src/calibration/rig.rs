@@ -34,8 +34,7 @@ pub(crate) fn poses_on_one_rig(
     format: &str,
     notices: &mut Vec<String>,
 ) -> Result<Vec<Pose>, FormatError> {
-    let mounts: Option<Vec<&RigMount>> =
-        records.iter().map(|record| record.mount.as_ref()).collect();
+    let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
     let Some(mounts) = mounts else {
         return records.iter().map(CameraRecord::require_pose).collect();
     };
@@ -48,9 +47,7 @@ pub(crate) fn poses_on_one_rig(
         )));
     }
     if !first.body.is_identity() {
-        notices.push(format!(
-            "{format} holds a rig without its place in the world, which is not written"
-        ));
+        notices.push(format!("{format} holds a rig without its place in the world, which is not written"));
     }
     Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())
 }

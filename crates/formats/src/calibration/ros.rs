@@ -47,32 +47,20 @@ const KEYS: [&str; 24] = [
 pub(super) fn detect(_: &Path, text: &str) -> bool {
     let has = |word: &str| text.contains(word);
     let manager = has("image_width") && (has("projection_matrix") || has("distortion_model:"));
-    let message =
-        has("distortion_model:") && has("width:") && (has("binning_x") || has("P:") || has("p:"));
+    let message = has("distortion_model:") && has("width:") && (has("binning_x") || has("P:") || has("p:"));
     !has("opencv-matrix") && !has("opencv_storage") && (manager || message)
 }
 
-pub(super) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    let either = |keys: &[&str]| {
-        root.any(keys)
-            .ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])))
-    };
+    let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
     let mut notices = root.unknown_keys(&KEYS);
-    let name = root.get("camera_name").map_or_else(
-        || Ok(source.stem().unwrap_or_else(|| "camera".into())),
-        |at| at.word().map(str::to_owned),
-    )?;
+    let name = root
+        .get("camera_name")
+        .map_or_else(|| Ok(source.stem().unwrap_or_else(|| "camera".into())), |at| at.word().map(str::to_owned))?;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
-    let mut size = [
-        either(&["image_width", "width"])?.count()?,
-        either(&["image_height", "height"])?.count()?,
-    ];
+    let mut size = [either(&["image_width", "width"])?.count()?, either(&["image_height", "height"])?.count()?];
     let mut k = either(&["camera_matrix", "K", "k"])?.matrix3()?;
     let distortion = root.any(&["distortion_coefficients", "D", "d"]);
     let d = distortion.as_ref().map_or(Ok(vec![]), Cursor::numbers)?;
@@ -91,16 +79,9 @@ pub(super) fn read(
         ));
     }
     (record.k, record.size) = (Some(k), Some(size));
-    let r = root
-        .any(&["rectification_matrix", "R", "r"])
-        .map_or(Ok(DMat3::IDENTITY), |at| at.matrix3())?;
-    let plain = [
-        k.x_axis.x, k.y_axis.x, k.z_axis.x, 0.0, 0.0, k.y_axis.y, k.z_axis.y, 0.0, 0.0, 0.0, 1.0,
-        0.0,
-    ];
-    let p = root
-        .any(&["projection_matrix", "P", "p"])
-        .map_or(Ok(plain), |at| at.array::<12>())?;
+    let r = root.any(&["rectification_matrix", "R", "r"]).map_or(Ok(DMat3::IDENTITY), |at| at.matrix3())?;
+    let plain = [k.x_axis.x, k.y_axis.x, k.z_axis.x, 0.0, 0.0, k.y_axis.y, k.z_axis.y, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let p = root.any(&["projection_matrix", "P", "p"]).map_or(Ok(plain), |at| at.array::<12>())?;
     if size == full && (p != plain || r != DMat3::IDENTITY) {
         notices.push(
             "rectification_matrix and projection_matrix are those of the rectified picture; the camera is that of the \
@@ -108,26 +89,17 @@ pub(super) fn read(
                 .into(),
         );
     }
-    Ok(Calibration {
-        records: vec![record],
-        notices,
-    })
+    Ok(Calibration { records: vec![record], notices })
 }
 
 /// Applies `roi` and `binning_x`, `binning_y` to K and the size.
 fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result<(), FormatError> {
     let count = |at: &Cursor<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
     if let Some(roi) = root.get("roi") {
-        let [x, y, width, height] = [
-            count(&roi, "x_offset")?,
-            count(&roi, "y_offset")?,
-            count(&roi, "width")?,
-            count(&roi, "height")?,
-        ];
+        let [x, y, width, height] =
+            [count(&roi, "x_offset")?, count(&roi, "y_offset")?, count(&roi, "width")?, count(&roi, "height")?];
         if width > 0 || height > 0 {
-            let fits = |start: u32, length: u32, all: u32| {
-                u64::from(start) + u64::from(length) <= u64::from(all)
-            };
+            let fits = |start: u32, length: u32, all: u32| u64::from(start) + u64::from(length) <= u64::from(all);
             if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
                 return Err(roi.fail("it leaves the picture"));
             }
@@ -135,16 +107,9 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
             *size = [width, height];
         }
     }
-    let binning = [
-        count(root, "binning_x")?.max(1),
-        count(root, "binning_y")?.max(1),
-    ];
+    let binning = [count(root, "binning_x")?.max(1), count(root, "binning_y")?.max(1)];
     if binning != [1, 1] {
-        let scale = DVec3::new(
-            1.0 / f64::from(binning[0]),
-            1.0 / f64::from(binning[1]),
-            1.0,
-        );
+        let scale = DVec3::new(1.0 / f64::from(binning[0]), 1.0 / f64::from(binning[1]), 1.0);
         *k = DMat3::from_diagonal(scale) * *k;
         *size = [size[0] / binning[0], size[1] / binning[1]];
     }
@@ -167,10 +132,9 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
         Some((LensModel::OpenCv, d)) if d.len() == 8 => ("rational_polynomial", d.to_vec()),
         Some((LensModel::Fisheye, d)) => ("equidistant", d.to_vec()),
         Some((model, d)) => {
-            return Err(record.unsupported_error(
-                format,
-                &format!("the {} lens with {} coefficients", model.name(), d.len()),
-            ));
+            return Err(
+                record.unsupported_error(format, &format!("the {} lens with {} coefficients", model.name(), d.len()))
+            );
         }
     };
     let [width, height] = record.require_size(format)?;
@@ -179,10 +143,7 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     let _ = writeln!(text, "camera_name: {}", quoted(&record.name));
     let mut matrix = |name: &str, rows: usize, cols: usize, values: &[f64]| {
         let data = joined(values, ", ");
-        let _ = writeln!(
-            text,
-            "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: [{data}]"
-        );
+        let _ = writeln!(text, "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: [{data}]");
     };
     matrix("camera_matrix", 3, 3, &matrix_rows3(k));
     matrix("distortion_coefficients", 1, d.len(), &d);

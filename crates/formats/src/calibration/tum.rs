@@ -18,11 +18,7 @@ pub(super) fn detect(_: &Path, text: &str) -> bool {
     looks_like(text, 8)
 }
 
-pub(super) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     for (line, row) in data_lines(source.text()?) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
@@ -59,17 +55,11 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
         let (rotation, c) = record.require_pose()?.world_r_c();
         let [w, x, y, z] = rotation.quaternion();
         // The name is the time as it was written.
-        let time = if record.name.parse() == Ok(time) {
-            record.name.clone()
-        } else {
-            yaml_float(time)
-        };
+        let time = if record.name.parse() == Ok(time) { record.name.clone() } else { yaml_float(time) };
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
     }
     Ok(OutputFiles {
-        notices: vec![
-            "a TUM trajectory holds times and poses; size, K and lens are not written".into(),
-        ],
+        notices: vec!["a TUM trajectory holds times and poses; size, K and lens are not written".into()],
         ..OutputFiles::one(text)
     })
 }

@@ -89,11 +89,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     let corners = 3 * mesh.num_faces() as u64;
     budget.take_elements(path, (count as u64).saturating_add(corners))?;
     let triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(|p| p.0)).collect();
-    if triangles
-        .as_flattened()
-        .iter()
-        .any(|&p| p as usize >= count)
-    {
+    if triangles.as_flattened().iter().any(|&p| p as usize >= count) {
         return Err(fault(format!("a corner beyond its {count} points")));
     }
     let mut attributes = Vec::new();
@@ -103,11 +99,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
         budget.take_bytes(path, (count as u64).saturating_mul(size as u64))?;
         attributes.push(values(attribute, count, size).map_err(fault)?);
     }
-    Ok(DecodedMesh {
-        triangles,
-        count,
-        attributes,
-    })
+    Ok(DecodedMesh { triangles, count, attributes })
 }
 
 /// The attribute of every point, of `size` bytes each.
@@ -122,9 +114,7 @@ fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attri
         DataType::Uint32 => ComponentType::U32,
         DataType::Float32 => ComponentType::F32,
         other => {
-            return Err(format!(
-                "attribute {id} is of {other:?}, which glTF has not"
-            ));
+            return Err(format!("attribute {id} is of {other:?}, which glTF has not"));
         }
     };
     let data = attribute.buffer().data();
@@ -135,14 +125,7 @@ fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attri
         let start = value.checked_mul(stride);
         let element = start.and_then(|start| data.get(start..)?.get(..size));
         let element = element.filter(|_| value < attribute.size());
-        bytes.extend(
-            element.ok_or_else(|| format!("attribute {id} has no value for point {point}"))?,
-        );
+        bytes.extend(element.ok_or_else(|| format!("attribute {id} has no value for point {point}"))?);
     }
-    Ok(Attribute {
-        id,
-        component,
-        components: attribute.num_components().into(),
-        bytes,
-    })
+    Ok(Attribute { id, component, components: attribute.num_components().into(), bytes })
 }

@@ -50,14 +50,8 @@ impl LayerSamples<'_> {
         }
         match self {
             Self::F32(v) => FlatSamples::F32(every(v, component, components).collect()),
-            Self::F16(v) => {
-                FlatSamples::F16(every(v, component, components).map(f16::from_f32).collect())
-            }
-            Self::Id(v) => FlatSamples::U32(
-                every(v, component, components)
-                    .map(|id| id.cast_unsigned())
-                    .collect(),
-            ),
+            Self::F16(v) => FlatSamples::F16(every(v, component, components).map(f16::from_f32).collect()),
+            Self::Id(v) => FlatSamples::U32(every(v, component, components).map(|id| id.cast_unsigned()).collect()),
         }
     }
 }
@@ -74,20 +68,11 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>, FormatError> {
         (_, 2, _) => &["U", "V"],
         (_, 3 | 4, _) => &["X", "Y", "Z", "W"],
         (_, n, _) => {
-            return Err(FormatError::Encode(format!(
-                "EXR: layer {name:?} has {n} components, expected 1 to 4"
-            )));
+            return Err(FormatError::Encode(format!("EXR: layer {name:?} has {n} components, expected 1 to 4")));
         }
     };
-    let prefix = if name == "color" {
-        String::new()
-    } else {
-        format!("{name}.")
-    };
-    Ok(letters[..layer.components]
-        .iter()
-        .map(|letter| format!("{prefix}{letter}"))
-        .collect())
+    let prefix = if name == "color" { String::new() } else { format!("{name}.") };
+    Ok(letters[..layer.components].iter().map(|letter| format!("{prefix}{letter}")).collect())
 }
 
 /// An EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed, the same bytes for the same input.
@@ -116,29 +101,18 @@ pub fn encode(
     let channels = channels_of(layers, [columns, rows])?;
     let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions((columns, rows)));
     let mut header = camera.map_or(Vec::new(), camera_attributes);
-    header.push((
-        "raycam.version",
-        string_attribute(env!("CARGO_PKG_VERSION")),
-    ));
+    header.push(("raycam.version", string_attribute(env!("CARGO_PKG_VERSION"))));
     header.push(("raycam.conventions", string_attribute(CONVENTIONS)));
-    header.extend(
-        notes
-            .iter()
-            .map(|(key, value)| (*key, string_attribute(value))),
-    );
+    header.extend(notes.iter().map(|(key, value)| (*key, string_attribute(value))));
     for (key, value) in header {
         if attributes.other.insert(text(key)?, value).is_some() {
-            return Err(FormatError::Encode(format!(
-                "EXR: the header has {key} twice"
-            )));
+            return Err(FormatError::Encode(format!("EXR: the header has {key} twice")));
         }
     }
     let image = Image {
         attributes,
         layer_data: Part {
-            channel_data: AnyChannels {
-                list: channels.into(),
-            },
+            channel_data: AnyChannels { list: channels.into() },
             attributes: LayerAttributes::default(),
             size: Vec2(columns, rows),
             encoding: Encoding {
@@ -150,26 +124,17 @@ pub fn encode(
     };
     let mut file = std::io::Cursor::new(Vec::new());
     // Not parallel: the crate's threads come from rayon's global pool, which does not survive a fork.
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(&mut file)
-        .map_err(|e| FormatError::Encode(format!("EXR: {e}")))?;
+    image.write().non_parallel().to_buffered(&mut file).map_err(|e| FormatError::Encode(format!("EXR: {e}")))?;
     let mut file = file.into_inner();
     sort_header(&mut file);
     Ok(file)
 }
 
 /// The channels of all layers, in the order of their names.
-fn channels_of(
-    layers: &[Layer<'_>],
-    [columns, rows]: [usize; 2],
-) -> Result<Vec<AnyChannel<FlatSamples>>, FormatError> {
+fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<AnyChannel<FlatSamples>>, FormatError> {
     let mut channels = Vec::new();
     for layer in layers {
-        let expected = columns
-            .checked_mul(rows)
-            .and_then(|n| n.checked_mul(layer.components));
+        let expected = columns.checked_mul(rows).and_then(|n| n.checked_mul(layer.components));
         if expected != Some(layer.samples.len()) {
             return Err(FormatError::Encode(format!(
                 "EXR: layer {:?} has {} values, expected {columns} x {rows} x {}",
@@ -188,14 +153,8 @@ fn channels_of(
         }
     }
     channels.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some(twice) = channels
-        .windows(2)
-        .find(|pair| pair[0].name == pair[1].name)
-    {
-        return Err(FormatError::Encode(format!(
-            "EXR: two channels are named {}",
-            twice[0].name
-        )));
+    if let Some(twice) = channels.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        return Err(FormatError::Encode(format!("EXR: two channels are named {}", twice[0].name)));
     }
     Ok(channels)
 }
@@ -208,12 +167,7 @@ fn sort_header(file: &mut [u8]) {
     let mut attributes = Vec::new();
     let mut at = START;
     while file.get(at).is_some_and(|&first| first != 0) {
-        let after_zero = |from: usize| {
-            file[from..]
-                .iter()
-                .position(|&b| b == 0)
-                .map(|n| from + n + 1)
-        };
+        let after_zero = |from: usize| file[from..].iter().position(|&b| b == 0).map(|n| from + n + 1);
         let Some(length_at) = after_zero(at).and_then(after_zero) else {
             return;
         };
@@ -239,12 +193,7 @@ const CONVENTIONS: &str = "P = K R [I | -C], camera axes x right, y down, z forw
 
 fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
     let row_major = |m: DMat3| m.transpose().to_cols_array();
-    let p = camera
-        .p()
-        .into_iter()
-        .chain([[0.0, 0.0, 0.0, 1.0]])
-        .flatten()
-        .collect::<Vec<_>>();
+    let p = camera.p().into_iter().chain([[0.0, 0.0, 0.0, 1.0]]).flatten().collect::<Vec<_>>();
     let center = match camera.pixel_center() {
         PixelCenter::Integer => "integer",
         PixelCenter::Half => "half",
@@ -270,10 +219,7 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
 /// An attribute of one of OpenEXR's types of float64, which the crate writes as bytes.
 fn f64_attribute(kind: &str, values: &[f64]) -> AttributeValue {
     let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-    AttributeValue::Custom {
-        kind: Text::from(kind),
-        bytes,
-    }
+    AttributeValue::Custom { kind: Text::from(kind), bytes }
 }
 
 /// A string attribute, in UTF-8.
@@ -283,14 +229,6 @@ fn string_attribute(value: &str) -> AttributeValue {
 
 fn text(name: &str) -> Result<Text, FormatError> {
     let printable = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
-    let text = if printable {
-        Text::new_or_none(name)
-    } else {
-        None
-    };
-    text.ok_or_else(|| {
-        FormatError::Encode(format!(
-            "EXR: {name:?} cannot be a name: expected printable ASCII"
-        ))
-    })
+    let text = if printable { Text::new_or_none(name) } else { None };
+    text.ok_or_else(|| FormatError::Encode(format!("EXR: {name:?} cannot be a name: expected printable ASCII")))
 }

@@ -20,9 +20,7 @@ pub fn encode(size: [u32; 2], rgb: &[f32]) -> Result<Vec<u8>, FormatError> {
         )));
     }
     if let Some(value) = rgb.iter().find(|v| !(0.0..f32::INFINITY).contains(*v)) {
-        return Err(FormatError::Encode(format!(
-            "HDR: a value of {value}, expected 0 or more and finite"
-        )));
+        return Err(FormatError::Encode(format!("HDR: a value of {value}, expected 0 or more and finite")));
     }
     let pixels: Vec<_> = rgb.as_chunks().0.iter().map(|&color| Rgb(color)).collect();
     let mut file = Vec::new();

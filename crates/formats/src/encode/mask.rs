@@ -23,11 +23,7 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
         loop {
             let bits = (value & 0x1f) as u8;
             value >>= 5;
-            let more = if bits & 0x10 != 0 {
-                value != -1
-            } else {
-                value != 0
-            };
+            let more = if bits & 0x10 != 0 { value != -1 } else { value != 0 };
             text.push(char::from(48 + bits + if more { 0x20 } else { 0 }));
             if !more {
                 break;
@@ -67,11 +63,7 @@ pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>
 /// Twice the area inside of a closed polygon, positive where it runs clockwise in a picture.
 fn area(corners: &[[u32; 2]]) -> i64 {
     let next = corners.iter().cycle().skip(1);
-    corners
-        .iter()
-        .zip(next)
-        .map(|(a, b)| i64::from(a[0]) * i64::from(b[1]) - i64::from(b[0]) * i64::from(a[1]))
-        .sum()
+    corners.iter().zip(next).map(|(a, b)| i64::from(a[0]) * i64::from(b[1]) - i64::from(b[0]) * i64::from(a[1])).sum()
 }
 
 /// Directions in which an outline goes on from a corner: right, down, left, up.
@@ -79,12 +71,7 @@ const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
 /// All trace_outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
 /// counter-clockwise. Pixels that touch at a corner are apart.
-fn trace_outlines(
-    mask: &[bool],
-    [width, height]: [usize; 2],
-    left: usize,
-    right: usize,
-) -> Vec<Vec<[u32; 2]>> {
+fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right: usize) -> Vec<Vec<[u32; 2]>> {
     let inside = |x: i64, y: i64| {
         (left as i64..right as i64).contains(&x)
             && (0..height as i64).contains(&y)
@@ -115,16 +102,10 @@ fn trace_outlines(
                 if direction == 0 {
                     walked[place(at)] = true;
                 }
-                at = [
-                    at[0] + DIRECTIONS[direction][0],
-                    at[1] + DIRECTIONS[direction][1],
-                ];
+                at = [at[0] + DIRECTIONS[direction][0], at[1] + DIRECTIONS[direction][1]];
                 // Right turns first: what touches at a corner stays apart.
                 let turn = [(direction + 1) % 4, direction, (direction + 3) % 4];
-                let next = turn
-                    .into_iter()
-                    .find(|&next| leaves(at, next))
-                    .unwrap_or(direction);
+                let next = turn.into_iter().find(|&next| leaves(at, next)).unwrap_or(direction);
                 if next != direction {
                     corners.push([at[0] as u32, at[1] as u32]);
                 }

@@ -35,23 +35,11 @@ pub(crate) fn triangulate(
 /// The corners in their best plane, turning to the left; `None` where there is no such plane.
 fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
     let origin = corners[0];
-    let area: DVec3 = corners
-        .windows(2)
-        .map(|w| (w[0] - origin).cross(w[1] - origin))
-        .sum();
+    let area: DVec3 = corners.windows(2).map(|w| (w[0] - origin).cross(w[1] - origin)).sum();
     let normal = area.try_normalize()?;
     let (x, y) = normal.any_orthonormal_pair();
-    let (x, y) = if x.cross(y).dot(normal) > 0.0 {
-        (x, y)
-    } else {
-        (y, x)
-    };
-    Some(
-        corners
-            .iter()
-            .map(|&p| DVec2::new((p - origin).dot(x), (p - origin).dot(y)))
-            .collect(),
-    )
+    let (x, y) = if x.cross(y).dot(normal) > 0.0 { (x, y) } else { (y, x) };
+    Some(corners.iter().map(|&p| DVec2::new((p - origin).dot(x), (p - origin).dot(y))).collect())
 }
 
 fn strictly_convex(flat: &[DVec2]) -> bool {
@@ -97,11 +85,7 @@ impl EarClipper {
         ears
     }
 
-    fn cut(
-        mut self,
-        steps: &mut u64,
-        triangles: &mut Vec<[u32; 3]>,
-    ) -> Result<(), WorkLimitExceeded> {
+    fn cut(mut self, steps: &mut u64, triangles: &mut Vec<[u32; 3]>) -> Result<(), WorkLimitExceeded> {
         let mut corner = 0;
         for left in (4..=self.flat.len()).rev() {
             let ear = self.next_ear(steps)?;
@@ -157,12 +141,7 @@ impl EarClipper {
     }
 
     /// The first convex corner from `start` on, else the corner with the greatest signed area.
-    fn least_reflex(
-        &self,
-        start: u32,
-        left: usize,
-        steps: &mut u64,
-    ) -> Result<u32, WorkLimitExceeded> {
+    fn least_reflex(&self, start: u32, left: usize, steps: &mut u64) -> Result<u32, WorkLimitExceeded> {
         let mut best = (start, f64::NEG_INFINITY);
         let mut corner = start;
         for _ in 0..left {
@@ -185,8 +164,7 @@ impl EarClipper {
         self.set_reflex(corner, reflex);
         self.versions[corner as usize] += 1;
         if !reflex {
-            self.queue
-                .push_back((corner, self.versions[corner as usize]));
+            self.queue.push_back((corner, self.versions[corner as usize]));
         }
     }
 
@@ -195,8 +173,7 @@ impl EarClipper {
         if !reflex {
             for waiting in std::mem::take(&mut self.blocked[corner as usize]) {
                 self.versions[waiting as usize] += 1;
-                self.queue
-                    .push_back((waiting, self.versions[waiting as usize]));
+                self.queue.push_back((waiting, self.versions[waiting as usize]));
             }
         }
     }

@@ -37,9 +37,7 @@ impl DegenerateFaces {
     /// The notice about these faces, if there are any.
     pub(crate) fn notice(&self, path: &Path) -> Option<String> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
-        Some(format!(
-            "{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}"
-        ))
+        Some(format!("{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}"))
     }
 }
 
@@ -107,9 +105,7 @@ impl Polygons {
         self.ends.extend(later.ends.iter().map(|end| start + end));
         if !self.attributes.is_empty() || !later.attributes.is_empty() {
             self.attributes.resize(start, [NO_INDEX; 2]);
-            later
-                .attributes
-                .resize(later.positions.len(), [NO_INDEX; 2]);
+            later.attributes.resize(later.positions.len(), [NO_INDEX; 2]);
             self.attributes.append(&mut later.attributes);
         }
         self.positions.append(&mut later.positions);
@@ -123,11 +119,7 @@ impl Polygons {
     /// A corner, counted over all polygons.
     fn corner_at(&self, corner: usize) -> Corner {
         let [uv, normal] = (self.attributes.get(corner)).map_or([NO_INDEX; 2], |given| *given);
-        Corner {
-            position: self.positions[corner],
-            uv,
-            normal,
-        }
+        Corner { position: self.positions[corner], uv, normal }
     }
 
     /// Changes a corner, counted over all polygons, if it is there.
@@ -187,35 +179,24 @@ impl Polygons {
         for polygon in range {
             let corners = self.range(polygon);
             if corners.len() == 3 {
-                triangle(
-                    polygon,
-                    [0, 1, 2].map(|i| self.corner_at(corners.start + i)),
-                );
+                triangle(polygon, [0, 1, 2].map(|i| self.corner_at(corners.start + i)));
                 continue;
             }
             if corners.len() > MAX_CORNERS {
-                let message = format!(
-                    "a face of {} corners, more than {MAX_CORNERS}",
-                    corners.len()
-                );
+                let message = format!("a face of {} corners, more than {MAX_CORNERS}", corners.len());
                 return Err(FormatError::unsupported(path, message));
             }
             points.clear();
             points.extend(self.get(polygon).map(&position));
             cut.clear();
-            ear_clipping::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| {
-                FormatError::Budget {
-                    path: path.into(),
-                    what: "steps were not enough to cut its polygons into triangles",
-                    amount: before,
-                    left: 0,
-                }
+            ear_clipping::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| FormatError::Budget {
+                path: path.into(),
+                what: "steps were not enough to cut its polygons into triangles",
+                amount: before,
+                left: 0,
             })?;
             for corner in &cut {
-                triangle(
-                    polygon,
-                    corner.map(|i| self.corner_at(corners.start + i as usize)),
-                );
+                triangle(polygon, corner.map(|i| self.corner_at(corners.start + i as usize)));
             }
         }
         Ok(())

@@ -43,13 +43,7 @@ impl ReflexKdTree {
         };
         let mut at = 0;
         while at < tree.nodes.len() {
-            let KdNode {
-                start,
-                end,
-                low,
-                high,
-                ..
-            } = tree.nodes[at];
+            let KdNode { start, end, low, high, .. } = tree.nodes[at];
             let (start, end) = (start as usize, end as usize);
             let own = &mut tree.order[start..end];
             let sides = own.iter().map(|&i| points[i as usize]);
@@ -111,9 +105,7 @@ impl ReflexKdTree {
             let apart = node.marks == 0
                 || node.low.cmpgt(high).any()
                 || node.high.cmplt(low).any()
-                || [(a, b), (b, c), (c, a)]
-                    .into_iter()
-                    .any(|(a, b)| node.is_right_of(a, b));
+                || [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| node.is_right_of(a, b));
             if apart {
                 continue;
             }
@@ -158,16 +150,8 @@ impl KdNode {
     /// furthest to the left bounds the sign of every point inside, computed in the same way.
     fn is_right_of(&self, a: DVec2, b: DVec2) -> bool {
         let along = b - a;
-        let x = if along.y > 0.0 {
-            self.low.x
-        } else {
-            self.high.x
-        };
-        let y = if along.x > 0.0 {
-            self.high.y
-        } else {
-            self.low.y
-        };
+        let x = if along.y > 0.0 { self.low.x } else { self.high.x };
+        let y = if along.x > 0.0 { self.high.y } else { self.low.y };
         signed_area2(a, b, DVec2::new(x, y)) < 0.0
     }
 }
@@ -180,9 +164,7 @@ mod tests {
     fn what_is_found_is_what_looking_at_every_point_finds() {
         let mut state = 7_u64;
         let mut random = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             // Few values, so that points meet and lie on sides.
             ((state >> 60) as f64) / 4.0
         };
@@ -199,10 +181,7 @@ mod tests {
             }
             let lies_inside = |p: DVec2| {
                 let corner = p == a || p == b || p == c;
-                !corner
-                    && signed_area2(a, b, p) >= 0.0
-                    && signed_area2(b, c, p) >= 0.0
-                    && signed_area2(c, a, p) >= 0.0
+                !corner && signed_area2(a, b, p) >= 0.0 && signed_area2(b, c, p) >= 0.0 && signed_area2(c, a, p) >= 0.0
             };
             let any = (0..300).any(|i| tree.is_marked(i) && lies_inside(points[i as usize]));
             let (inside, _) = tree.find_inside(&points, [a, b, c]);

@@ -23,9 +23,7 @@ fn areas(corners: &[DVec3], normal: DVec3) -> Vec<f64> {
 
 fn signed_area(corners: &[DVec3], normal: DVec3) -> f64 {
     let count = corners.len();
-    (0..count)
-        .map(|i| corners[i].cross(corners[(i + 1) % count]).dot(normal) / 2.0)
-        .sum()
+    (0..count).map(|i| corners[i].cross(corners[(i + 1) % count]).dot(normal) / 2.0).sum()
 }
 
 fn flat(points: &[[f64; 2]]) -> Vec<DVec3> {
@@ -38,19 +36,14 @@ fn covers(corners: &[DVec3], normal: DVec3) {
     let whole = signed_area(corners, normal);
     let sum: f64 = areas.iter().sum();
     assert!((sum - whole).abs() <= 1e-12 * whole, "{sum} of {whole}");
-    assert!(
-        areas.iter().all(|&area| area >= -1e-13 * whole),
-        "{areas:?}"
-    );
+    assert!(areas.iter().all(|&area| area >= -1e-13 * whole), "{areas:?}");
 }
 
 /// Numbers from 0 to 1, the same every time.
 fn random() -> impl FnMut() -> f64 {
     let mut state = 7_u64;
     move || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
@@ -60,12 +53,7 @@ fn stars_of_any_shape_in_any_plane_are_covered_once() {
     let mut random = random();
     for round in 0..400 {
         let count = 4 + round % 60;
-        let turn = DQuat::from_euler(
-            glam::EulerRot::XYZ,
-            6.0 * random(),
-            6.0 * random(),
-            6.0 * random(),
-        );
+        let turn = DQuat::from_euler(glam::EulerRot::XYZ, 6.0 * random(), 6.0 * random(), 6.0 * random());
         let shift = DVec3::new(random(), random(), random()) * 100.0;
         let corners: Vec<DVec3> = (0..count)
             .map(|i| {
@@ -84,15 +72,7 @@ fn stars_of_any_shape_in_any_plane_are_covered_once() {
 
 #[test]
 fn corners_in_the_middle_of_sides_make_no_flat_triangles() {
-    let square = flat(&[
-        [0., 0.],
-        [1., 0.],
-        [2., 0.],
-        [2., 2.],
-        [1., 2.],
-        [0., 2.],
-        [0., 1.],
-    ]);
+    let square = flat(&[[0., 0.], [1., 0.], [2., 0.], [2., 2.], [1., 2.], [0., 2.], [0., 1.]]);
     assert!(areas(&square, DVec3::Z).iter().all(|&area| area > 0.1));
     covers(&square, DVec3::Z);
     let triangle = flat(&[[0., 0.], [1., 0.], [2., 0.], [3., 0.], [0., 3.]]);
@@ -112,18 +92,8 @@ fn an_arrow_is_cut_at_its_notch() {
 
 #[test]
 fn a_hole_with_a_bridge_stays_open() {
-    let ring = flat(&[
-        [0., 0.],
-        [4., 0.],
-        [4., 4.],
-        [0., 4.],
-        [0., 0.],
-        [1., 1.],
-        [1., 3.],
-        [3., 3.],
-        [3., 1.],
-        [1., 1.],
-    ]);
+    let ring =
+        flat(&[[0., 0.], [4., 0.], [4., 4.], [0., 4.], [0., 0.], [1., 1.], [1., 3.], [3., 3.], [3., 1.], [1., 1.]]);
     covers(&ring, DVec3::Z);
     assert!((areas(&ring, DVec3::Z).iter().sum::<f64>() - 12.0).abs() < 1e-12);
 }
@@ -132,59 +102,34 @@ fn a_hole_with_a_bridge_stays_open() {
 fn combs_and_spirals_are_covered() {
     let teeth = 200;
     let mut comb = vec![[0.0, 0.0], [2.0 * teeth as f64, 0.0]];
-    comb.extend(
-        (0..2 * teeth).map(|i| [(2 * teeth - i) as f64, if i % 2 == 0 { 10.0 } else { 1.0 }]),
-    );
+    comb.extend((0..2 * teeth).map(|i| [(2 * teeth - i) as f64, if i % 2 == 0 { 10.0 } else { 1.0 }]));
     covers(&flat(&comb), DVec3::Z);
     let arm = |i: usize, width: f64| {
         let angle = 0.1 * i as f64;
-        [
-            (1.0 + angle + width) * angle.cos(),
-            (1.0 + angle + width) * angle.sin(),
-        ]
+        [(1.0 + angle + width) * angle.cos(), (1.0 + angle + width) * angle.sin()]
     };
-    let spiral: Vec<_> = (0..300)
-        .map(|i| arm(i, 3.0))
-        .chain((0..300).rev().map(|i| arm(i, 0.0)))
-        .collect();
+    let spiral: Vec<_> = (0..300).map(|i| arm(i, 3.0)).chain((0..300).rev().map(|i| arm(i, 0.0))).collect();
     covers(&flat(&spiral), DVec3::Z);
 }
 
 #[test]
 fn degenerate_polygons_keep_their_signed_area() {
     // Crossing itself, all on a line, all in one point, and not flat.
-    let pentagram: Vec<_> = (0..5)
-        .map(|i| (f64::from(i) * 2.0 * 72.0).to_radians().sin_cos().into())
-        .collect();
+    let pentagram: Vec<_> = (0..5).map(|i| (f64::from(i) * 2.0 * 72.0).to_radians().sin_cos().into()).collect();
     let bow = vec![[0., 0.], [2., 2.], [2., 0.], [0., 2.1], [-1., 1.]];
-    for points in [
-        pentagram,
-        bow,
-        vec![[0., 0.], [1., 0.], [2., 0.], [3., 0.]],
-        vec![[1., 1.]; 6],
-    ] {
+    for points in [pentagram, bow, vec![[0., 0.], [1., 0.], [2., 0.], [3., 0.]], vec![[1., 1.]; 6]] {
         let corners = flat(&points);
         let sum: f64 = areas(&corners, DVec3::Z).iter().sum();
         assert!((sum - signed_area(&corners, DVec3::Z)).abs() < 1e-12);
     }
-    let saddle: Vec<DVec3> = (0..4)
-        .map(|i| {
-            DVec3::new(
-                f64::from(i & 1 ^ i >> 1),
-                f64::from(i >> 1),
-                f64::from(i & 1),
-            )
-        })
-        .collect();
+    let saddle: Vec<DVec3> =
+        (0..4).map(|i| DVec3::new(f64::from(i & 1 ^ i >> 1), f64::from(i >> 1), f64::from(i & 1))).collect();
     assert_eq!(cut(&saddle), [[0, 1, 2], [0, 2, 3]]);
 }
 
 #[test]
 fn work_is_limited() {
-    let zigzag: Vec<_> = (0..1000)
-        .map(|i| [f64::from(i), f64::from(i % 2)])
-        .chain([[500.0, 900.0]])
-        .collect();
+    let zigzag: Vec<_> = (0..1000).map(|i| [f64::from(i), f64::from(i % 2)]).chain([[500.0, 900.0]]).collect();
     let (mut steps, mut triangles) = (1000, Vec::new());
     assert!(triangulate(&flat(&zigzag), &mut steps, &mut triangles).is_err());
     assert!(triangles.len() < 999);
@@ -199,9 +144,7 @@ fn large_contours_take_little_work() {
     };
     let mut random = random();
     let star: Vec<_> = (0..count).map(|i| around(i, 0.3 + random())).collect();
-    let gear: Vec<_> = (0..count)
-        .map(|i| around(i, if i % 4 < 2 { 1.0 } else { 0.9 }))
-        .collect();
+    let gear: Vec<_> = (0..count).map(|i| around(i, if i % 4 < 2 { 1.0 } else { 0.9 })).collect();
     for points in [star, gear] {
         let corners = flat(&points);
         let (mut steps, mut triangles) = (1000 * count as u64, Vec::new());

@@ -15,11 +15,7 @@ pub(crate) struct Corner {
 impl Corner {
     /// A corner that has nothing but its position.
     pub(crate) fn plain(position: u32) -> Self {
-        Self {
-            position,
-            uv: NO_INDEX,
-            normal: NO_INDEX,
-        }
+        Self { position, uv: NO_INDEX, normal: NO_INDEX }
     }
 }
 
@@ -44,12 +40,7 @@ pub(crate) struct VertexDeduper {
 impl VertexDeduper {
     /// For positions below `count`.
     pub(crate) fn new(count: usize) -> Self {
-        Self {
-            corner_of: Vec::new(),
-            next: Vec::new(),
-            first: vec![NO_INDEX; count],
-            crowded: HashMap::new(),
-        }
+        Self { corner_of: Vec::new(), next: Vec::new(), first: vec![NO_INDEX; count], crowded: HashMap::new() }
     }
 
     /// Begins another mesh.
@@ -65,11 +56,7 @@ impl VertexDeduper {
     pub(crate) fn reserve(&mut self, positions: impl Iterator<Item = u32>) {
         for position in positions {
             if self.first[position as usize] == NO_INDEX {
-                self.first[position as usize] = self.push(Corner {
-                    position,
-                    uv: UNUSED,
-                    normal: UNUSED,
-                });
+                self.first[position as usize] = self.push(Corner { position, uv: UNUSED, normal: UNUSED });
             }
         }
     }

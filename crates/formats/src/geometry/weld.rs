@@ -85,11 +85,7 @@ impl<P: WeldKey> VertexWelder<P> {
             0 => 0,
             capacity => (2 * capacity).next_power_of_two(),
         };
-        Self {
-            points: Vec::with_capacity(capacity),
-            table: vec![0; length],
-            seed,
-        }
+        Self { points: Vec::with_capacity(capacity), table: vec![0; length], seed }
     }
 
     /// The index of a point.
@@ -102,9 +98,7 @@ impl<P: WeldKey> VertexWelder<P> {
         // Most are known, and where their hash says.
         let at = hash as usize & self.table.len().wrapping_sub(1);
         match self.table.get(at) {
-            Some(&found) if found > 0 && self.points[found as usize - 1].bits() == point.bits() => {
-                found - 1
-            }
+            Some(&found) if found > 0 && self.points[found as usize - 1].bits() == point.bits() => found - 1,
             _ => self.probe(point, hash),
         }
     }
@@ -174,19 +168,14 @@ pub(crate) fn weld_triangles<E: Send>(
 ) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), E> {
     let seed = HashSeed::draw();
     let mut triangles = vec![[0; 3]; count];
-    let blocks: Vec<OnceLock<WeldBlock>> = (0..count.div_ceil(block))
-        .map(|_| OnceLock::new())
-        .collect();
+    let blocks: Vec<OnceLock<WeldBlock>> = (0..count.div_ceil(block)).map(|_| OnceLock::new()).collect();
     parallel::fill_blocks(&mut triangles, block, |first, triangles| {
         let welded = weld_block(seed, triangles, |each| read(first, each))?;
         // Each block is set once, by the thread that reads it.
         let _ = blocks[first / block].set(welded);
         Ok(())
     })?;
-    let blocks: Vec<WeldBlock> = blocks
-        .into_iter()
-        .filter_map(OnceLock::into_inner)
-        .collect();
+    let blocks: Vec<WeldBlock> = blocks.into_iter().filter_map(OnceLock::into_inner).collect();
     // Points are numbered through all blocks.
     let mut starts = vec![0];
     for block in &blocks {
@@ -237,10 +226,7 @@ fn weld_block<E>(
             }
         }
     })?;
-    Ok(WeldBlock {
-        points: weld.points,
-        shards,
-    })
+    Ok(WeldBlock { points: weld.points, shards })
 }
 
 /// The index of every point of all blocks among the points that differ, and for each of those its first occurrence. Each
@@ -291,8 +277,7 @@ mod tests {
     #[test]
     fn each_place_has_one_index_in_order() {
         let mut weld = VertexWelder::default();
-        let point =
-            |i: u32| DVec3::new(f64::from(i % 7), f64::from(i % 11), f64::from(i % 13) - 6.0);
+        let point = |i: u32| DVec3::new(f64::from(i % 7), f64::from(i % 11), f64::from(i % 13) - 6.0);
         let mut expected: Vec<DVec3> = Vec::new();
         for i in 0..30_000 {
             let known = expected.iter().position(|&known| known == point(i));
@@ -326,13 +311,10 @@ mod tests {
             };
             let facet = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2].map(corner);
             let mut weld = VertexWelder::default();
-            let expected: Vec<_> = (0..count)
-                .map(|i| facet(i).map(|point| weld.insert(point)))
-                .collect();
+            let expected: Vec<_> = (0..count).map(|i| facet(i).map(|point| weld.insert(point))).collect();
             for block in [1, 7, 1024] {
                 let read = |first: usize, each: &mut dyn FnMut([[f32; 3]; 3])| {
-                    (first..(first + block).min(count as usize))
-                        .for_each(|i| each(facet(i as u32)));
+                    (first..(first + block).min(count as usize)).for_each(|i| each(facet(i as u32)));
                     Ok::<(), ()>(())
                 };
                 let (points, found) = weld_triangles(count as usize, block, read).unwrap();

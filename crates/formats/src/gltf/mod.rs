@@ -40,40 +40,20 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, 
     let root = container.document(&source.bytes, path)?;
     allowance.charge(path, "materials", root.materials.len() as u64, 1536)?;
     document::extensions::check(&root, path, &mut diagnostics)?;
-    let resources = Resources::read(
-        source,
-        &container,
-        &root,
-        assets,
-        &mut diagnostics,
-        &mut allowance,
-    )?;
-    let document = Document {
-        path,
-        source,
-        root,
-        resources,
-    };
+    let resources = Resources::read(source, &container, &root, assets, &mut diagnostics, &mut allowance)?;
+    let document = Document { path, source, root, resources };
     let mut builder = Builder {
         document: &document,
         assets,
         diagnostics,
         allowance,
-        world: World {
-            up: Up::Y,
-            emission_keeps_default_lights: true,
-            ..World::default()
-        },
+        world: World { up: Up::Y, emission_keeps_default_lights: true, ..World::default() },
         textures: ImportedTextures::default(),
         meshes: ImportedMeshes::default(),
     };
     builder.materials()?;
     builder.nodes()?;
-    let Builder {
-        mut world,
-        diagnostics,
-        ..
-    } = builder;
+    let Builder { mut world, diagnostics, .. } = builder;
     let notices = diagnostics.into_notices(path, assets);
     world.notices.extend(notices);
     Ok(world)

@@ -15,9 +15,7 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
         let found = BmpHeader::parse(file.bytes).map(|header| header.check_complete(file.bytes));
-        found
-            .flatten()
-            .ok_or_else(|| file.fault("ends early, or has runs that lead out of the picture"))
+        found.flatten().ok_or_else(|| file.fault("ends early, or has runs that lead out of the picture"))
     })
 }
 
@@ -38,13 +36,7 @@ impl BmpHeader {
         let four = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
         let start = four(10)? as usize;
         Some(if four(14)? == 12 {
-            Self {
-                start,
-                columns: two(18)?.into(),
-                rows: two(20)?.into(),
-                bits: two(24)?.into(),
-                runs: false,
-            }
+            Self { start, columns: two(18)?.into(), rows: two(20)?.into(), bits: two(24)?.into(), runs: false }
         } else {
             Self {
                 start,

@@ -45,18 +45,13 @@ impl Decoder<'_> {
     }
 
     pub(crate) fn notice(&mut self, message: impl std::fmt::Display) {
-        self.notices
-            .push(format!("{}: {message}", self.path.display()));
+        self.notices.push(format!("{}: {message}", self.path.display()));
     }
 
     /// Charges the pixels of an image before they are decoded, and refuses an image that unpacks to more than its
     /// format is trusted with and 4096 times its file. True if it unpacks to more than 32 MiB and 16 times its file:
     /// then the file is checked to its end before anything is allocated, where the format allows that.
-    pub(crate) fn take_pixels(
-        &mut self,
-        [columns, rows]: [u32; 2],
-        texel: u64,
-    ) -> Result<bool, FormatError> {
+    pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool, FormatError> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
             return Err(self.fault(format!("an image of {columns} x {rows} pixels")));
@@ -75,11 +70,7 @@ impl Decoder<'_> {
     }
 
     pub(crate) fn image(&self, size: [u32; 2], texels: Texels) -> Image {
-        Image {
-            name: self.path.display().to_string(),
-            size,
-            texels,
-        }
+        Image { name: self.path.display().to_string(), size, texels }
     }
 
     /// Eight bits a channel, for the image's use.
@@ -111,18 +102,12 @@ impl Decoder<'_> {
         let mut replaced = 0;
         for value in texels.as_flattened_mut() {
             if !value.is_finite() {
-                *value = if value.is_nan() {
-                    0.0
-                } else {
-                    LARGEST.copysign(*value)
-                };
+                *value = if value.is_nan() { 0.0 } else { LARGEST.copysign(*value) };
                 replaced += 1;
             }
         }
         if replaced > 0 {
-            self.notice(format!(
-                "{replaced} values are infinite or not numbers: read as {LARGEST} and 0"
-            ));
+            self.notice(format!("{replaced} values are infinite or not numbers: read as {LARGEST} and 0"));
         }
         Texels::Float(texels)
     }

@@ -7,9 +7,7 @@ use ::exr::block::chunk::CompressedBlock;
 use ::exr::block::reader::ChunksReader;
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
-use ::exr::prelude::{
-    Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read,
-};
+use ::exr::prelude::{Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use raycam_scene::Image;
 
 use crate::error::FormatError;
@@ -28,11 +26,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let texel = part.channels.bytes_per_pixel.max(16) as u64;
     let whole = file.take_pixels(size, texel)?;
     check_blocks(file, part, index, whole)?;
-    if part
-        .shared_attributes
-        .chromaticities
-        .is_some_and(other_primaries)
-    {
+    if part.shared_attributes.chromaticities.is_some_and(other_primaries) {
         file.notice("its primaries are not those of Rec. 709: read as if they were");
     }
     let window = part.shared_attributes.display_window;
@@ -47,10 +41,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 }
 
 /// The first part with channels R, G and B (and true), or Y (and false).
-fn colored_part<'a>(
-    file: &Decoder<'_>,
-    headers: &'a [Header],
-) -> Result<(&'a Header, bool), FormatError> {
+fn colored_part<'a>(file: &Decoder<'_>, headers: &'a [Header]) -> Result<(&'a Header, bool), FormatError> {
     let has = |header: &Header, name: &str| {
         let mut names = header.channels.list.iter().map(|c| &c.name);
         names.any(|channel| channel.eq(name))
@@ -74,38 +65,22 @@ fn colored_part<'a>(
 
 /// The texels of the first part that can be read, whose rows have `columns` pixels.
 fn read_pixels(file: &Decoder<'_>, columns: usize, colored: bool) -> Result<Vec<[f32; 4]>, Error> {
-    let set =
-        move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
-            if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
-                *texel = [r, g, b, a];
-            }
-        };
-    let reader = || {
-        read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .specific_channels()
+    let set = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
+        if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
+            *texel = [r, g, b, a];
+        }
     };
+    let reader = || read().no_deep_data().largest_resolution_level().specific_channels();
     let bytes = Cursor::new(file.bytes);
     if !colored {
         let grey = reader().required("Y").optional("A", 1.0_f32);
         let set = move |texels: &mut _, at, (y, a): (f32, f32)| set(texels, at, (y, y, y, a));
-        let image = grey
-            .collect_pixels(blank, set)
-            .first_valid_layer()
-            .all_attributes();
+        let image = grey.collect_pixels(blank, set).first_valid_layer().all_attributes();
         let image = image.non_parallel().from_buffered(bytes);
         image.map(|image| image.layer_data.channel_data.pixels)
     } else {
-        let colored = reader()
-            .required("R")
-            .required("G")
-            .required("B")
-            .optional("A", 1.0_f32);
-        let image = colored
-            .collect_pixels(blank, set)
-            .first_valid_layer()
-            .all_attributes();
+        let colored = reader().required("R").required("G").required("B").optional("A", 1.0_f32);
+        let image = colored.collect_pixels(blank, set).first_valid_layer().all_attributes();
         let image = image.non_parallel().from_buffered(bytes);
         image.map(|image| image.layer_data.channel_data.pixels)
     }
@@ -113,12 +88,7 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, colored: bool) -> Result<Vec<
 
 /// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would
 /// allocate what they say. With `whole`, each block is unpacked, and none is kept.
-fn check_blocks(
-    file: &Decoder<'_>,
-    part: &Header,
-    index: usize,
-    whole: bool,
-) -> Result<(), FormatError> {
+fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) -> Result<(), FormatError> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);
     if let BlockDescription::Tiles(tiles) = part.blocks {
@@ -128,10 +98,7 @@ fn check_blocks(
             return Err(file.fault(message));
         }
     }
-    let sized = matches!(
-        part.compression,
-        Compression::DWAA(_) | Compression::DWAB(_)
-    );
+    let sized = matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_));
     if !sized && !whole {
         return Ok(());
     }
@@ -140,9 +107,7 @@ fn check_blocks(
     // Smaller levels are not read.
     let largest = Vec2(0, 0);
     let chunks = reader.and_then(|reader| {
-        reader.filter_chunks(false, |_, tile, block| {
-            block.layer == index && tile.level_index == largest
-        })
+        reader.filter_chunks(false, |_, tile, block| block.layer == index && tile.level_index == largest)
     });
     let chunks = chunks.map_err(|e| decoder_error(file, e))?;
     let meta = chunks.meta_data().clone();
@@ -160,12 +125,7 @@ fn check_blocks(
 }
 
 /// Refuses a DWA block that declares more bytes than `most`.
-fn check_sizes(
-    file: &Decoder<'_>,
-    part: &Header,
-    block: &CompressedBlock,
-    most: u64,
-) -> Result<(), FormatError> {
+fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most: u64) -> Result<(), FormatError> {
     let place = part.get_block_data_indices(block);
     let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
     let place = place.map_err(|e| decoder_error(file, e))?;
@@ -181,8 +141,7 @@ fn check_sizes(
     // Its version, then nine sizes and counts.
     let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
     if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
-        let message =
-            format!("a DWA block that declares {size} bytes, at most {most} are possible");
+        let message = format!("a DWA block that declares {size} bytes, at most {most} are possible");
         return Err(file.fault(message));
     }
     Ok(())
@@ -196,9 +155,7 @@ fn blank<Channels>(size: Vec2<usize>, _: &Channels) -> Vec<[f32; 4]> {
 fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     let expected = [(0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
     let found = [found.red, found.green, found.blue];
-    let differs = |(found, (x, y)): (Vec2<f32>, (f32, f32))| {
-        (found.0 - x).abs() > 0.005 || (found.1 - y).abs() > 0.005
-    };
+    let differs = |(found, (x, y)): (Vec2<f32>, (f32, f32))| (found.0 - x).abs() > 0.005 || (found.1 - y).abs() > 0.005;
     found.into_iter().zip(expected).any(differs)
 }
 

@@ -21,8 +21,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     };
     let header = &rest[..found.as_ref().map_or(0, |(_, line)| line.start)];
     let bytes = b"#?RADIANCE".chain(header).chain(line.as_bytes());
-    let decoder =
-        HdrDecoder::new(bytes.chain(&rest[after..])).map_err(|e| decoder_error(file, e))?;
+    let decoder = HdrDecoder::new(bytes.chain(&rest[after..])).map_err(|e| decoder_error(file, e))?;
     let metadata = decoder.metadata();
     for (key, value) in &metadata.custom_attributes {
         if key == "FORMAT" && value != "32-bit_rle_rgbe" {
@@ -38,8 +37,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The factor of all values of the file.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
-        let message =
-            format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
+        let message = format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
         file.fault(message)
     };
     if !(exposure > 0.0 && exposure.is_finite()) {
@@ -48,8 +46,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let size = [metadata.width, metadata.height].map(|side| side as usize);
     let mut image = decode_checked(file, decoder, |file| {
         let lines = after_resolution(rest).unwrap_or_default();
-        check_complete(lines, size)
-            .ok_or_else(|| file.fault("ends early, or has runs longer than a line"))
+        check_complete(lines, size).ok_or_else(|| file.fault("ends early, or has runs longer than a line"))
     })?;
     if exposure != 1.0
         && let Texels::Float(texels) = &mut image.texels
@@ -137,9 +134,7 @@ fn changes_colors(key: &str, value: &str) -> bool {
     };
     let mut numbers = value.split_whitespace().map(str::parse::<f32>);
     let near = |number: f32, &expected: &f32| (number - expected).abs() < 0.011;
-    !expected
-        .iter()
-        .all(|expected| matches!(numbers.next(), Some(Ok(number)) if near(number, expected)))
+    !expected.iter().all(|expected| matches!(numbers.next(), Some(Ok(number)) if near(number, expected)))
 }
 
 /// How the scanlines of a file lie in its picture, where not as usual: from the top, each from the left.
@@ -163,9 +158,7 @@ impl Orientation {
         let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
         let length = bytes[start..].iter().position(|&b| b == b'\n')?;
         let line = std::str::from_utf8(&bytes[start..start + length]).ok()?;
-        let [first, scanlines, second, pixels] = line.split_whitespace().collect::<Vec<_>>()[..]
-            .try_into()
-            .ok()?;
+        let [first, scanlines, second, pixels] = line.split_whitespace().collect::<Vec<_>>()[..].try_into().ok()?;
         let axis = |word| match word {
             "-Y" => Some((false, false)),
             "+Y" => Some((false, true)),
@@ -176,11 +169,8 @@ impl Orientation {
         let ((columns, last_first), (across, backwards)) = (axis(first)?, axis(second)?);
         let usual = !columns && !last_first && !backwards;
         (columns != across && !usual).then(|| {
-            let found = Self {
-                counts: [scanlines, pixels].map(str::to_owned),
-                columns,
-                reversed: [last_first, backwards],
-            };
+            let found =
+                Self { counts: [scanlines, pixels].map(str::to_owned), columns, reversed: [last_first, backwards] };
             (found, start..start + length + 1)
         })
     }
@@ -211,10 +201,6 @@ impl Orientation {
                 texels.push(from[line * pixels as usize + place]);
             }
         }
-        Image {
-            size: [columns, rows],
-            texels: Texels::Float(texels),
-            ..image
-        }
+        Image { size: [columns, rows], texels: Texels::Float(texels), ..image }
     }
 }

@@ -27,8 +27,7 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         file.notice("its last scans are missing: coarser than it was made");
     }
     if let Some(number) = missing.end_of {
-        let message =
-            format!("scan {number} ends within its last blocks; what is missing there is made up");
+        let message = format!("scan {number} ends within its last blocks; what is missing there is made up");
         file.notice(message);
     }
     Ok(image)
@@ -78,8 +77,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
         let length = usize::from(u16::from_be_bytes(*length));
         let segment = bytes.get(at + 2..at + length).ok_or_else(cut)?;
         at += length;
-        let short =
-            || format!("ends early or is damaged: its segment {marker:#04x} is not as expected");
+        let short = || format!("ends early or is damaged: its segment {marker:#04x} is not as expected");
         match marker {
             0xc4 => found.huffman(segment).ok_or_else(short)?,
             // A second picture in one file is another's.
@@ -145,9 +143,7 @@ impl SegmentState {
         };
         let odd = || format!("ends early or is damaged: scan {number} is not as expected");
         let (&count, rest) = segment.split_first().ok_or_else(odd)?;
-        let (selectors, rest) = rest
-            .split_at_checked(2 * usize::from(count))
-            .ok_or_else(odd)?;
+        let (selectors, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(odd)?;
         let [first, last, bits] = *rest.first_chunk().ok_or_else(odd)?;
         let kind = match frame {
             2 => ScanKind::progressive([first, last], [bits >> 4, bits & 15]).ok_or_else(odd)?,
@@ -156,22 +152,14 @@ impl SegmentState {
         let mut chosen = Vec::new();
         for &[id, tables] in selectors.as_chunks().0 {
             let place = self.components.iter().position(|c| c.id == id);
-            let place = place
-                .filter(|place| !chosen.contains(place))
-                .ok_or_else(odd)?;
+            let place = place.filter(|place| !chosen.contains(place)).ok_or_else(odd)?;
             chosen.push(place);
-            self.components[place].tables =
-                [tables >> 4, tables & 15].map(|id| usize::from(id & 3));
+            self.components[place].tables = [tables >> 4, tables & 15].map(|id| usize::from(id & 3));
         }
         if chosen.is_empty() || (chosen.len() > 1 && kind.is_single_component()) {
             return Err(odd());
         }
-        let scan = Scan {
-            size: self.size,
-            kind,
-            interval: self.interval,
-            tables: &self.tables,
-        };
+        let scan = Scan { size: self.size, kind, interval: self.interval, tables: &self.tables };
         let (length, complete) = (scan.read(&mut self.components, &chosen, data))
             .map_err(|place| format!("ends early or is damaged: scan {number} {place}"))?;
         if !complete {
@@ -189,15 +177,9 @@ impl SegmentState {
             };
         }
         if let Some(missing) = self.components.iter().find(|c| c.bits[0].is_none()) {
-            return Err(format!(
-                "ends early: nothing of its component {}",
-                missing.id
-            ));
+            return Err(format!("ends early: nothing of its component {}", missing.id));
         }
         let mut bits = self.components.iter().flat_map(|c| &c.bits);
-        Ok(MissingData {
-            scans: bits.any(|&bit| bit != Some(0)),
-            ..self.missing
-        })
+        Ok(MissingData { scans: bits.any(|&bit| bit != Some(0)), ..self.missing })
     }
 }

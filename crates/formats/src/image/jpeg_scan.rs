@@ -17,13 +17,7 @@ pub(super) struct FrameComponent {
 
 impl FrameComponent {
     pub(super) fn new(id: u8, factors: [usize; 2]) -> Self {
-        Self {
-            id,
-            factors,
-            tables: [0; 2],
-            bits: [None; 64],
-            nonzero: Vec::new(),
-        }
+        Self { id, factors, tables: [0; 2], bits: [None; 64], nonzero: Vec::new() }
     }
 }
 
@@ -35,12 +29,7 @@ pub(super) enum ScanKind {
     /// Coefficient 0, or its next bit.
     Dc { high: u8, low: u8 },
     /// These coefficients of one component, or their next bit.
-    Ac {
-        first: u8,
-        last: u8,
-        high: u8,
-        low: u8,
-    },
+    Ac { first: u8, last: u8, high: u8, low: u8 },
 }
 
 impl ScanKind {
@@ -49,12 +38,7 @@ impl ScanKind {
         let bits = low <= 13 && (high == 0 || high == low + 1);
         match (first, last) {
             (0, 0) if bits => Some(Self::Dc { high, low }),
-            (1.., ..64) if bits && first <= last => Some(Self::Ac {
-                first,
-                last,
-                high,
-                low,
-            }),
+            (1.., ..64) if bits && first <= last => Some(Self::Ac { first, last, high, low }),
             _ => None,
         }
     }
@@ -82,11 +66,8 @@ const MAX_MISSING_TAIL: usize = 64;
 impl HuffmanTable {
     /// The table of these counts of codes by length, from one bit on, and of the values of the codes.
     pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
-        let mut table = Self {
-            lookup: vec![[0; 2]; 1 << FAST_BITS],
-            lengths: [(0, 0, 0); 17],
-            values: values.to_vec(),
-        };
+        let mut table =
+            Self { lookup: vec![[0; 2]; 1 << FAST_BITS], lengths: [(0, 0, 0); 17], values: values.to_vec() };
         let (mut code, mut at) = (0_u32, 0);
         for (length, &count) in (1_u32..).zip(counts) {
             let count = usize::from(count);
@@ -207,17 +188,11 @@ impl Scan<'_> {
         chosen: &[usize],
         data: &[u8],
     ) -> Result<(usize, bool), String> {
-        let largest = |axis| {
-            components
-                .iter()
-                .map(|c: &FrameComponent| c.factors[axis])
-                .max()
-        };
+        let largest = |axis| components.iter().map(|c: &FrameComponent| c.factors[axis]).max();
         let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
         // Blocks of a component by itself, or units of several.
-        let blocks = |factor: [usize; 2]| {
-            [0, 1].map(|axis| (self.size[axis] * factor[axis]).div_ceil(8 * largest[axis]))
-        };
+        let blocks =
+            |factor: [usize; 2]| [0, 1].map(|axis| (self.size[axis] * factor[axis]).div_ceil(8 * largest[axis]));
         let units = match chosen {
             [one] => blocks(components[*one].factors),
             _ => blocks([1, 1]),
@@ -226,12 +201,7 @@ impl Scan<'_> {
         for &place in chosen {
             self.note(&mut components[place], total)?;
         }
-        let mut bits = BitReader {
-            bytes: data,
-            at: 0,
-            ahead: 0,
-            count: 0,
-        };
+        let mut bits = BitReader { bytes: data, at: 0, ahead: 0, count: 0 };
         let (mut unit, mut complete) = (0, true);
         while unit < total {
             if unit > 0 {
@@ -254,9 +224,7 @@ impl Scan<'_> {
                         unit += passed;
                         continue;
                     }
-                    ScanKind::Ac { .. } => {
-                        self.ac(&mut components[chosen[0]], unit, &mut run, &mut bits)
-                    }
+                    ScanKind::Ac { .. } => self.ac(&mut components[chosen[0]], unit, &mut run, &mut bits),
                     _ => self.unit(components, chosen, &mut bits),
                 };
                 complete = read.is_some();
@@ -281,12 +249,7 @@ impl Scan<'_> {
         let (range, high, low) = match self.kind {
             ScanKind::Sequential => (0..64, 0, 0),
             ScanKind::Dc { high, low } => (0..1, high, low),
-            ScanKind::Ac {
-                first,
-                last,
-                high,
-                low,
-            } => {
+            ScanKind::Ac { first, last, high, low } => {
                 // Zeros of the system, which take no memory before they are written to.
                 if component.nonzero.is_empty() {
                     component.nonzero = vec![0; blocks];
@@ -305,12 +268,7 @@ impl Scan<'_> {
     }
 
     /// A unit of blocks, sequential or of coefficient 0.
-    fn unit(
-        &self,
-        components: &[FrameComponent],
-        chosen: &[usize],
-        bits: &mut BitReader<'_>,
-    ) -> Option<()> {
+    fn unit(&self, components: &[FrameComponent], chosen: &[usize], bits: &mut BitReader<'_>) -> Option<()> {
         for &place in chosen {
             let component = &components[place];
             let blocks = match chosen.len() {
@@ -349,17 +307,8 @@ impl Scan<'_> {
     }
 
     /// A block's coefficients, or their next bit; `run` blocks from here on have no new ones.
-    fn ac(
-        &self,
-        component: &mut FrameComponent,
-        block: usize,
-        run: &mut u32,
-        bits: &mut BitReader<'_>,
-    ) -> Option<()> {
-        let ScanKind::Ac {
-            first, last, high, ..
-        } = self.kind
-        else {
+    fn ac(&self, component: &mut FrameComponent, block: usize, run: &mut u32, bits: &mut BitReader<'_>) -> Option<()> {
+        let ScanKind::Ac { first, last, high, .. } = self.kind else {
             return None;
         };
         let table = self.tables[1][component.tables[1]].as_ref()?;

@@ -61,9 +61,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let (texel, expected) = match header.format {
         LevelFormat::Basis(SourceFormat::Etc1s) => (4, None),
         LevelFormat::Basis(_) => (4, Some(columns.div_ceil(4) * rows.div_ceil(4) * 16)),
-        LevelFormat::Plain {
-            sample, channels, ..
-        } => {
+        LevelFormat::Plain { sample, channels, .. } => {
             let (stored, texel) = match sample {
                 SampleType::U8 => (1, 4),
                 SampleType::U16 => (2, 8),
@@ -80,9 +78,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     }
     if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
         let marked = if header.srgb { "sRGB" } else { "linear" };
-        file.notice(format_args!(
-            "its mark as {marked} is not what it is used for, and is ignored"
-        ));
+        file.notice(format_args!("its mark as {marked} is not what it is used for, and is ignored"));
     }
     if header.premultiplied {
         file.notice("its colours are multiplied by its alpha, and are left so");
@@ -101,11 +97,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             let texels = transcode(file, &header, source, level)?;
             file.texels8(texels)
         }
-        LevelFormat::Plain {
-            sample,
-            channels,
-            blue_first,
-        } => {
+        LevelFormat::Plain { sample, channels, blue_first } => {
             let mut texels = plain_texels(file, level, sample, channels);
             if blue_first {
                 texels = swap_red_blue(texels);
@@ -131,13 +123,7 @@ impl FileBytes<'_> {
     }
 
     /// Start and end of a part of the file, which `what` names in errors.
-    fn part(
-        self,
-        file: &Decoder<'_>,
-        what: &str,
-        start: u64,
-        length: u64,
-    ) -> Result<(usize, usize), FormatError> {
+    fn part(self, file: &Decoder<'_>, what: &str, start: u64, length: u64) -> Result<(usize, usize), FormatError> {
         let end = start.checked_add(length);
         match end.filter(|&end| end <= self.0.len() as u64) {
             Some(end) => Ok((start as usize, end as usize)),
@@ -155,20 +141,11 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
         return Err(file.fault("ends within its header"));
     }
     let bytes = FileBytes(file.bytes);
-    let [
-        vk_format,
-        columns,
-        rows,
-        depth,
-        layers,
-        faces,
-        levels,
-        scheme,
-    ] = [12, 20, 24, 28, 32, 36, 40, 44].map(|at| bytes.u32(at));
+    let [vk_format, columns, rows, depth, layers, faces, levels, scheme] =
+        [12, 20, 24, 28, 32, 36, 40, 44].map(|at| bytes.u32(at));
     if depth > 0 || layers > 0 || faces != 1 {
-        let message = format!(
-            "a KTX2 texture of depth {depth}, {layers} layers and {faces} faces, expected one picture"
-        );
+        let message =
+            format!("a KTX2 texture of depth {depth}, {layers} layers and {faces} faces, expected one picture");
         return Err(file.unsupported(message));
     }
     if levels > 32 {
@@ -200,11 +177,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
         size: [columns, rows],
         scheme,
         level: largest,
-        unpacked: if scheme == 2 {
-            unpacked
-        } else {
-            (largest.1 - largest.0) as u64
-        },
+        unpacked: if scheme == 2 { unpacked } else { (largest.1 - largest.0) as u64 },
         descriptor,
         srgb: transfer == SRGB,
         premultiplied: flags & 1 != 0,
@@ -212,12 +185,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
 }
 
 /// The format of the levels by Vulkan's format, the colour model of the descriptor and the supercompression.
-fn level_format(
-    file: &Decoder<'_>,
-    vk_format: u32,
-    model: u8,
-    scheme: u32,
-) -> Result<LevelFormat, FormatError> {
+fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> Result<LevelFormat, FormatError> {
     let format = match (vk_format, model) {
         (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
         (0, UASTC) if scheme != 1 => LevelFormat::Basis(SourceFormat::UastcLdr),
@@ -253,8 +221,7 @@ fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
             _ => continue,
         };
         if value != expected {
-            let [key, value, expected] =
-                [key.unwrap_or_default(), value, expected].map(String::from_utf8_lossy);
+            let [key, value, expected] = [key.unwrap_or_default(), value, expected].map(String::from_utf8_lossy);
             return Err(file.unsupported(format!("{key} {value:?}, expected {expected:?}")));
         }
     }
@@ -275,20 +242,11 @@ fn plain_format(vk_format: u32) -> Option<LevelFormat> {
         100 | 103 | 106 | 109 => (SampleType::F32, (vk_format as usize - 97) / 3, false),
         _ => return None,
     };
-    Some(LevelFormat::Plain {
-        sample,
-        channels,
-        blue_first,
-    })
+    Some(LevelFormat::Plain { sample, channels, blue_first })
 }
 
 /// Undoes Zstandard, never for more than what was declared and paid for; with `check`, once before anything is kept.
-fn unpack(
-    file: &Decoder<'_>,
-    packed: &[u8],
-    length: u64,
-    check: bool,
-) -> Result<Vec<u8>, FormatError> {
+fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result<Vec<u8>, FormatError> {
     fn write(packed: &[u8], most: u64, to: &mut impl Write) -> Result<u64, String> {
         let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
         io::copy(&mut decoder.take(most), to).map_err(|e| e.to_string())
@@ -357,12 +315,7 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
 }
 
 /// Channels as they are; missing ones are 0, as in Vulkan, and missing alpha is 1.
-fn plain_texels(
-    file: &mut Decoder<'_>,
-    level: &[u8],
-    sample: SampleType,
-    channels: usize,
-) -> Texels {
+fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channels: usize) -> Texels {
     fn spread<T: Copy, const N: usize>(
         level: &[u8],
         channels: usize,
@@ -376,12 +329,7 @@ fn plain_texels(
             }
             texel
         };
-        level
-            .as_chunks()
-            .0
-            .chunks_exact(channels)
-            .map(texel)
-            .collect()
+        level.as_chunks().0.chunks_exact(channels).map(texel).collect()
     }
     match sample {
         SampleType::U8 => {

@@ -60,34 +60,21 @@ fn loaded(texture: &Texture) -> Result<Texture, FormatError> {
     let Texture { image, sampler } = texture;
     let image = match image.texels.in_memory()? {
         Cow::Borrowed(_) => image.clone(),
-        Cow::Owned(texels) => Arc::new(Image {
-            name: image.name.clone(),
-            size: image.size,
-            texels,
-        }),
+        Cow::Owned(texels) => Arc::new(Image { name: image.name.clone(), size: image.size, texels }),
     };
-    Ok(Texture {
-        image,
-        sampler: *sampler,
-    })
+    Ok(Texture { image, sampler: *sampler })
 }
 
 /// Its texels in an image of this size.
 fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
-    let Image {
-        size: own, texels, ..
-    } = &*texture.image;
+    let Image { size: own, texels, .. } = &*texture.image;
     if *own == size {
         return texels.clone();
     }
     let texels = texel_centers(size).map(|uv| texture.lookup(uv));
     match texture.image.texels {
         Texels::Float(_) => Texels::Float(texels.collect()),
-        _ => Texels::Linear16(
-            texels
-                .map(|t| t.map(|v| (65535.0 * v).round() as u16))
-                .collect(),
-        ),
+        _ => Texels::Linear16(texels.map(|t| t.map(|v| (65535.0 * v).round() as u16)).collect()),
     }
 }
 

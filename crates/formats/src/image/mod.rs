@@ -41,21 +41,13 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
         trusted: MAX_UNBACKED_BYTES_STREAMED,
         decode: png::png,
     },
-    ImageFormat {
-        magic: |b| b.starts_with(&[0xff, 0xd8, 0xff]),
-        trusted: MAX_UNBACKED_BYTES,
-        decode: jpeg::jpeg,
-    },
+    ImageFormat { magic: |b| b.starts_with(&[0xff, 0xd8, 0xff]), trusted: MAX_UNBACKED_BYTES, decode: jpeg::jpeg },
     ImageFormat {
         magic: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
         trusted: MAX_UNBACKED_BYTES_STREAMED,
         decode: webp::webp,
     },
-    ImageFormat {
-        magic: |b| b.starts_with(&ktx2::MAGIC),
-        trusted: MAX_UNBACKED_BYTES,
-        decode: ktx2::decode,
-    },
+    ImageFormat { magic: |b| b.starts_with(&ktx2::MAGIC), trusted: MAX_UNBACKED_BYTES, decode: ktx2::decode },
     ImageFormat {
         magic: |b| b.starts_with(&[0x76, 0x2f, 0x31, 0x01]),
         trusted: MAX_UNBACKED_BYTES,
@@ -66,11 +58,7 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
         trusted: MAX_UNBACKED_BYTES,
         decode: hdr::hdr,
     },
-    ImageFormat {
-        magic: |b| b.starts_with(b"BM"),
-        trusted: MAX_UNBACKED_BYTES,
-        decode: bmp::bmp,
-    },
+    ImageFormat { magic: |b| b.starts_with(b"BM"), trusted: MAX_UNBACKED_BYTES, decode: bmp::bmp },
     ImageFormat {
         // Says the least, so it is the last.
         magic: tga::is_tga,
@@ -83,11 +71,7 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read_image(
-    path: &Path,
-    color_use: ColorUse,
-    budget: &Budget,
-) -> Result<(Image, Vec<String>), FormatError> {
+pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(Image, Vec<String>), FormatError> {
     let source = AssetRoot::containing(path, budget).read(path)?;
     let mut notices = Vec::new();
     let mut budget = *budget;
@@ -115,18 +99,10 @@ pub fn decode_image(
     notices: &mut Vec<String>,
 ) -> Result<Image, FormatError> {
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
-        let message =
-            "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";
+        let message = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";
         return Err(FormatError::unsupported(path, message));
     };
     catch_decoder_panic(path, || {
-        (format.decode)(&mut Decoder {
-            bytes,
-            path,
-            color_use,
-            trusted: format.trusted,
-            budget,
-            notices,
-        })
+        (format.decode)(&mut Decoder { bytes, path, color_use, trusted: format.trusted, budget, notices })
     })
 }

@@ -36,9 +36,7 @@ fn read_rows(file: &Decoder<'_>) -> Result<(), FormatError> {
         let error = DecodingError::new(ImageFormat::Png.into(), error);
         decoder_error(file, ImageError::Decoding(error))
     };
-    let mut rows = ::png::Decoder::new(Cursor::new(file.bytes))
-        .read_info()
-        .map_err(fault)?;
+    let mut rows = ::png::Decoder::new(Cursor::new(file.bytes)).read_info().map_err(fault)?;
     while rows.next_row().map_err(fault)?.is_some() {}
     Ok(())
 }

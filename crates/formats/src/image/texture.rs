@@ -28,20 +28,10 @@ pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String
 ///
 /// # Errors
 /// See [`decode_image`].
-pub fn decode_texture(
-    bytes: Vec<u8>,
-    path: &Path,
-    budget: &Budget,
-) -> Result<(Texture, Vec<String>), FormatError> {
+pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>), FormatError> {
     let source = InputFile::new(path, bytes);
     let mut notices = Vec::new();
-    let texture = decode(
-        &source,
-        [Wrap::Repeat; 2],
-        ColorUse::Color,
-        &mut budget.clone(),
-        &mut notices,
-    )?;
+    let texture = decode(&source, [Wrap::Repeat; 2], ColorUse::Color, &mut budget.clone(), &mut notices)?;
     Ok((texture, notices))
 }
 
@@ -56,18 +46,9 @@ pub(crate) fn decode(
     let InputFile { path, bytes, .. } = source;
     let image = decode_image(bytes, path, color_use, budget, notices)?;
     if has_transparency(&image) {
-        notices.push(format!(
-            "{}: its alpha counts only where its material uses it",
-            path.display()
-        ));
+        notices.push(format!("{}: its alpha counts only where its material uses it", path.display()));
     }
-    Ok(Texture {
-        image: Arc::new(image),
-        sampler: TextureSampler {
-            wrap,
-            ..TextureSampler::default()
-        },
-    })
+    Ok(Texture { image: Arc::new(image), sampler: TextureSampler { wrap, ..TextureSampler::default() } })
 }
 
 /// The texture in an image file that a mesh file names; `None`, with a notice, where it is missing or not supported.
@@ -84,10 +65,7 @@ pub(crate) fn optional_texture(
     };
     let budget = &mut assets.budget;
     match decode(&source, [wrap; 2], color_use, budget, notices) {
-        Ok(texture) => Ok(Some(Texture {
-            image: assets.store_texture(texture.image)?,
-            ..texture
-        })),
+        Ok(texture) => Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture })),
         Err(error @ FormatError::Unsupported { .. }) => {
             notices.push(format!("{}: left out: {error}", from.display()));
             Ok(None)

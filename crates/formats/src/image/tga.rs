@@ -48,9 +48,7 @@ fn check_complete(bytes: &[u8]) -> Option<()> {
         let in_map = |index: usize| (first..first + colors).contains(&index);
         match (head[2] & 7, size) {
             (1, 1) => pixels.iter().all(|&low| in_map(low.into())),
-            (1, _) => {
-                (pixels.as_chunks().0.iter()).all(|&two| in_map(u16::from_le_bytes(two).into()))
-            }
+            (1, _) => (pixels.as_chunks().0.iter()).all(|&two| in_map(u16::from_le_bytes(two).into())),
             _ => true,
         }
     };

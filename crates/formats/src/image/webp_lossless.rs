@@ -49,13 +49,7 @@ fn block_count(side: usize, bits: u32) -> usize {
 
 impl<'a> LosslessValidator<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Self {
-            bytes,
-            at: 0,
-            ahead: 0,
-            count: 0,
-            tables: MIN_TABLE_BYTES + TABLE_BYTES_PER_INPUT_BYTE * bytes.len(),
-        }
+        Self { bytes, at: 0, ahead: 0, count: 0, tables: MIN_TABLE_BYTES + TABLE_BYTES_PER_INPUT_BYTE * bytes.len() }
     }
 
     /// Up to 32 bits.
@@ -153,12 +147,7 @@ impl<'a> LosslessValidator<'a> {
                 self.read_code(40)?,
             ]);
         }
-        Some(CodeGroups {
-            groups,
-            block_bits: bits as u32,
-            chosen,
-            across,
-        })
+        Some(CodeGroups { groups, block_bits: bits as u32, chosen, across })
     }
 
     /// A prefix code of so many symbols.
@@ -173,14 +162,9 @@ impl<'a> LosslessValidator<'a> {
             found.iter().all(|&symbol| symbol < symbols).then_some(())?;
             let mut counts = [0; 16];
             counts[1] = found.len() as u16;
-            return Some(HuffmanCode {
-                counts,
-                symbols: found.iter().map(|&symbol| symbol as u16).collect(),
-            });
+            return Some(HuffmanCode { counts, symbols: found.iter().map(|&symbol| symbol as u16).collect() });
         }
-        const ORDER: [usize; 19] = [
-            17, 18, 0, 1, 2, 3, 4, 5, 16, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
-        ];
+        const ORDER: [usize; 19] = [17, 18, 0, 1, 2, 3, 4, 5, 16, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
         let mut lengths = [0; 19];
         for &place in &ORDER[..4 + self.read_bits(4)?] {
             lengths[place] = self.read_bits(3)? as u8;
@@ -225,10 +209,7 @@ impl<'a> LosslessValidator<'a> {
             let count = usize::from(count);
             value |= self.read_bits(1)?;
             if value < first + count {
-                return code
-                    .symbols
-                    .get(at + value - first)
-                    .map(|&symbol| symbol.into());
+                return code.symbols.get(at + value - first).map(|&symbol| symbol.into());
             }
             at += count;
             first = (first + count) << 1;
@@ -329,9 +310,7 @@ impl HuffmanCode {
             symbols.extend(of_length.map(|(symbol, _)| symbol));
         }
         // All codes together are all that can be written.
-        let sum: u32 = (1..16)
-            .map(|length| u32::from(counts[length]) << (15 - length))
-            .sum();
+        let sum: u32 = (1..16).map(|length| u32::from(counts[length]) << (15 - length)).sum();
         (symbols.len() == 1 || sum == 1 << 15).then_some(Self { counts, symbols })
     }
 }

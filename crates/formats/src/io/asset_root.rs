@@ -33,11 +33,7 @@ const READ_CHUNK: usize = 1 << 20;
 impl AssetRoot {
     /// Everything inside `root`, symbolic links resolved, within `budget`. An empty `root` is the current folder.
     pub fn new(root: &Path, budget: &Budget) -> Self {
-        let root = if root.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            root
-        };
+        let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
         Self {
             root: root.into(),
             budget: *budget,
@@ -50,19 +46,13 @@ impl AssetRoot {
     /// The same, but that [`AssetLoader`] are named by the program itself: they lie anywhere, relative names start from `root`. What
     /// such a file names in turn lies in `root` as well, or in the folder of the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
-        Self {
-            trusted: true,
-            ..Self::new(root, budget)
-        }
+        Self { trusted: true, ..Self::new(root, budget) }
     }
 
     /// The same root for additions to a world, whose texture cache it shares.
     #[must_use]
     pub fn extending(self, world: &World) -> Self {
-        Self {
-            texture_memory: world.texture_cache.clone(),
-            ..self
-        }
+        Self { texture_memory: world.texture_cache.clone(), ..self }
     }
 
     /// Removes and returns the notices of images; a [`MeshFile`](raycam_scene::MeshFile) has its own notices.
@@ -105,40 +95,24 @@ impl AssetRoot {
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
-    pub(crate) fn read_reference(
-        &mut self,
-        from: &Path,
-        reference: &str,
-    ) -> Result<InputFile, FormatError> {
-        let refused = |message: &str| FormatError::Reference {
-            reference: reference.into(),
-            message: message.into(),
-        };
+    pub(crate) fn read_reference(&mut self, from: &Path, reference: &str) -> Result<InputFile, FormatError> {
+        let refused = |message: &str| FormatError::Reference { reference: reference.into(), message: message.into() };
         let folder = from.parent().unwrap_or(Path::new(""));
         let folder = folder.strip_prefix(&self.root).unwrap_or(folder);
         let inside = normalize(folder, reference).map_err(refused)?;
         let path = self.display_path(&inside);
-        let io = |source| FormatError::Io {
-            path: path.clone(),
-            source,
-        };
+        let io = |source| FormatError::Io { path: path.clone(), source };
         let root = self.root.canonicalize().map_err(io)?;
         let real = root.join(&inside).canonicalize().map_err(io)?;
         if !real.starts_with(&root) {
-            return Err(refused(
-                "it leads out of the folder of the world file; copy it there",
-            ));
+            return Err(refused("it leads out of the folder of the world file; copy it there"));
         }
         self.read_bytes(&real, &path, |_, _| None)
     }
 
     /// The path of a file as errors show it.
     fn display_path(&self, path: &Path) -> PathBuf {
-        if self.root == Path::new(".") {
-            path.into()
-        } else {
-            self.root.join(path)
-        }
+        if self.root == Path::new(".") { path.into() } else { self.root.join(path) }
     }
 
     /// Reads `path`, called `shown` in errors.
@@ -148,10 +122,7 @@ impl AssetRoot {
         shown: &Path,
         head: impl Fn(&File, u64) -> Option<u64>,
     ) -> Result<InputFile, FormatError> {
-        let io = |source| FormatError::Io {
-            path: shown.into(),
-            source,
-        };
+        let io = |source| FormatError::Io { path: shown.into(), source };
         let kind = |kind, message| io(io::Error::new(kind, message));
         // Checked before opening, since opening a pipe would wait for a writer. Reading a folder fails by itself.
         let status = fs::metadata(path).map_err(io)?;
@@ -172,16 +143,10 @@ impl AssetRoot {
             if bytes.len() as u64 != head {
                 return Err(io(byte_source::file_changed_error()));
             }
-            return Ok(InputFile {
-                path: shown.into(),
-                bytes,
-                rest: Some((file, size as usize)),
-            });
+            return Ok(InputFile { path: shown.into(), bytes, rest: Some((file, size as usize)) });
         }
         file.seek(SeekFrom::Start(0)).map_err(io)?;
-        bytes
-            .try_reserve_exact(size as usize)
-            .map_err(|e| io(e.into()))?;
+        bytes.try_reserve_exact(size as usize).map_err(|e| io(e.into()))?;
         if size >= PARALLEL_READ_THRESHOLD {
             // Freed, so that the new pages are zero pages that several threads touch first.
             drop(bytes);
@@ -204,13 +169,9 @@ impl AssetRoot {
         match self.read_reference(Path::new(""), file) {
             Err(FormatError::Reference { .. }) if self.trusted && !file.is_empty() => {
                 let path = self.display_path(Path::new(file));
-                let mut containing = Self {
-                    texture_memory: self.texture_memory.clone(),
-                    ..Self::containing(&path, &self.budget)
-                };
-                let result = containing
-                    .read(&path)
-                    .and_then(|source| read(source, &mut containing));
+                let mut containing =
+                    Self { texture_memory: self.texture_memory.clone(), ..Self::containing(&path, &self.budget) };
+                let result = containing.read(&path).and_then(|source| read(source, &mut containing));
                 self.budget = containing.budget;
                 self.notices.append(&mut containing.notices);
                 result
@@ -238,9 +199,7 @@ fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
     if !byte_source::HAS_POSITIONED_READ {
         return file.read_exact(bytes);
     }
-    parallel::fill_blocks(bytes, READ_CHUNK, |start, part| {
-        byte_source::read_exact_at(file, part, start as u64)
-    })?;
+    parallel::fill_blocks(bytes, READ_CHUNK, |start, part| byte_source::read_exact_at(file, part, start as u64))?;
     file.seek(SeekFrom::Start(bytes.len() as u64)).map(drop)
 }
 
@@ -252,14 +211,9 @@ fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
     if reference.contains('\\') {
         return Err("expected / between folders, not \\");
     }
-    let scheme = reference
-        .split('/')
-        .next()
-        .is_some_and(|start| start.contains(':'));
+    let scheme = reference.split('/').next().is_some_and(|start| start.contains(':'));
     if scheme || reference.starts_with('/') {
-        return Err(
-            "expected a path relative to the file that names it, without a scheme or a drive",
-        );
+        return Err("expected a path relative to the file that names it, without a scheme or a drive");
     }
     let mut path = PathBuf::new();
     for component in folder.components().chain(Path::new(reference).components()) {

@@ -40,11 +40,9 @@ impl<'a> ByteSource<'a> {
                 bytes.drain(..range.start);
                 Self::Memory(Cow::Owned(bytes))
             }
-            Self::Disk { file, start, .. } => Self::Disk {
-                file,
-                start: start + range.start as u64,
-                length: range.len(),
-            },
+            Self::Disk { file, start, .. } => {
+                Self::Disk { file, start: start + range.start as u64, length: range.len() }
+            }
         }
     }
 
@@ -52,15 +50,7 @@ impl<'a> ByteSource<'a> {
     pub(crate) fn borrowed(&self) -> ByteSource<'_> {
         match self {
             Self::Memory(bytes) => ByteSource::Memory(Cow::Borrowed(bytes)),
-            &Self::Disk {
-                file,
-                start,
-                length,
-            } => ByteSource::Disk {
-                file,
-                start,
-                length,
-            },
+            &Self::Disk { file, start, length } => ByteSource::Disk { file, start, length },
         }
     }
 
@@ -68,11 +58,7 @@ impl<'a> ByteSource<'a> {
     pub(crate) fn read(self) -> io::Result<Cow<'a, [u8]>> {
         match self {
             Self::Memory(bytes) => Ok(bytes),
-            Self::Disk {
-                file,
-                start,
-                length,
-            } => {
+            Self::Disk { file, start, length } => {
                 let mut bytes = vec![0; length];
                 read_exact_at(file, &mut bytes, start)?;
                 Ok(bytes.into())
@@ -122,11 +108,10 @@ pub(crate) const HAS_POSITIONED_READ: bool = cfg!(unix);
 pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Result<()> {
     use std::os::unix::fs::FileExt;
 
-    file.read_exact_at(bytes, start)
-        .map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => file_changed_error(),
-            _ => error,
-        })
+    file.read_exact_at(bytes, start).map_err(|error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => file_changed_error(),
+        _ => error,
+    })
 }
 
 /// Not called without [`HAS_POSITIONED_READ`].
@@ -157,40 +142,24 @@ mod tests {
         test(&ByteSource::Memory(Cow::Borrowed(&bytes)), &bytes);
         test(&ByteSource::Memory(Cow::Owned(bytes.clone())), &bytes);
         let (start, length) = (5, bytes.len());
-        let disk = ByteSource::Disk {
-            file: &file,
-            start,
-            length,
-        };
+        let disk = ByteSource::Disk { file: &file, start, length };
         test(&disk, &bytes);
     }
 
     #[test]
     fn windows_show_every_element_once() {
         both("windows", |bytes, expected| {
-            for (first, count, stride, size) in [
-                (0, 17_500, 4, 4),
-                (7, 5_000, 12, 12),
-                (3, 900, 76, 12),
-                (0, 0, 4, 4),
-            ] {
+            for (first, count, stride, size) in [(0, 17_500, 4, 4), (7, 5_000, 12, 12), (3, 900, 76, 12), (0, 0, 4, 4)]
+            {
                 let mut found = Vec::new();
                 let each = |number: usize, window: &[u8]| {
                     assert_eq!(number, found.len());
-                    found.extend(
-                        window
-                            .chunks(stride)
-                            .map(|element| element[..size].to_vec()),
-                    );
+                    found.extend(window.chunks(stride).map(|element| element[..size].to_vec()));
                     found.truncate(count);
                 };
-                bytes
-                    .for_each_window(first, count, stride, size, each)
-                    .unwrap();
+                bytes.for_each_window(first, count, stride, size, each).unwrap();
                 let at = |i: usize| first + i * stride;
-                let expected: Vec<_> = (0..count)
-                    .map(|i| expected[at(i)..at(i) + size].to_vec())
-                    .collect();
+                let expected: Vec<_> = (0..count).map(|i| expected[at(i)..at(i) + size].to_vec()).collect();
                 assert_eq!(found, expected);
             }
         });
@@ -210,11 +179,7 @@ mod tests {
     fn a_file_that_became_shorter_is_an_error() {
         let file = File::open(std::env::current_exe().unwrap()).unwrap();
         let (start, length) = (1 << 40, 8);
-        let disk = ByteSource::Disk {
-            file: &file,
-            start,
-            length,
-        };
+        let disk = ByteSource::Disk { file: &file, start, length };
         let error = disk.for_each_window(0, 2, 4, 4, |_, _| ());
         assert!(error.unwrap_err().to_string().contains("changed its size"));
         assert!(disk.read().is_err());

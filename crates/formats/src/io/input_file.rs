@@ -20,28 +20,20 @@ pub(crate) struct InputFile {
 impl InputFile {
     /// A whole file.
     pub(crate) fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
-        Self {
-            path: path.into(),
-            bytes,
-            rest: None,
-        }
+        Self { path: path.into(), bytes, rest: None }
     }
 
     /// The bytes of the file, in memory or not.
     pub(crate) fn len(&self) -> usize {
-        self.rest
-            .as_ref()
-            .map_or(self.bytes.len(), |(_, size)| *size)
+        self.rest.as_ref().map_or(self.bytes.len(), |(_, size)| *size)
     }
 
     /// Some bytes of the file, all of them in memory or none.
     pub(crate) fn part(&self, range: Range<usize>) -> ByteSource<'_> {
         match &self.rest {
-            Some((file, _)) if range.end > self.bytes.len() => ByteSource::Disk {
-                file,
-                start: range.start as u64,
-                length: range.len(),
-            },
+            Some((file, _)) if range.end > self.bytes.len() => {
+                ByteSource::Disk { file, start: range.start as u64, length: range.len() }
+            }
             _ => ByteSource::Memory(self.bytes[range].into()),
         }
     }

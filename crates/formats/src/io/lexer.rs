@@ -14,11 +14,7 @@ pub(crate) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
-        Self {
-            rest: text,
-            number: 0,
-            ended: true,
-        }
+        Self { rest: text, number: 0, ended: true }
     }
 
     /// True if the last line read had a line end; a file without one may be cut off.
@@ -71,10 +67,7 @@ pub(crate) fn checked_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8],
         || bytes.starts_with(&[0xfe, 0xff])
         || matches!(bytes, [0, b, ..] | [b, 0, ..] if *b != 0);
     if utf16 {
-        return Err(FormatError::unsupported(
-            path,
-            "UTF-16 text; save it as UTF-8 or ASCII",
-        ));
+        return Err(FormatError::unsupported(path, "UTF-16 text; save it as UTF-8 or ASCII"));
     }
     Ok(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
 }
@@ -100,10 +93,7 @@ pub(crate) fn trim(mut text: &[u8]) -> &[u8] {
 
 /// The first word and what follows it.
 pub(crate) fn split_word(text: &[u8]) -> (&[u8], &[u8]) {
-    let start = text
-        .iter()
-        .position(|&b| !is_space(b))
-        .unwrap_or(text.len());
+    let start = text.iter().position(|&b| !is_space(b)).unwrap_or(text.len());
     let text = &text[start..];
     let end = text.iter().position(|&b| is_space(b)).unwrap_or(text.len());
     (&text[..end], &text[end..])
@@ -147,8 +137,8 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
 /// a power of ten up to 22, all exact in float64.
 fn exact_number(word: &[u8]) -> Option<f64> {
     const POWERS_OF_TEN: [f64; 23] = [
-        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-        1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19,
+        1e20, 1e21, 1e22,
     ];
     let (negative, digits) = match word {
         [b'-', rest @ ..] => (true, rest),
@@ -205,9 +195,7 @@ mod tests {
 
     #[test]
     fn lines_end_as_on_every_system() {
-        let lines: Vec<_> = Lines::new(b"a\nb\r\n\rc\n\n")
-            .map(|(n, l)| (n, l.to_vec()))
-            .collect();
+        let lines: Vec<_> = Lines::new(b"a\nb\r\n\rc\n\n").map(|(n, l)| (n, l.to_vec())).collect();
         let expected: [(usize, &[u8]); 5] = [(1, b"a"), (2, b"b"), (3, b""), (4, b"c"), (5, b"")];
         assert_eq!(lines, expected.map(|(n, l)| (n, l.to_vec())));
         assert_eq!(line_ends(b"a\nb\r\n\rc\n\n"), 5);
@@ -219,39 +207,25 @@ mod tests {
                      9007199254740993 12345678.9012345 1e3 1E-7 2.2250738585072014e-308 \
                      0.000000000000001 -.0000000001 999999999999999 0.999999999999999 4.35 inf -INF nan";
         for word in words.split_whitespace() {
-            let (ours, std) = (
-                number(word.as_bytes()).unwrap(),
-                word.parse::<f64>().unwrap(),
-            );
+            let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
         }
         // A walk over many digits, against the standard library.
         let mut state = 1_u64;
         for _ in 0..200_000 {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             let digits = 1 + (state >> 60) as i32;
             let integer = (state >> 8) % 10_u64.pow(digits as u32);
             let places = ((state >> 4) % 16) as i32;
-            let word = format!(
-                "{:.*}",
-                places as usize,
-                integer as f64 / 10_f64.powi(places)
-            );
-            let (ours, std) = (
-                number(word.as_bytes()).unwrap(),
-                word.parse::<f64>().unwrap(),
-            );
+            let word = format!("{:.*}", places as usize, integer as f64 / 10_f64.powi(places));
+            let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
         }
     }
 
     #[test]
     fn words_that_are_no_numbers() {
-        for word in [
-            "", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "\u{661}",
-        ] {
+        for word in ["", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "\u{661}"] {
             assert_eq!(number(word.as_bytes()), None, "{word}");
         }
         for word in ["", "+", "1.0", "99999999999999999999", "0x1", " 1"] {

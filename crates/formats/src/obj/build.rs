@@ -15,41 +15,20 @@ use crate::obj::materials::Materials;
 use crate::obj::parse::Obj;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
-pub(crate) fn build(
-    mut obj: Obj,
-    path: &Path,
-    assets: &mut AssetRoot,
-) -> Result<MeshFile, FormatError> {
+pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     assets.budget.take_elements(path, elements as u64)?;
-    let mut model = MeshFile {
-        notices: std::mem::take(&mut obj.notices),
-        ..MeshFile::default()
-    };
+    let mut model = MeshFile { notices: std::mem::take(&mut obj.notices), ..MeshFile::default() };
     let runs = std::mem::take(&mut obj.runs);
-    let ends = runs[1..]
-        .iter()
-        .map(|run| run.start)
-        .chain([obj.polygons.len()]);
+    let ends = runs[1..].iter().map(|run| run.start).chain([obj.polygons.len()]);
     let runs: Vec<RunRange> = (runs.iter().zip(ends))
         .filter(|(run, end)| run.start < *end)
-        .map(|(&run, end)| RunRange {
-            run,
-            polygons: run.start..end,
-        })
+        .map(|(&run, end)| RunRange { run, polygons: run.start..end })
         .collect();
     let materials = Materials::read(&obj, &runs, path, assets, &mut model)?;
     let mut vertices = VertexDeduper::new(obj.positions.len());
     for (name, runs) in group_parts(&obj, runs) {
-        let part = build_part(
-            &mut obj,
-            name,
-            &runs,
-            path,
-            assets,
-            &mut vertices,
-            &materials,
-        )?;
+        let part = build_part(&mut obj, name, &runs, path, assets, &mut vertices, &materials)?;
         model.parts.push(part);
     }
     Ok(model)
@@ -60,11 +39,8 @@ fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     let mut parts: Vec<(String, Vec<RunRange>)> = Vec::new();
     let mut number_of = HashMap::new();
     for range in runs {
-        let (key, names) = if obj.parts.is_empty() {
-            (range.run.group, &obj.groups)
-        } else {
-            (range.run.part, &obj.parts)
-        };
+        let (key, names) =
+            if obj.parts.is_empty() { (range.run.group, &obj.groups) } else { (range.run.part, &obj.parts) };
         let number = *number_of.entry(key).or_insert_with(|| {
             let name = key.map_or(String::new(), |name| names[name].clone());
             parts.push((name, Vec::new()));
@@ -93,18 +69,9 @@ fn build_part(
             Some(used) => vertices.reserve(used.iter().copied()),
         }
     };
-    if runs
-        .iter()
-        .any(|run| run.run.smoothing.is_some_and(|group| group > 0))
-    {
+    if runs.iter().any(|run| run.run.smoothing.is_some_and(|group| group > 0)) {
         begin(vertices, obj.positions.len());
-        smooth(
-            &mut obj.polygons,
-            &obj.positions,
-            &mut obj.normals,
-            runs,
-            vertices,
-        );
+        smooth(&mut obj.polygons, &obj.positions, &mut obj.normals, runs, vertices);
     }
     let any = |has: fn(&Corner) -> bool| {
         let polygons = runs.iter().flat_map(|run| run.polygons.clone());
@@ -133,11 +100,7 @@ fn build_part(
     } else {
         gather_attributes(&mut mesh, obj, &vertices.corner_of, has_uvs, has_normals);
     }
-    Ok(MeshPart {
-        name,
-        mesh,
-        materials: cut.materials,
-    })
+    Ok(MeshPart { name, mesh, materials: cut.materials })
 }
 
 /// The positions that these polygons use, in order; `None` where they are all polygons of the file.
@@ -147,10 +110,7 @@ fn used_positions(obj: &Obj, runs: &[RunRange]) -> Option<Vec<u32>> {
         return None;
     }
     let polygons = runs.iter().flat_map(|run| run.polygons.clone());
-    let mut used: Vec<u32> = polygons
-        .flat_map(|p| obj.polygons.get(p))
-        .map(|c| c.position)
-        .collect();
+    let mut used: Vec<u32> = polygons.flat_map(|p| obj.polygons.get(p)).map(|c| c.position).collect();
     used.sort_unstable();
     used.dedup();
     Some(used)
@@ -175,12 +135,7 @@ fn cut_polygons(
     materials: &Materials,
     mut vertex_of: impl FnMut(Corner) -> u32,
 ) -> Result<CutPolygons, FormatError> {
-    let Obj {
-        positions,
-        normals,
-        polygons,
-        ..
-    } = obj;
+    let Obj { positions, normals, polygons, .. } = obj;
     let mut cut = CutPolygons {
         triangles: Vec::with_capacity(runs.iter().map(|run| run.polygons.len()).sum()),
         slots: Vec::new(),
@@ -189,9 +144,7 @@ fn cut_polygons(
     let mut slot_of = HashMap::new();
     // The last polygon that got a normal, and the index of that normal.
     let mut flat = None;
-    let several = runs
-        .iter()
-        .any(|other| other.run.material != runs[0].run.material);
+    let several = runs.iter().any(|other| other.run.material != runs[0].run.material);
     let position = |c: Corner| positions[c.position as usize];
     for range in runs {
         let material = range.run.material;
@@ -205,11 +158,7 @@ fn cut_polygons(
                 for corner in &mut corners {
                     if corner.normal == NO_INDEX || normals[corner.normal as usize] == [0.0; 3] {
                         let (known, normal) = flat.unwrap_or((usize::MAX, NO_INDEX));
-                        corner.normal = if known == polygon {
-                            normal
-                        } else {
-                            normals.len() as u32
-                        };
+                        corner.normal = if known == polygon { normal } else { normals.len() as u32 };
                         if known != polygon {
                             normals.push(flat_normal(polygons.get(polygon).map(position)));
                             flat = Some((polygon, corner.normal));
@@ -227,13 +176,7 @@ fn cut_polygons(
 }
 
 /// Gives a mesh the attributes of its vertices' corners.
-fn gather_attributes(
-    mesh: &mut Mesh,
-    obj: &Obj,
-    corners: &[Corner],
-    has_uvs: bool,
-    has_normals: bool,
-) {
+fn gather_attributes(mesh: &mut Mesh, obj: &Obj, corners: &[Corner], has_uvs: bool, has_normals: bool) {
     let position = |c: &Corner| obj.positions[c.position as usize];
     mesh.vertices = corners.iter().map(position).collect();
     if has_uvs {
@@ -264,11 +207,7 @@ fn smooth(
 ) {
     let first = normals.len();
     let mut sums: Vec<DVec3> = Vec::new();
-    for RunRange {
-        run,
-        polygons: range,
-    } in runs
-    {
+    for RunRange { run, polygons: range } in runs {
         let Some(group) = run.smoothing.filter(|&group| group > 0) else {
             continue;
         };
@@ -278,19 +217,11 @@ fn smooth(
             if corners.iter().all(|corner| corner.normal != NO_INDEX) {
                 continue;
             }
-            let at: Vec<DVec3> = corners
-                .iter()
-                .map(|c| positions[c.position as usize])
-                .collect();
+            let at: Vec<DVec3> = corners.iter().map(|c| positions[c.position as usize]).collect();
             let normal = DVec3::from(flat_normal(at.iter().copied()).map(f64::from));
             for (i, corner) in corners.iter().enumerate() {
-                let [before, after] =
-                    [at.len() - 1, 1].map(|step| at[(i + step) % at.len()] - at[i]);
-                let site = sites.vertex_of(Corner {
-                    position: corner.position,
-                    uv: group,
-                    normal: 0,
-                });
+                let [before, after] = [at.len() - 1, 1].map(|step| at[(i + step) % at.len()] - at[i]);
+                let site = sites.vertex_of(Corner { position: corner.position, uv: group, normal: 0 });
                 if sums.len() <= site as usize {
                     sums.resize(site as usize + 1, DVec3::ZERO);
                 }
@@ -304,10 +235,7 @@ fn smooth(
             }
         }
     }
-    normals.extend(
-        sums.iter()
-            .map(|sum| sum.normalize_or_zero().as_vec3().to_array()),
-    );
+    normals.extend(sums.iter().map(|sum| sum.normalize_or_zero().as_vec3().to_array()));
 }
 
 /// The direction of a polygon's area vector; up where it has none.
@@ -318,8 +246,5 @@ fn flat_normal(mut corners: impl Iterator<Item = DVec3>) -> [f32; 3] {
         area += before.cross(corner - origin);
         before = corner - origin;
     }
-    area.try_normalize()
-        .unwrap_or(DVec3::Z)
-        .as_vec3()
-        .to_array()
+    area.try_normalize().unwrap_or(DVec3::Z).as_vec3().to_array()
 }

@@ -181,12 +181,10 @@ impl Chunk {
                 let group = match lexer::trim(rest) {
                     b"off" | b"" => 0,
                     b"on" => 1,
-                    word => lexer::integer(word)
-                        .and_then(|group| u32::try_from(group).ok())
-                        .ok_or_else(|| {
-                            let word = lexer::for_message(word);
-                            (line, format!("s {word}: expected a smoothing group or off"))
-                        })?,
+                    word => lexer::integer(word).and_then(|group| u32::try_from(group).ok()).ok_or_else(|| {
+                        let word = lexer::for_message(word);
+                        (line, format!("s {word}: expected a smoothing group or off"))
+                    })?,
                 };
                 self.change_state(|run| run.smoothing = Some(group));
                 Ok(())
@@ -197,10 +195,7 @@ impl Chunk {
             }
             b"" => Ok(()),
             _ if key[0] == b'#' => Ok(()),
-            _ => self
-                .ignored
-                .add(line, key)
-                .map_err(|message| (line, message)),
+            _ => self.ignored.add(line, key).map_err(|message| (line, message)),
         }
     }
 
@@ -209,12 +204,10 @@ impl Chunk {
         let mut values = [0.0; 7];
         let mut count = 0;
         for word in Words(rest) {
-            let value = lexer::number(word)
-                .filter(|v| v.is_finite() || count >= 3)
-                .ok_or_else(|| {
-                    let word = lexer::for_message(word);
-                    (line, format!("v: coordinate {word} is not a finite number"))
-                })?;
+            let value = lexer::number(word).filter(|v| v.is_finite() || count >= 3).ok_or_else(|| {
+                let word = lexer::for_message(word);
+                (line, format!("v: coordinate {word} is not a finite number"))
+            })?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
                 None => return Err((line, "v has more than 7 numbers".into())),
@@ -260,16 +253,11 @@ impl Chunk {
                 let word = lexer::for_message(word);
                 return Err((line, format!("f: corner {word} has no vertex")));
             }
-            self.polygons.push_corner(Corner {
-                position,
-                uv,
-                normal,
-            });
+            self.polygons.push_corner(Corner { position, uv, normal });
         }
         if !self.polygons.end_face() {
             let corners = self.polygons.corner_count();
-            let under_way =
-                |r: &&mut RelativeIndex| r.corner >= corners && r.corner != SKIPPED_CORNER;
+            let under_way = |r: &&mut RelativeIndex| r.corner >= corners && r.corner != SKIPPED_CORNER;
             for relative in self.relative.iter_mut().rev().take_while(under_way) {
                 relative.corner = SKIPPED_CORNER;
             }
@@ -280,33 +268,21 @@ impl Chunk {
 
     /// An index from 0; in the file they count from 1, or from -1 backwards.
     fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, LineError> {
-        let value = lexer::integer(word).ok_or_else(|| {
-            (
-                line,
-                format!("f: {} is not an index", lexer::for_message(word)),
-            )
-        })?;
+        let value =
+            lexer::integer(word).ok_or_else(|| (line, format!("f: {} is not an index", lexer::for_message(word))))?;
         if value > 0 {
             if value > self.max_index[kind].0 {
                 self.max_index[kind] = (value, line);
             }
             // Larger ones are found out at the end.
-            return Ok(u32::try_from(value - 1)
-                .unwrap_or(NO_INDEX - 1)
-                .min(NO_INDEX - 1));
+            return Ok(u32::try_from(value - 1).unwrap_or(NO_INDEX - 1).min(NO_INDEX - 1));
         }
         if value == 0 {
             let name = INDEX_NAMES[kind];
             return Err((line, format!("f: {name} 0, but indices start at 1")));
         }
         let before = [self.positions.len(), self.uvs.len(), self.normals.len()][kind];
-        self.relative.push(RelativeIndex {
-            corner: self.polygons.corner_count(),
-            kind,
-            line,
-            value,
-            before,
-        });
+        self.relative.push(RelativeIndex { corner: self.polygons.corner_count(), kind, line, value, before });
         Ok(0)
     }
 
@@ -328,12 +304,10 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
-        let value = lexer::number(word)
-            .filter(|v| v.is_finite())
-            .ok_or_else(|| {
-                let word = lexer::for_message(word);
-                (line, format!("{key}: {word} is not a finite number"))
-            })?;
+        let value = lexer::number(word).filter(|v| v.is_finite()).ok_or_else(|| {
+            let word = lexer::for_message(word);
+            (line, format!("{key}: {word} is not a finite number"))
+        })?;
         match values.get_mut(count) {
             Some(slot) => *slot = value,
             None => return Err((line, format!("{key} has more than 3 numbers"))),
@@ -355,11 +329,7 @@ pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
         let is_end = |at: &usize| {
             let at = *at;
             let end = rest[at] == b'\n' || rest[at] == b'\r' && rest.get(at + 1) != Some(&b'\n');
-            let before = if rest[at] == b'\n' && rest[at - 1] == b'\r' {
-                2
-            } else {
-                1
-            };
+            let before = if rest[at] == b'\n' && rest[at - 1] == b'\r' { 2 } else { 1 };
             end && rest[at - before] != b'\\'
         };
         let Some(end) = (size..rest.len()).find(is_end) else {

@@ -60,9 +60,6 @@ mod tests {
         for (line, key) in [(3, "l"), (5, "l"), (7, "curv")] {
             ignored.add(line, key.as_bytes()).unwrap();
         }
-        assert_eq!(
-            ignored.message().unwrap(),
-            "l (lines) (line 3), curv (line 7)"
-        );
+        assert_eq!(ignored.message().unwrap(), "l (lines) (line 3), curv (line 7)");
     }
 }

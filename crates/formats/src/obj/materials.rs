@@ -35,19 +35,14 @@ impl Materials {
     ) -> Result<Self, FormatError> {
         let mut defined: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
         for library in &obj.libraries {
-            let Some(source) =
-                optional_asset::optional_file(path, library, assets, &mut model.notices)?
-            else {
+            let Some(source) = optional_asset::optional_file(path, library, assets, &mut model.notices)? else {
                 continue;
             };
             for material in mtl::parse(&source.path, &source.bytes, &mut model.notices)? {
                 defined.insert(material.name.clone(), (source.path.clone(), material));
             }
         }
-        let mut materials = Self {
-            named: vec![usize::MAX; obj.materials.len()],
-            default_material: usize::MAX,
-        };
+        let mut materials = Self { named: vec![usize::MAX; obj.materials.len()], default_material: usize::MAX };
         let mut textures = HashMap::new();
         let mut undefined = Vec::new();
         for RunRange { run, .. } in runs {
@@ -71,10 +66,7 @@ impl Materials {
                     let name = name.unwrap_or_default().to_owned();
                     // The material of a mesh without a definition, with or without colours.
                     let colors = (!obj.colors.is_empty()).then(Vec::new);
-                    let plain = Material::for_mesh(&Mesh {
-                        vertex_colors: colors,
-                        ..Mesh::default()
-                    });
+                    let plain = Material::for_mesh(&Mesh { vertex_colors: colors, ..Mesh::default() });
                     model.materials.push(Material { name, ..plain });
                 }
             }
@@ -141,10 +133,7 @@ fn slots(
         let Some(texture) = texture else {
             continue;
         };
-        let slot = TextureSlot {
-            image_from_mesh: map.image_from_mesh,
-            ..TextureSlot::plain(texture)
-        };
+        let slot = TextureSlot { image_from_mesh: map.image_from_mesh, ..TextureSlot::plain(texture) };
         slots.push((map.role, slot, map.strength));
         if cut.is_some() {
             slots.extend([MapRole::Color, MapRole::Opacity].map(|role| (role, slot, 1.0)));
@@ -205,12 +194,7 @@ fn with_alpha(
     model: &mut MeshFile,
 ) -> Result<Option<usize>, FormatError> {
     let file = color.map_or(String::new(), |map| map.file.clone());
-    let key = (
-        file,
-        Some(opacity.file.clone()),
-        opacity.clamp,
-        ImageUse::Color,
-    );
+    let key = (file, Some(opacity.file.clone()), opacity.clamp, ImageUse::Color);
     if let Some(known) = known.get(&key) {
         return Ok(*known);
     }
@@ -223,10 +207,7 @@ fn with_alpha(
     let texture = match alpha {
         Some(alpha) => {
             let image = merge_alpha::merge_alpha(color.as_ref(), &alpha, &mut assets.budget)?;
-            Some(Texture {
-                image: assets.store_texture(Arc::new(image))?,
-                sampler: alpha.sampler,
-            })
+            Some(Texture { image: assets.store_texture(Arc::new(image))?, sampler: alpha.sampler })
         }
         None => color,
     };

@@ -77,8 +77,7 @@ impl MtlMaterial {
         if material.emission.texture.is_some() && self.emission == [0.0; 3] {
             material.emission.value = [1.0; 3];
         }
-        material.normal_map =
-            slot(MapRole::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
+        material.normal_map = slot(MapRole::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
         if !refracts && (self.opacity < 1.0 || texture(MapRole::Opacity).is_some()) {
             material.opacity = self.opacity;
             material.alpha = Alpha::Blend;
@@ -86,11 +85,7 @@ impl MtlMaterial {
         material.model = match &self.principled {
             None if !refracts => {
                 let (specular, shininess) = (self.clamped_specular(path, notices), self.shininess);
-                MaterialModel::Phong {
-                    diffuse: 1.0,
-                    specular,
-                    shininess,
-                }
+                MaterialModel::Phong { diffuse: 1.0, specular, shininess }
             }
             given => {
                 let mut principled = given.clone().unwrap_or_else(|| self.glass());
@@ -101,9 +96,7 @@ impl MtlMaterial {
                 if principled.metallic.texture.is_some() && principled.metallic.value == 0.0 {
                     principled.metallic.value = 1.0;
                 }
-                if principled.sheen_color.texture.is_some()
-                    && principled.sheen_color.value == [0.0; 3]
-                {
+                if principled.sheen_color.texture.is_some() && principled.sheen_color.value == [0.0; 3] {
                     principled.sheen_color.value = [1.0; 3];
                 }
                 if self.ior > 1.0 {
@@ -122,11 +115,7 @@ impl MtlMaterial {
 
     /// Ks, reduced with a notice where Kd and Ks reflect more light than falls in.
     fn clamped_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
-        let wanted = if self.illumination < 2 {
-            [0.0; 3]
-        } else {
-            self.specular
-        };
+        let wanted = if self.illumination < 2 { [0.0; 3] } else { self.specular };
         let mut specular = wanted;
         for (ks, kd) in specular.iter_mut().zip(self.diffuse) {
             *ks = ks.min(1.0 - kd);
@@ -163,11 +152,7 @@ impl MtlMaterial {
 }
 
 /// The materials of an MTL file, in its order.
-pub(crate) fn parse(
-    path: &Path,
-    bytes: &[u8],
-    notices: &mut Vec<String>,
-) -> Result<Vec<MtlMaterial>, FormatError> {
+pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Vec<MtlMaterial>, FormatError> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut unused: Vec<(usize, String)> = Vec::new();
     for (line, text) in Lines::new(lexer::checked_text(path, bytes)?) {
@@ -181,29 +166,17 @@ pub(crate) fn parse(
                 let message = format!("more than {MAX_MATERIALS} materials in one file");
                 return Err(FormatError::line(path, line, message));
             }
-            materials.push(MtlMaterial {
-                line,
-                ..MtlMaterial::with_defaults(&lexer::name(rest))
-            });
+            materials.push(MtlMaterial { line, ..MtlMaterial::with_defaults(&lexer::name(rest)) });
             continue;
         }
-        let statement = Statement {
-            path,
-            line,
-            text,
-            key,
-            rest,
-        };
+        let statement = Statement { path, line, text, key, rest };
         match materials.last_mut() {
             Some(material) => statement.apply(material, &mut unused, notices)?,
             None => notice_once(&mut unused, line, key),
         }
     }
     if !unused.is_empty() {
-        let keys: Vec<_> = unused
-            .iter()
-            .map(|(line, key)| format!("{key} (line {line})"))
-            .collect();
+        let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
         notices.push(format!("{}: not used: {}", path.display(), keys.join(", ")));
     }
     Ok(materials)
@@ -234,22 +207,12 @@ const COLORS: &[(&[u8], bool, SetColor)] = &[
 const NUMBERS: &[(&[u8], SetNumber)] = &[
     (b"d", |m, value| m.opacity = value),
     (b"tr", |m, value| m.opacity = 1.0 - value),
-    (b"pr", |m, value| {
-        m.principled_mut().roughness = value.into()
-    }),
+    (b"pr", |m, value| m.principled_mut().roughness = value.into()),
     (b"pm", |m, value| m.principled_mut().metallic = value.into()),
-    (b"ps", |m, value| {
-        m.principled_mut().sheen_color = [value; 3].into()
-    }),
-    (b"pc", |m, value| {
-        m.principled_mut().clearcoat = value.into()
-    }),
-    (b"pcr", |m, value| {
-        m.principled_mut().clearcoat_roughness = value.into()
-    }),
-    (b"aniso", |m, value| {
-        m.principled_mut().anisotropy = value.into()
-    }),
+    (b"ps", |m, value| m.principled_mut().sheen_color = [value; 3].into()),
+    (b"pc", |m, value| m.principled_mut().clearcoat = value.into()),
+    (b"pcr", |m, value| m.principled_mut().clearcoat_roughness = value.into()),
+    (b"aniso", |m, value| m.principled_mut().anisotropy = value.into()),
     (b"anisor", |m, value| {
         m.principled_mut().anisotropy_rotation = std::f32::consts::TAU * value;
     }),
@@ -287,15 +250,10 @@ impl Statement<'_> {
             },
             _ => match MapRole::from_key(lower) {
                 Some(role) => {
-                    if matches!(
-                        role,
-                        MapRole::Roughness | MapRole::Metallic | MapRole::Sheen
-                    ) {
+                    if matches!(role, MapRole::Roughness | MapRole::Metallic | MapRole::Sheen) {
                         material.principled_mut();
                     }
-                    let Self {
-                        path, line, key, ..
-                    } = *self;
+                    let Self { path, line, key, .. } = *self;
                     let map = mtl_map::read(path, line, role, key, self.rest, notices)?;
                     material.maps.extend(map);
                 }
@@ -362,21 +320,13 @@ impl Statement<'_> {
         Ok(())
     }
 
-    fn shininess(
-        &self,
-        material: &mut MtlMaterial,
-        notices: &mut Vec<String>,
-    ) -> Result<(), FormatError> {
+    fn shininess(&self, material: &mut MtlMaterial, notices: &mut Vec<String>) -> Result<(), FormatError> {
         match Words(self.rest).next().and_then(lexer::number) {
             Some(value) if (0.0..=1e6).contains(&value) => material.shininess = value as f32,
             // Blender wrote -1.96 for a hardness of 0.
             Some(value) if (-2.0..0.0).contains(&value) => {
                 material.shininess = 0.0;
-                notices.push(format!(
-                    "{}:{}: Ns is {value}, taken as 0",
-                    self.path.display(),
-                    self.line
-                ));
+                notices.push(format!("{}:{}: Ns is {value}, taken as 0", self.path.display(), self.line));
             }
             _ => return Err(self.error("Ns", "a number in 0..=1000000")),
         }
@@ -386,9 +336,7 @@ impl Statement<'_> {
 
 /// Notes each key once, and no more than a few of them.
 fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
-    let key = String::from_utf8_lossy(&key[..key.len().min(40)])
-        .escape_debug()
-        .to_string();
+    let key = String::from_utf8_lossy(&key[..key.len().min(40)]).escape_debug().to_string();
     if unused.len() < 12 && unused.iter().all(|(_, known)| *known != key) {
         unused.push((line, key));
     }

@@ -66,11 +66,7 @@ impl MtlMap {
         assets: &mut AssetRoot,
         notices: &mut Vec<String>,
     ) -> Result<Option<Texture>, FormatError> {
-        let wrap = if self.clamp {
-            Wrap::Clamp
-        } else {
-            Wrap::Repeat
-        };
+        let wrap = if self.clamp { Wrap::Clamp } else { Wrap::Repeat };
         texture::optional_texture(library, &self.file, wrap, color_use, assets, notices)
     }
 }
@@ -102,24 +98,17 @@ pub(crate) fn read(
         }
         if !options.apply(&option, &values, role) {
             let given = String::from_utf8_lossy(&rest[..rest.len() - after.len()]).into_owned();
-            notices.push(format!(
-                "{}:{line}: {key} option {given:?} is not applied to the texture",
-                path.display()
-            ));
+            notices.push(format!("{}:{line}: {key} option {given:?} is not applied to the texture", path.display()));
         }
         rest = lexer::trim(after);
     }
     if rest.is_empty() {
-        notices.push(format!(
-            "{}:{line}: {key} without a file name",
-            path.display()
-        ));
+        notices.push(format!("{}:{line}: {key} without a file name", path.display()));
         return Ok(None);
     }
     // In the file v goes up: 1 - v' = s (1 - v) + o.
     let ([su, sv], [ou, ov]) = (options.scale, options.offset);
-    let image_from_mesh =
-        [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
+    let image_from_mesh = [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
     Ok(Some(MtlMap {
         role,
         file: lexer::name(rest),
@@ -133,8 +122,8 @@ pub(crate) fn read(
 /// The least and the greatest number of values of an option; `None` where it is unknown.
 fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     match option {
-        b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres"
-        | b"-imfchan" | b"-type" | b"-colorspace" => Some((1, 1)),
+        b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres" | b"-imfchan" | b"-type"
+        | b"-colorspace" => Some((1, 1)),
         b"-mm" => Some((2, 2)),
         b"-s" | b"-o" | b"-t" => Some((1, 3)),
         _ => None,
@@ -147,9 +136,7 @@ fn option_values(mut after: &[u8], least: usize, most: usize) -> (Vec<&[u8]>, &[
     while values.len() < most {
         let (word, then) = lexer::split_word(after);
         let optional = values.len() >= least;
-        if word.is_empty()
-            || optional && (lexer::number(word).is_none() || lexer::trim(then).is_empty())
-        {
+        if word.is_empty() || optional && (lexer::number(word).is_none() || lexer::trim(then).is_empty()) {
             break;
         }
         values.push(word);
@@ -167,23 +154,14 @@ struct MapOptions {
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self {
-            clamp: false,
-            strength: 1.0,
-            scale: [1.0; 2],
-            offset: [0.0; 2],
-        }
+        Self { clamp: false, strength: 1.0, scale: [1.0; 2], offset: [0.0; 2] }
     }
 }
 
 impl MapOptions {
     /// Applies an option; false where it has a value that is not followed.
     fn apply(&mut self, option: &[u8], values: &[&[u8]], role: MapRole) -> bool {
-        let numbers = || {
-            values
-                .iter()
-                .map(|v| lexer::number(v).filter(|v| v.abs() < 1e6))
-        };
+        let numbers = || values.iter().map(|v| lexer::number(v).filter(|v| v.abs() < 1e6));
         // Up to two numbers over their defaults; `None` where one of the words is no number.
         let pair = |default: f64| {
             let mut pair = [default; 2];

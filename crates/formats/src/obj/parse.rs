@@ -80,9 +80,7 @@ impl ObjBuilder {
         self.obj.positions.reserve_exact(sum(|c| c.positions.len()));
         self.obj.uvs.reserve_exact(sum(|c| c.uvs.len()));
         self.obj.normals.reserve_exact(sum(|c| c.normals.len()));
-        self.obj
-            .polygons
-            .reserve(chunks.iter().map(|c| &c.polygons));
+        self.obj.polygons.reserve(chunks.iter().map(|c| &c.polygons));
     }
 
     /// Appends the next piece, or returns its first error.
@@ -90,11 +88,7 @@ impl ObjBuilder {
         let error = chunk.error.take();
         let mut errors: Vec<LineError> = error.into_iter().collect();
         errors.extend(self.resolve(&mut chunk).err());
-        errors.extend(
-            self.ignored
-                .append(std::mem::take(&mut chunk.ignored))
-                .err(),
-        );
+        errors.extend(self.ignored.append(std::mem::take(&mut chunk.ignored)).err());
         let names = self.names(&mut chunk);
         errors.extend(names.err());
         if let Some(first) = errors.into_iter().min_by_key(|&(line, _)| line) {
@@ -145,13 +139,11 @@ impl ObjBuilder {
                 let message = format!("f: {name} {value}, but only {count} came before");
                 return Err((relative.line, message));
             };
-            chunk
-                .polygons
-                .edit_corner(relative.corner, |corner| match kind {
-                    0 => corner.position = index,
-                    1 => corner.uv = index,
-                    _ => corner.normal = index,
-                });
+            chunk.polygons.edit_corner(relative.corner, |corner| match kind {
+                0 => corner.position = index,
+                1 => corner.uv = index,
+                _ => corner.normal = index,
+            });
         }
         Ok(())
     }
@@ -159,34 +151,19 @@ impl ObjBuilder {
     /// Replaces the indices of names in the piece by those in the file.
     fn names(&mut self, chunk: &mut Chunk) -> Result<(), LineError> {
         let obj = &mut self.obj;
-        let unique = |names: &mut Vec<String>,
-                      numbers: &mut HashMap<String, usize>,
-                      added: &[(usize, String)],
-                      what| {
-            let number = |(line, name): &(usize, String)| {
-                let number = *numbers.entry(name.clone()).or_insert_with(|| {
-                    names.push(name.clone());
-                    names.len() - 1
-                });
-                limit(*line, names.len(), what).map(|()| number)
+        let unique =
+            |names: &mut Vec<String>, numbers: &mut HashMap<String, usize>, added: &[(usize, String)], what| {
+                let number = |(line, name): &(usize, String)| {
+                    let number = *numbers.entry(name.clone()).or_insert_with(|| {
+                        names.push(name.clone());
+                        names.len() - 1
+                    });
+                    limit(*line, names.len(), what).map(|()| number)
+                };
+                added.iter().map(number).collect::<Result<Vec<_>, LineError>>()
             };
-            added
-                .iter()
-                .map(number)
-                .collect::<Result<Vec<_>, LineError>>()
-        };
-        let materials = unique(
-            &mut obj.materials,
-            &mut self.material_numbers,
-            &chunk.materials,
-            "materials",
-        )?;
-        let groups = unique(
-            &mut obj.groups,
-            &mut self.group_numbers,
-            &chunk.groups,
-            "groups",
-        )?;
+        let materials = unique(&mut obj.materials, &mut self.material_numbers, &chunk.materials, "materials")?;
+        let groups = unique(&mut obj.groups, &mut self.group_numbers, &chunk.groups, "groups")?;
         let parts_before = obj.parts.len();
         for (line, name) in chunk.parts.drain(..) {
             obj.parts.push(name);
@@ -231,9 +208,7 @@ impl ObjBuilder {
             return Err(FormatError::whole(path, message));
         }
         if let Some(last) = self.unterminated_line {
-            obj.notices.push(format!(
-                "{shown}:{last}: the last line has no line end; the file may be cut off"
-            ));
+            obj.notices.push(format!("{shown}:{last}: the last line has no line end; the file may be cut off"));
         }
         if let Some(line) = self.invalid_color_line {
             obj.notices.push(format!(
@@ -243,9 +218,7 @@ impl ObjBuilder {
         } else if self.colored > 0 {
             let without = obj.positions.len() - self.colored;
             if without > 0 {
-                obj.notices.push(format!(
-                    "{shown}: {without} vertices without a colour are white"
-                ));
+                obj.notices.push(format!("{shown}: {without} vertices without a colour are white"));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
@@ -291,16 +264,10 @@ mod tests {
         match parse(Path::new("a.obj"), text.as_bytes(), size) {
             Err(error) => error.to_string(),
             Ok(obj) => {
-                let polygons: Vec<_> = (0..obj.polygons.len())
-                    .map(|p| obj.polygons.get(p).collect::<Vec<_>>())
-                    .collect();
+                let polygons: Vec<_> =
+                    (0..obj.polygons.len()).map(|p| obj.polygons.get(p).collect::<Vec<_>>()).collect();
                 let mut runs = obj.runs;
-                runs.dedup_by(|b, a| {
-                    StateRun {
-                        start: a.start,
-                        ..*b
-                    } == *a
-                });
+                runs.dedup_by(|b, a| StateRun { start: a.start, ..*b } == *a);
                 runs.retain(|run| run.start < polygons.len());
                 runs.reverse();
                 runs.dedup_by_key(|run| run.start);

@@ -24,20 +24,13 @@ enum RowSource<'a> {
         long: Option<(usize, usize)>,
     },
     /// The whole file.
-    Binary {
-        bytes: ByteSource<'a>,
-        at: usize,
-        big_endian: bool,
-    },
+    Binary { bytes: ByteSource<'a>, at: usize, big_endian: bool },
 }
 
 /// All bytes of a file, which are read where they are not in memory yet.
 fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8], FormatError> {
     if let ByteSource::Disk { .. } = bytes {
-        let read = bytes.borrowed().read().map_err(|source| FormatError::Io {
-            path: path.into(),
-            source,
-        })?;
+        let read = bytes.borrowed().read().map_err(|source| FormatError::Io { path: path.into(), source })?;
         *bytes = ByteSource::Memory(read.into_owned().into());
     }
     match bytes {
@@ -49,28 +42,13 @@ fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8],
 impl<'a> Body<'a> {
     /// The rows of a text after a header of so many lines.
     pub(crate) fn text(path: &'a Path, rows: &'a [u8], header: usize) -> Self {
-        let source = RowSource::Text {
-            lines: Lines::new(rows),
-            words: Words(&[]),
-            header,
-            line: header,
-            long: None,
-        };
+        let source = RowSource::Text { lines: Lines::new(rows), words: Words(&[]), header, line: header, long: None };
         Self { path, source }
     }
 
     /// The rows that begin at a byte of a file.
-    pub(crate) fn binary(
-        path: &'a Path,
-        bytes: ByteSource<'a>,
-        at: usize,
-        big_endian: bool,
-    ) -> Self {
-        let source = RowSource::Binary {
-            bytes,
-            at,
-            big_endian,
-        };
+    pub(crate) fn binary(path: &'a Path, bytes: ByteSource<'a>, at: usize, big_endian: bool) -> Self {
+        let source = RowSource::Binary { bytes, at, big_endian };
         Self { path, source }
     }
 
@@ -96,14 +74,7 @@ impl<'a> Body<'a> {
 
     /// Begins a row.
     pub(crate) fn row(&mut self) -> Result<(), FormatError> {
-        if let RowSource::Text {
-            lines,
-            words,
-            header,
-            line,
-            ..
-        } = &mut self.source
-        {
+        if let RowSource::Text { lines, words, header, line, .. } = &mut self.source {
             let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());
             let Some((number, text)) = next else {
                 return Err(self.truncated());
@@ -116,9 +87,7 @@ impl<'a> Body<'a> {
 
     /// Ends a row: what is left of a line is not used.
     pub(crate) fn end_row(&mut self) {
-        if let RowSource::Text {
-            words, line, long, ..
-        } = &mut self.source
+        if let RowSource::Text { words, line, long, .. } = &mut self.source
             && words.next().is_some()
         {
             let (count, first) = long.unwrap_or((0, *line));
@@ -136,20 +105,12 @@ impl<'a> Body<'a> {
                 match lexer::number(word) {
                     Some(value) if kind.is_float() || value.fract() == 0.0 => Ok(value),
                     _ => {
-                        let expected = if kind.is_float() {
-                            "a number"
-                        } else {
-                            "a whole number"
-                        };
+                        let expected = if kind.is_float() { "a number" } else { "a whole number" };
                         Err(self.error(format!("{} is not {expected}", lexer::for_message(word))))
                     }
                 }
             }
-            RowSource::Binary {
-                bytes,
-                at,
-                big_endian,
-            } => {
+            RowSource::Binary { bytes, at, big_endian } => {
                 let size = kind.bytes();
                 let Some(found) = in_memory(self.path, bytes)?.get(*at..*at + size) else {
                     return Err(self.truncated());
@@ -161,18 +122,8 @@ impl<'a> Body<'a> {
     }
 
     /// The next values of the row.
-    pub(crate) fn values(
-        &mut self,
-        kind: ScalarType,
-        count: usize,
-        values: &mut Vec<f64>,
-    ) -> Result<(), FormatError> {
-        if let RowSource::Binary {
-            bytes,
-            at,
-            big_endian,
-        } = &mut self.source
-        {
+    pub(crate) fn values(&mut self, kind: ScalarType, count: usize, values: &mut Vec<f64>) -> Result<(), FormatError> {
+        if let RowSource::Binary { bytes, at, big_endian } = &mut self.source {
             let size = kind.bytes();
             let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
             let bytes = in_memory(self.path, bytes)?;
@@ -192,12 +143,7 @@ impl<'a> Body<'a> {
 
     /// The next bytes of a binary file, if there are `count`, and true for big-endian numbers.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
-        let RowSource::Binary {
-            bytes,
-            at,
-            big_endian,
-        } = &self.source
-        else {
+        let RowSource::Binary { bytes, at, big_endian } = &self.source else {
             return None;
         };
         let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
@@ -223,11 +169,7 @@ impl<'a> Body<'a> {
     pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize, FormatError> {
         let length = self.value(kind)?;
         // The items are read one by one, so that a length alone takes no memory.
-        if length < 0.0 {
-            Err(self.error(format!("a list of {length} items")))
-        } else {
-            Ok(length as usize)
-        }
+        if length < 0.0 { Err(self.error(format!("a list of {length} items"))) } else { Ok(length as usize) }
     }
 
     /// Notices after the last row: rows longer than declared, and bytes after the end.
@@ -245,17 +187,13 @@ impl<'a> Body<'a> {
                 if lines.any(|(_, text)| !lexer::trim(text).is_empty()) {
                     notices.push(format!("{path}: the lines after the last row are not used"));
                 } else if !lines.ended_with_newline() {
-                    notices.push(format!(
-                        "{path}: the last line has no line end; the file may be cut off"
-                    ));
+                    notices.push(format!("{path}: the last line has no line end; the file may be cut off"));
                 }
             }
             RowSource::Binary { bytes, at, .. } => {
                 let left = bytes.len() - *at;
                 if left > 0 {
-                    notices.push(format!(
-                        "{path}: {left} bytes after the last row are not used"
-                    ));
+                    notices.push(format!("{path}: {left} bytes after the last row are not used"));
                 }
             }
         }

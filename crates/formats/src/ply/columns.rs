@@ -78,11 +78,7 @@ impl<'a> Columns<'a> {
         let role = |p: &header::Property| PropertyRole::from_name(&p.name, p.list.is_some());
         let roles: Vec<_> = element.properties.iter().map(role).collect();
         let red = roles.iter().position(|&m| m == Red);
-        Self {
-            element,
-            color: red.map_or(ScalarType::U8, |i| element.properties[i].kind),
-            roles,
-        }
+        Self { element, color: red.map_or(ScalarType::U8, |i| element.properties[i].kind), roles }
     }
 
     pub(crate) fn have(&self, wanted: &[PropertyRole]) -> bool {
@@ -137,18 +133,11 @@ impl<'a> Columns<'a> {
     }
 
     /// The linear colour of a row.
-    pub(crate) fn color(
-        &self,
-        body: &Body<'_>,
-        row: &Row,
-        number: usize,
-    ) -> Result<Rgb, FormatError> {
+    pub(crate) fn color(&self, body: &Body<'_>, row: &Row, number: usize) -> Result<Rgb, FormatError> {
         let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
         self.linear(given).ok_or_else(|| {
             let (name, one) = (&self.element.name, self.white());
-            body.error(format!(
-                "{name} {number}: colour {given:?} outside 0..={one}"
-            ))
+            body.error(format!("{name} {number}: colour {given:?} outside 0..={one}"))
         })
     }
 
@@ -156,14 +145,11 @@ impl<'a> Columns<'a> {
     pub(crate) fn linear(&self, given: [f64; 3]) -> Option<Rgb> {
         let one = self.white();
         let share = || given.map(|c| (c / one) as f32);
-        given
-            .iter()
-            .all(|c| (0.0..=one).contains(c))
-            .then(|| match self.color {
-                ScalarType::F32 | ScalarType::F64 => share(),
-                ScalarType::U8 => linear_from_srgb8(given.map(|c| c as u8)),
-                _ => share().map(linear_from_srgb),
-            })
+        given.iter().all(|c| (0.0..=one).contains(c)).then(|| match self.color {
+            ScalarType::F32 | ScalarType::F64 => share(),
+            ScalarType::U8 => linear_from_srgb8(given.map(|c| c as u8)),
+            _ => share().map(linear_from_srgb),
+        })
     }
 
     /// The largest value of a colour.

@@ -39,13 +39,7 @@ pub(crate) fn parse<'a>(
     bytes: &'a [u8],
     file: ByteSource<'a>,
 ) -> Result<(Header, Body<'a>), FormatError> {
-    let mut parser = HeaderParser {
-        path,
-        line: 0,
-        elements: Vec::new(),
-        textures: Vec::new(),
-        encoding: None,
-    };
+    let mut parser = HeaderParser { path, line: 0, elements: Vec::new(), textures: Vec::new(), encoding: None };
     let at = parser.lines(bytes)?;
     let (line, after) = (parser.line, file.len() - at);
     let Some(encoding) = parser.encoding else {
@@ -56,10 +50,7 @@ pub(crate) fn parse<'a>(
         Encoding::BinaryLittleEndian => Body::binary(path, file, at, false),
         Encoding::BinaryBigEndian => Body::binary(path, file, at, true),
     };
-    let header = Header {
-        elements: parser.elements,
-        textures: parser.textures,
-    };
+    let header = Header { elements: parser.elements, textures: parser.textures };
     header.check_counts(path, encoding, after)?;
     Ok((header, body))
 }
@@ -73,25 +64,12 @@ enum Encoding {
 
 impl Header {
     /// Refuses elements with more rows than `after` bytes can hold.
-    fn check_counts(
-        &self,
-        path: &Path,
-        encoding: Encoding,
-        after: usize,
-    ) -> Result<(), FormatError> {
-        for Element {
-            name,
-            count,
-            properties,
-        } in &self.elements
-        {
+    fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<(), FormatError> {
+        for Element { name, count, properties } in &self.elements {
             // At least a digit and a space or line end for each value of a text.
             let row: usize = match encoding {
                 Encoding::Ascii => 2 * properties.len(),
-                _ => properties
-                    .iter()
-                    .map(|p| p.list.unwrap_or(p.kind).bytes())
-                    .sum(),
+                _ => properties.iter().map(|p| p.list.unwrap_or(p.kind).bytes()).sum(),
             };
             let needed = count.checked_mul(row);
             if *count > 0 && (row == 0 || needed.is_none_or(|needed| needed > after + 1)) {
@@ -122,11 +100,7 @@ impl HeaderParser<'_> {
     /// Reads up to `end_header`, and returns the offset of the byte after that line.
     fn lines(&mut self, bytes: &[u8]) -> Result<usize, FormatError> {
         // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
-        let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') {
-            b'\r'
-        } else {
-            b'\n'
-        };
+        let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
         let mut at = 0;
         loop {
             self.line += 1;
@@ -158,9 +132,7 @@ impl HeaderParser<'_> {
                     (Some(b"binary_little_endian"), Some(b"1.0")) => Encoding::BinaryLittleEndian,
                     (Some(b"binary_big_endian"), Some(b"1.0")) => Encoding::BinaryBigEndian,
                     _ => {
-                        return Err(self.error(
-                            "expected format ascii, binary_little_endian or binary_big_endian 1.0",
-                        ));
+                        return Err(self.error("expected format ascii, binary_little_endian or binary_big_endian 1.0"));
                     }
                 });
             }
@@ -170,27 +142,18 @@ impl HeaderParser<'_> {
             b"comment" | b"obj_info" | b"" => {}
             b"element" => {
                 let name = words.next().map(lexer::name);
-                let count = words
-                    .next()
-                    .and_then(lexer::integer)
-                    .and_then(|n| usize::try_from(n).ok());
+                let count = words.next().and_then(lexer::integer).and_then(|n| usize::try_from(n).ok());
                 let (Some(name), Some(count)) = (name, count) else {
                     return Err(self.error("expected element NAME COUNT"));
                 };
-                self.elements.push(Element {
-                    name,
-                    count,
-                    properties: Vec::new(),
-                });
+                self.elements.push(Element { name, count, properties: Vec::new() });
             }
             b"property" => {
                 if self.elements.is_empty() {
                     return Err(self.error("a property before the first element"));
                 }
                 let Some(property) = property(words) else {
-                    return Err(
-                        self.error("expected property KIND NAME or property list KIND KIND NAME")
-                    );
+                    return Err(self.error("expected property KIND NAME or property list KIND KIND NAME"));
                 };
                 if let Some(element) = self.elements.last_mut() {
                     element.properties.push(property);
@@ -208,18 +171,11 @@ impl HeaderParser<'_> {
 fn property(mut words: Words<'_>) -> Option<Property> {
     let first = words.next()?;
     let (list, kind) = match first {
-        b"list" => (
-            Some(ScalarType::parse(words.next()?)?),
-            ScalarType::parse(words.next()?)?,
-        ),
+        b"list" => (Some(ScalarType::parse(words.next()?)?), ScalarType::parse(words.next()?)?),
         kind => (None, ScalarType::parse(kind)?),
     };
     if list.is_some_and(ScalarType::is_float) {
         return None;
     }
-    Some(Property {
-        name: lexer::name(words.next()?),
-        list,
-        kind,
-    })
+    Some(Property { name: lexer::name(words.next()?), list, kind })
 }

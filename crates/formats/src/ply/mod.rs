@@ -38,14 +38,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let path = &source.path;
     let file = source.part(0..source.len());
     let (header, mut body) = header::parse(path, &source.bytes, file)?;
-    let declared = |name| {
-        header
-            .elements
-            .iter()
-            .filter(|e| e.name == name)
-            .map(|e| e.count)
-            .sum()
-    };
+    let declared = |name| header.elements.iter().filter(|e| e.name == name).map(|e| e.count).sum();
     let vertices: usize = declared("vertex");
     assets.budget.take_elements(path, vertices as u64)?;
 
@@ -72,11 +65,7 @@ pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
     let mut head = Vec::new();
     file.take(HEADER).read_to_end(&mut head).ok()?;
     let (start, length) = (0, usize::try_from(size).ok()?);
-    let all = ByteSource::Disk {
-        file,
-        start,
-        length,
-    };
+    let all = ByteSource::Disk { file, start, length };
     let (header, body) = header::parse(Path::new(""), &head, all).ok()?;
     let at = body.offset()?;
     let mut end = at;
@@ -143,9 +132,7 @@ impl<'a> Ply<'a> {
         let directionless = normals.filter(|n| **n == [0.0; 3]).count();
         if directionless > 0 {
             let path = self.path.display();
-            self.notices.push(format!(
-                "{path}: {directionless} normals without a direction; all normals are ignored"
-            ));
+            self.notices.push(format!("{path}: {directionless} normals without a direction; all normals are ignored"));
             self.mesh.normals = None;
         }
         Ok(())
@@ -160,18 +147,14 @@ impl<'a> Ply<'a> {
             return Ok(index as u32);
         }
         let count = self.declared;
-        let message =
-            format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
+        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
         Err(body.error(message))
     }
 
     fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
         if !columns.have(&[PropertyRole::Corners]) {
-            return Err(FormatError::whole(
-                self.path,
-                "element face has no list vertex_indices",
-            ));
+            return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
         }
         if self.has_faces() {
             return Err(FormatError::whole(self.path, "a second element with faces"));
@@ -187,28 +170,20 @@ impl<'a> Ply<'a> {
             let own_uvs = !row.uvs.is_empty();
             if own_uvs && row.uvs.len() != 2 * row.corners.len() {
                 let (uvs, corners) = (row.uvs.len(), row.corners.len());
-                let message =
-                    format!("face {number}: {uvs} texture coordinates for {corners} corners");
+                let message = format!("face {number}: {uvs} texture coordinates for {corners} corners");
                 return Err(body.error(message));
             }
             for (i, &index) in row.corners.iter().enumerate() {
                 let mut uv = NO_INDEX;
                 if own_uvs {
                     let value = vertices::uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
-                    uv = *self
-                        .known_uvs
-                        .entry(value.map(f32::to_bits))
-                        .or_insert_with(|| {
-                            self.corner_uvs.push(value);
-                            (self.corner_uvs.len() - 1) as u32
-                        });
+                    uv = *self.known_uvs.entry(value.map(f32::to_bits)).or_insert_with(|| {
+                        self.corner_uvs.push(value);
+                        (self.corner_uvs.len() - 1) as u32
+                    });
                 }
                 let position = self.position(body, number, index)?;
-                self.polygons.push_corner(Corner {
-                    position,
-                    uv,
-                    normal: NO_INDEX,
-                });
+                self.polygons.push_corner(Corner { position, uv, normal: NO_INDEX });
             }
             if !self.polygons.end_face() {
                 self.degenerate.add(|| body.location());
@@ -219,8 +194,7 @@ impl<'a> Ply<'a> {
                 self.translucent |= !columns.opaque(&row);
             }
             if columns.have(&[PropertyRole::Image]) {
-                self.images
-                    .insert(row.numbers[PropertyRole::Image as usize] as i64);
+                self.images.insert(row.numbers[PropertyRole::Image as usize] as i64);
             }
         }
         self.face_colors = colors;
@@ -237,10 +211,8 @@ impl<'a> Ply<'a> {
         for number in 0..element.count {
             columns.read(body, &mut row)?;
             for strip in row.corners.split(|&index| index == -1.0) {
-                let strip: Result<Vec<u32>, _> = strip
-                    .iter()
-                    .map(|&index| self.position(body, number, index))
-                    .collect();
+                let strip: Result<Vec<u32>, _> =
+                    strip.iter().map(|&index| self.position(body, number, index)).collect();
                 for (i, triangle) in strip?.windows(3).enumerate() {
                     let &[mut a, mut b, c] = triangle else {
                         continue;
@@ -253,11 +225,7 @@ impl<'a> Ply<'a> {
                         std::mem::swap(&mut a, &mut b);
                     }
                     for position in [a, b, c] {
-                        self.polygons.push_corner(Corner {
-                            position,
-                            uv: NO_INDEX,
-                            normal: NO_INDEX,
-                        });
+                        self.polygons.push_corner(Corner { position, uv: NO_INDEX, normal: NO_INDEX });
                     }
                     self.polygons.end_face();
                 }
@@ -283,8 +251,7 @@ impl<'a> Ply<'a> {
             return Err(FormatError::whole(path, "more than one element vertex"));
         }
         if self.translucent {
-            self.notices
-                .push(format!("{}: its transparency is dropped", path.display()));
+            self.notices.push(format!("{}: its transparency is dropped", path.display()));
         }
         self.cut_polygons(assets)?;
         let textured = self.mesh.uvs.is_some();
@@ -298,41 +265,26 @@ impl<'a> Ply<'a> {
     /// Cuts the polygons, and splits vertices whose corners differ.
     fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<(), FormatError> {
         let path = self.path;
-        let Self {
-            mesh,
-            polygons,
-            triangles,
-            face_colors,
-            corner_uvs,
-            ..
-        } = self;
+        let Self { mesh, polygons, triangles, face_colors, corner_uvs, .. } = self;
         // Without texture coordinates of their own, corners are the file's vertices.
         let seams = !corner_uvs.is_empty();
         let mut vertices = VertexDeduper::new(if seams { mesh.vertices.len() } else { 0 });
         if seams {
             vertices.reserve(0..mesh.vertices.len() as u32);
         }
-        assets
-            .budget
-            .take_elements(path, 3 * triangles.len() as u64)?;
+        assets.budget.take_elements(path, 3 * triangles.len() as u64)?;
         triangles.reserve_exact(polygons.len());
         let mut colors = Vec::new();
         let position = |c: Corner| mesh.vertices[c.position as usize];
         let all = 0..polygons.len();
-        polygons.triangles(
-            all,
-            path,
-            &mut assets.budget,
-            position,
-            |polygon, corners| {
-                triangles.push(if seams {
-                    corners.map(|corner| vertices.vertex_of(corner))
-                } else {
-                    corners.map(|corner| corner.position)
-                });
-                colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
-            },
-        )?;
+        polygons.triangles(all, path, &mut assets.budget, position, |polygon, corners| {
+            triangles.push(if seams {
+                corners.map(|corner| vertices.vertex_of(corner))
+            } else {
+                corners.map(|corner| corner.position)
+            });
+            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+        })?;
         mesh.triangles = std::mem::take(triangles);
         mesh.face_colors = face_colors.is_some().then_some(colors);
         if seams {
@@ -361,24 +313,14 @@ fn add_texture(
     let Some(file) = header.textures.first() else {
         return Ok(());
     };
-    let texture = texture::optional_texture(
-        path,
-        file,
-        Wrap::Repeat,
-        ColorUse::Color,
-        assets,
-        &mut model.notices,
-    )?;
+    let texture = texture::optional_texture(path, file, Wrap::Repeat, ColorUse::Color, assets, &mut model.notices)?;
     if let Some(texture) = texture {
         model.materials[0].texture = Some(TextureSlot::plain(model.textures.len()));
         model.materials[0].color = [1.0; 3];
         model.textures.push(texture);
     }
     if images > 1 || header.textures.len() > 1 {
-        model.notices.push(format!(
-            "{}: several images; all faces have the first, {file:?}",
-            path.display()
-        ));
+        model.notices.push(format!("{}: several images; all faces have the first, {file:?}", path.display()));
     }
     Ok(())
 }

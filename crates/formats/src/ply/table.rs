@@ -22,12 +22,7 @@ impl<'a> FixedTable<'a> {
     pub(crate) fn peek(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
         let stride = columns.stride()?;
         let (bytes, big_endian) = body.peek(count.checked_mul(stride)?)?;
-        Some(Self {
-            bytes,
-            stride,
-            big_endian,
-            places: columns.column_offsets(),
-        })
+        Some(Self { bytes, stride, big_endian, places: columns.column_offsets() })
     }
 
     /// How many bytes they are.
@@ -56,9 +51,7 @@ impl<'a> FixedTable<'a> {
         if little(ScalarType::F32) {
             return self.rows(|row| {
                 make(places.map(|(_, at)| {
-                    row.get(at..)
-                        .and_then(<[u8]>::first_chunk)
-                        .map_or(0.0, |&four| f32::from_le_bytes(four).into())
+                    row.get(at..).and_then(<[u8]>::first_chunk).map_or(0.0, |&four| f32::from_le_bytes(four).into())
                 }))
             });
         }

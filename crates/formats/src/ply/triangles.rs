@@ -23,12 +23,7 @@ pub(crate) fn read(
     let (before, length, stride) = layout(element, columns)?;
     let (bytes, big_endian) = body.peek(element.count.checked_mul(stride)?)?;
     let skip = bytes.len();
-    let rows = TriangleRows {
-        bytes,
-        stride,
-        three: before..before + length.bytes(),
-        vertices,
-    };
+    let rows = TriangleRows { bytes, stride, three: before..before + length.bytes(), vertices };
     // The length 3 in the type of the list.
     let mut three = [0; 8];
     let three = &mut three[..length.bytes()];

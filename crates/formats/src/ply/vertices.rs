@@ -7,9 +7,7 @@ use raycam_scene::color::Rgb;
 
 use crate::error::FormatError;
 use crate::ply::body::Body;
-use crate::ply::columns::PropertyRole::{
-    self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z,
-};
+use crate::ply::columns::PropertyRole::{self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 use crate::ply::columns::{Columns, Row};
 use crate::ply::header::Element;
 use crate::ply::table::FixedTable;
@@ -26,11 +24,7 @@ pub(crate) struct PlyVertices {
 }
 
 /// Reads the vertices.
-pub(crate) fn read(
-    path: &Path,
-    element: &Element,
-    body: &mut Body<'_>,
-) -> Result<PlyVertices, FormatError> {
+pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>) -> Result<PlyVertices, FormatError> {
     let columns = Columns::new(element);
     if !columns.have(&[X, Y, Z]) {
         return Err(FormatError::whole(path, "element vertex has no x, y and z"));
@@ -72,11 +66,7 @@ fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices>
     })
 }
 
-fn row_by_row(
-    count: usize,
-    columns: &Columns<'_>,
-    body: &mut Body<'_>,
-) -> Result<PlyVertices, FormatError> {
+fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>) -> Result<PlyVertices, FormatError> {
     let mut positions = Vec::with_capacity(count);
     let mut normals = columns.have(&[NormalX, NormalY, NormalZ]).then(Vec::new);
     let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
@@ -102,13 +92,7 @@ fn row_by_row(
             uvs.push(uv(body, row.numbers[U as usize], row.numbers[V as usize])?);
         }
     }
-    Ok(PlyVertices {
-        positions,
-        normals,
-        colors,
-        uvs,
-        translucent,
-    })
+    Ok(PlyVertices { positions, normals, colors, uvs, translucent })
 }
 
 /// A direction, or zero where there is none.
@@ -123,6 +107,5 @@ fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
 
 /// Texture coordinates with their origin at the top left.
 pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64) -> Result<[f32; 2], FormatError> {
-    flipped_uv(u, v)
-        .ok_or_else(|| body.error(format!("texture coordinate ({u}, {v}) is not finite")))
+    flipped_uv(u, v).ok_or_else(|| body.error(format!("texture coordinate ({u}, {v}) is not finite")))
 }

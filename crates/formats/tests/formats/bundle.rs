@@ -50,33 +50,16 @@ keyframe = [{ time = 0, object = "box", location = [0, 0, 0] }, { time = 1, obje
 "##;
 
 fn world() -> World {
-    let mut world = world_file::parse(
-        WORLD,
-        Path::new("."),
-        Path::new("here.toml"),
-        &Budget::default(),
-    )
-    .unwrap();
+    let mut world = world_file::parse(WORLD, Path::new("."), Path::new("here.toml"), &Budget::default()).unwrap();
     let image = Arc::new(Image {
         name: "/somewhere/else/brick.png".into(),
         size: [2, 1],
         texels: Texels::Float(vec![[0.5, 1e9, f32::MIN_POSITIVE, 1.0]; 2]),
     });
     for mip in [None, Some(raycam_scene::TexelFilter::Linear)] {
-        let sampler = TextureSampler {
-            mip,
-            ..TextureSampler::default()
-        };
-        let texture = world.add_texture(Texture {
-            image: image.clone(),
-            sampler,
-        });
-        world
-            .add_material(Material {
-                texture: Some(TextureSlot::plain(texture)),
-                ..Material::default()
-            })
-            .unwrap();
+        let sampler = TextureSampler { mip, ..TextureSampler::default() };
+        let texture = world.add_texture(Texture { image: image.clone(), sampler });
+        world.add_material(Material { texture: Some(TextureSlot::plain(texture)), ..Material::default() }).unwrap();
     }
     world.notices.push("read from /somewhere/else".into());
     world
@@ -93,19 +76,9 @@ fn a_world_comes_back_exactly() {
     let back = read(&bytes).unwrap();
     assert!(back.notices.is_empty());
     assert_eq!(back.textures[0].image.name, "brick.png");
-    assert!(Arc::ptr_eq(
-        &back.textures[0].image,
-        &back.textures[1].image
-    ));
-    assert_eq!(
-        back.textures[0].image.texels,
-        world.textures[0].image.texels
-    );
-    let same = World {
-        notices: world.notices.clone(),
-        textures: world.textures.clone(),
-        ..back.clone()
-    };
+    assert!(Arc::ptr_eq(&back.textures[0].image, &back.textures[1].image));
+    assert_eq!(back.textures[0].image.texels, world.textures[0].image.texels);
+    let same = World { notices: world.notices.clone(), textures: world.textures.clone(), ..back.clone() };
     assert_eq!(same, world);
     assert_eq!(bundle::write(&back).unwrap(), bytes);
     // A change anywhere is a change of the bytes.
@@ -137,10 +110,7 @@ fn what_it_is_not_is_said() {
     assert!(text(b"solid cube").contains("not the bytes of a world"));
     let other = [b"raycam world 9.9.9\n", &bytes[19..]].concat();
     assert!(text(&other).contains("a world of raycam 9.9.9"));
-    let budget = Budget {
-        bytes: 10,
-        ..Budget::default()
-    };
+    let budget = Budget { bytes: 10, ..Budget::default() };
     let refused = bundle::read(&bytes, Path::new("w"), budget).unwrap_err();
     assert!(refused.to_string().contains("budget"));
     // Far corners: an index that leads nowhere is found before anything is traced.

@@ -1,9 +1,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_formats::calibration::{
-    CameraRecord, Pose, ReadHints, Rotation, decode, formats, read, write,
-};
+use raycam_formats::calibration::{CameraRecord, Pose, ReadHints, Rotation, decode, formats, read, write};
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
@@ -11,11 +9,7 @@ use crate::support::folder;
 
 /// A camera that every format can hold: its name is a number of seconds, an image id and a file name.
 fn record() -> CameraRecord {
-    let k = DMat3::from_cols(
-        DVec3::new(500.1, 0.0, 0.0),
-        DVec3::new(0.0, 500.1, 0.0),
-        DVec3::new(319.5, 239.5, 1.0),
-    );
+    let k = DMat3::from_cols(DVec3::new(500.1, 0.0, 0.0), DVec3::new(0.0, 500.1, 0.0), DVec3::new(319.5, 239.5, 1.0));
     let mut record = CameraRecord::new("7", PixelCenter::Integer);
     (record.size, record.k) = (Some([640, 480]), Some(k));
     let rotation = Rotation::Quaternion([0.5, 0.1, -0.7, 0.2]);
@@ -36,13 +30,9 @@ fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
             std::fs::write(path.join(name), bytes).unwrap();
         }
     }
-    let known = ReadHints {
-        size: Some([640, 480]),
-        intrinsics: Some(record()),
-    };
+    let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()) };
     let back = read(&path, Some(format), &known, &Budget::default());
-    back.unwrap_or_else(|error| panic!("{format}: {error}"))
-        .records
+    back.unwrap_or_else(|error| panic!("{format}: {error}")).records
 }
 
 #[test]
@@ -67,22 +57,10 @@ fn every_format_gives_the_camera_back_and_the_second_time_to_the_last_bit() {
 fn what_a_format_cannot_hold_is_named() {
     let mut bent = record();
     bent.lens = Lens::new(LensModel::DoubleSphere, &[0.1, 0.6]).unwrap();
-    for format in [
-        "colmap",
-        "colmap-binary",
-        "ros",
-        "nerf",
-        "blender",
-        "bop",
-        "opencv",
-        "kitti",
-    ] {
+    for format in ["colmap", "colmap-binary", "ros", "nerf", "blender", "bop", "opencv", "kitti"] {
         let error = write(&[bent.clone()], Path::new("out"), format).unwrap_err();
         assert!(matches!(error, FormatError::Encode(_)), "{format}: {error}");
-        assert!(
-            error.to_string().contains("ds") || error.to_string().contains("lens"),
-            "{error}"
-        );
+        assert!(error.to_string().contains("ds") || error.to_string().contains("lens"), "{error}");
     }
     assert_eq!(again(&[bent.clone()], "kalibr")[0].lens, bent.lens);
 }
@@ -92,10 +70,7 @@ fn damaged_files_are_errors_and_nothing_panics() {
     for format in formats().filter(|format| !format.starts_with("colmap")) {
         let written = write(&[record()], Path::new("out"), format).unwrap();
         let bytes = &written.files[0].1;
-        let known = ReadHints {
-            size: Some([640, 480]),
-            intrinsics: Some(record()),
-        };
+        let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()) };
         let name = Path::new("out");
         let read = |bytes: Vec<u8>| decode(bytes, name, Some(format), &known, &Budget::default());
         read(bytes.clone()).unwrap();
@@ -131,26 +106,14 @@ fn camchains_tell_the_pose_in_either_direction() {
         });
         let text: String = cameras.collect();
         let (path, known) = (Path::new("chain.yaml"), ReadHints::default());
-        let read = decode(
-            text.into(),
-            path,
-            Some("kalibr"),
-            &known,
-            &Budget::default(),
-        );
+        let read = decode(text.into(), path, Some("kalibr"), &known, &Budget::default());
         let records = read.unwrap().records;
         [0, 1].map(|i| records[i].camera().unwrap())
     };
     let r = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
     let (first, second) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(-0.4, 0.5, 1.0));
     let forth = chain("T_cam_imu", [(r, first), (r.transpose(), second)]);
-    let back = chain(
-        "T_imu_cam",
-        [
-            (r.transpose(), -(r.transpose() * first)),
-            (r, -(r * second)),
-        ],
-    );
+    let back = chain("T_imu_cam", [(r.transpose(), -(r.transpose() * first)), (r, -(r * second))]);
     let point = DVec3::new(0.3, 1.2, 6.0);
     for (a, b) in forth.iter().zip(&back) {
         assert!((a.project(point).0 - b.project(point).0).length() < 1e-9);
@@ -161,18 +124,9 @@ fn camchains_tell_the_pose_in_either_direction() {
 #[test]
 fn errors_name_file_line_and_key() {
     let text = b"image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, x]\n";
-    let error = decode(
-        text.to_vec(),
-        Path::new("a.yaml"),
-        Some("ros"),
-        &ReadHints::default(),
-        &Budget::default(),
-    );
+    let error = decode(text.to_vec(), Path::new("a.yaml"), Some("ros"), &ReadHints::default(), &Budget::default());
     let error = error.unwrap_err().to_string();
-    assert!(
-        error.starts_with("a.yaml:6: camera_matrix.data[2]: \"x\""),
-        "{error}"
-    );
+    assert!(error.starts_with("a.yaml:6: camera_matrix.data[2]: \"x\""), "{error}");
     // One bad line makes a file of no format; of the one that is named, the line is said.
     let told = |format| {
         let poses = b"0.0 1 2 3 0 0 0 1\n0.1 1 2 x 0 0 0 1\n".to_vec();
@@ -191,22 +145,10 @@ fn many_keys_take_little_time() {
     for (format, text) in [
         ("kitti", keys(&|i| format!("a{i}:\n"))),
         ("bop", keys(&|i| format!("a{i}: 1\n"))),
-        (
-            "opencv",
-            format!(
-                "<opencv_storage>{}</opencv_storage>",
-                keys(&|i| format!("<a{i}/>"))
-            ),
-        ),
+        ("opencv", format!("<opencv_storage>{}</opencv_storage>", keys(&|i| format!("<a{i}/>")))),
     ] {
         let path = Path::new("many");
-        let read = decode(
-            text.into_bytes(),
-            path,
-            Some(format),
-            &ReadHints::default(),
-            &Budget::default(),
-        );
+        let read = decode(text.into_bytes(), path, Some(format), &ReadHints::default(), &Budget::default());
         assert!(read.is_err(), "{format}");
     }
 }

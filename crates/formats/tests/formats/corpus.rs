@@ -39,16 +39,14 @@ fn every_file_is_answered() {
                 }
                 Err(error) => Some(error.to_string()),
             },
-            "png" | "jpg" | "jpeg" | "exr" => {
-                match read_image(&path, ColorUse::Color, &Budget::default()) {
-                    Ok((image, _)) => {
-                        let [columns, rows] = image.size.map(|side| side as usize);
-                        assert_eq!(image.texels.len(), columns * rows, "{name}");
-                        None
-                    }
-                    Err(error) => Some(error.to_string()),
+            "png" | "jpg" | "jpeg" | "exr" => match read_image(&path, ColorUse::Color, &Budget::default()) {
+                Ok((image, _)) => {
+                    let [columns, rows] = image.size.map(|side| side as usize);
+                    assert_eq!(image.texels.len(), columns * rows, "{name}");
+                    None
                 }
-            }
+                Err(error) => Some(error.to_string()),
+            },
             "gltf" | "glb" => match load(&path, &Budget::default()) {
                 Ok(world) => {
                     world.validated().unwrap();
@@ -76,18 +74,9 @@ fn every_file_is_answered() {
 #[cfg(target_os = "linux")]
 fn no_file_asks_for_much_memory() {
     let own = std::env::current_exe().unwrap();
-    let limited =
-        "ulimit -v 655360 && exec \"$0\" --exact corpus::every_file_is_answered --test-threads 1";
-    let output = Command::new("sh")
-        .args(["-c", limited])
-        .arg(own)
-        .output()
-        .unwrap();
+    let limited = "ulimit -v 655360 && exec \"$0\" --exact corpus::every_file_is_answered --test-threads 1";
+    let output = Command::new("sh").args(["-c", limited]).arg(own).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        output.status.success(),
-        "{said}\n{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{said}\n{}", String::from_utf8_lossy(&output.stderr));
     assert!(said.contains("1 passed"), "{said}");
 }

@@ -13,11 +13,7 @@ pub fn triangle() -> String {
 /// Three corners in base64.
 pub fn corners_uri() -> String {
     let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let bytes: Vec<u8> = corners
-        .as_flattened()
-        .iter()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
     format!("data:application/octet-stream;base64,{}", base64(&bytes))
 }
 
@@ -61,13 +57,7 @@ pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
         }
     }
     let length = 12 + chunks.len() as u32;
-    [
-        b"glTF",
-        &2u32.to_le_bytes()[..],
-        &length.to_le_bytes(),
-        &chunks,
-    ]
-    .concat()
+    [b"glTF", &2u32.to_le_bytes()[..], &length.to_le_bytes(), &chunks].concat()
 }
 
 pub fn world(json: &str) -> World {
@@ -83,19 +73,14 @@ pub fn error(bytes: impl AsRef<[u8]>) -> String {
 fn a_document_becomes_a_world_with_y_up() {
     let world = world(&triangle());
     assert_eq!(world.up, Up::Y);
-    assert!(matches!(
-        world.materials[0].model,
-        MaterialModel::Principled(_)
-    ));
+    assert!(matches!(world.materials[0].model, MaterialModel::Principled(_)));
     assert!(!world.materials[0].double_sided);
 }
 
 #[test]
 fn buffers_come_from_the_chunk_a_file_or_the_uri() {
-    let corners: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
-        .iter()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    let corners: Vec<u8> =
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     let expected = world(&triangle()).meshes;
     let chunk = document("", "").replace(r#""uri": "", "#, "");
     let path = file("b.glb", glb(&chunk, &corners));
@@ -125,17 +110,8 @@ fn nothing_outside_the_folder_is_opened() {
         "",
     ] {
         let told = error(document(uri, ""));
-        let expected = [
-            "outside",
-            "out of the folder",
-            "relative",
-            "expected",
-            "UTF-8",
-        ];
-        assert!(
-            expected.iter().any(|words| told.contains(words)),
-            "{uri}: {told}"
-        );
+        let expected = ["outside", "out of the folder", "relative", "expected", "UTF-8"];
+        assert!(expected.iter().any(|words| told.contains(words)), "{uri}: {told}");
     }
 }
 
@@ -143,60 +119,24 @@ fn nothing_outside_the_folder_is_opened() {
 fn errors_name_the_place() {
     let text = triangle();
     for (from, to, expected) in [
-        (
-            r#""count": 3"#,
-            r#""count": "3""#,
-            "accessors[0].count: invalid type",
-        ),
-        (
-            r#""count": 3"#,
-            r#""count": -3"#,
-            "accessors[0].count: invalid value",
-        ),
+        (r#""count": 3"#, r#""count": "3""#, "accessors[0].count: invalid type"),
+        (r#""count": 3"#, r#""count": -3"#, "accessors[0].count: invalid value"),
         (r#""count": 3, "#, "", "accessors[0]: missing field `count`"),
-        (
-            r#""count": 3"#,
-            r#""count": 4"#,
-            "accessors[0]: 4 elements of 12 bytes",
-        ),
-        (
-            r#""count": 3"#,
-            r#""count": 4000000000000000000"#,
-            "(ACCESSOR_TOO_LONG)",
-        ),
+        (r#""count": 3"#, r#""count": 4"#, "accessors[0]: 4 elements of 12 bytes"),
+        (r#""count": 3"#, r#""count": 4000000000000000000"#, "(ACCESSOR_TOO_LONG)"),
         (r#""count": 3"#, r#""count": 0"#, "accessors[0].count: 0"),
         ("5126", "5124", "accessors[0].componentType: 5124"),
         ("VEC3", "VEC5", "accessors[0].type: \"VEC5\""),
-        (
-            r#""POSITION": 0"#,
-            r#""POSITION": 1"#,
-            "meshes[0].primitives[0].attributes.POSITION: 1, but there are 1",
-        ),
-        (
-            r#""mesh": 0"#,
-            r#""mesh": 7"#,
-            "nodes[0].mesh: 7, but there are 1 (UNRESOLVED_REFERENCE)",
-        ),
-        (
-            r#""material": 0"#,
-            r#""material": 1"#,
-            "meshes[0].primitives[0].material: 1, but",
-        ),
+        (r#""POSITION": 0"#, r#""POSITION": 1"#, "meshes[0].primitives[0].attributes.POSITION: 1, but there are 1"),
+        (r#""mesh": 0"#, r#""mesh": 7"#, "nodes[0].mesh: 7, but there are 1 (UNRESOLVED_REFERENCE)"),
+        (r#""material": 0"#, r#""material": 1"#, "meshes[0].primitives[0].material: 1, but"),
         (
             r#""mesh": 0"#,
             r#""mesh": 0, "children": [0]"#,
             "nodes[0]: above or below a node that is above itself (NODE_LOOP)",
         ),
-        (
-            r#""byteLength": 36}]}"#,
-            r#""byteLength": 37}]}"#,
-            "buffers[0].byteLength: 37 declared",
-        ),
-        (
-            r#""byteLength": 36}],"#,
-            r#""byteLength": 37}],"#,
-            "bufferViews[0]: 37 bytes from 0",
-        ),
+        (r#""byteLength": 36}]}"#, r#""byteLength": 37}]}"#, "buffers[0].byteLength: 37 declared"),
+        (r#""byteLength": 36}],"#, r#""byteLength": 37}],"#, "bufferViews[0]: 37 bytes from 0"),
         (r#""2.0""#, r#""1.0""#, "asset.version \"1.0\""),
         ("base64,A", "base64,!", "buffers[0].uri: not base64"),
     ] {
@@ -210,22 +150,14 @@ fn errors_name_the_place() {
 fn unknown_extensions_are_refused_where_required() {
     let used = r#", "extensionsUsed": ["X_y"]"#;
     let notices = world(&document(&corners_uri(), used)).notices;
-    assert!(
-        notices[0].contains("X_y is not read, and not required"),
-        "{notices:?}"
-    );
+    assert!(notices[0].contains("X_y is not read, and not required"), "{notices:?}");
     let required = r#", "extensionsUsed": ["X_y"], "extensionsRequired": ["X_y"]"#;
-    assert!(
-        error(document(&corners_uri(), required))
-            .contains("extensionsRequired: X_y (UNSUPPORTED_EXTENSION)")
-    );
+    assert!(error(document(&corners_uri(), required)).contains("extensionsRequired: X_y (UNSUPPORTED_EXTENSION)"));
 }
 
 #[test]
 fn bombs_end_in_an_error() {
-    let zeros = triangle()
-        .replace(r#""bufferView": 0, "#, "")
-        .replace(r#""count": 3"#, r#""count": 4000000000"#);
+    let zeros = triangle().replace(r#""bufferView": 0, "#, "").replace(r#""count": 3"#, r#""count": 4000000000"#);
     assert!(error(zeros).contains("accessors[0]: 48000000000 bytes to decode"));
     let deep = format!("{}0{}", r#"{"extras":"#.repeat(90_000), "}".repeat(90_000));
     assert!(error(deep).contains("asset: missing"));
@@ -234,32 +166,15 @@ fn bombs_end_in_an_error() {
         let json = format!(r#"{{"asset": {{"version": "2.0"}}, "{key}": [{empty}]}}"#);
         assert!(error(json).contains("the JSON: 70001400 bytes to decode"));
     }
-    let long = (0..100_000)
-        .map(|i| format!(r#"{{"children": [{}]}}"#, i + 1))
-        .collect::<Vec<_>>()
-        .join(",");
-    let chain = triangle().replace(
-        r#"{"name": "a", "mesh": 0}"#,
-        &format!(r#"{long}, {{"mesh": 0}}"#),
-    );
+    let long = (0..100_000).map(|i| format!(r#"{{"children": [{}]}}"#, i + 1)).collect::<Vec<_>>().join(",");
+    let chain = triangle().replace(r#"{"name": "a", "mesh": 0}"#, &format!(r#"{long}, {{"mesh": 0}}"#));
     assert_eq!(world(&chain).objects.len(), 1);
-    let many = (0..20_000)
-        .map(|_| r#"{"primitives": [{"attributes": {"POSITION": 0}}]}"#)
-        .collect::<Vec<_>>()
-        .join(",");
-    let nodes = (0..20_000)
-        .map(|i| format!(r#"{{"mesh": {i}}}"#))
-        .collect::<Vec<_>>()
-        .join(",");
-    let roots = (0..20_000)
-        .map(|i| i.to_string())
-        .collect::<Vec<_>>()
-        .join(",");
+    let many =
+        (0..20_000).map(|_| r#"{"primitives": [{"attributes": {"POSITION": 0}}]}"#).collect::<Vec<_>>().join(",");
+    let nodes = (0..20_000).map(|i| format!(r#"{{"mesh": {i}}}"#)).collect::<Vec<_>>().join(",");
+    let roots = (0..20_000).map(|i| i.to_string()).collect::<Vec<_>>().join(",");
     let shared = triangle()
-        .replace(
-            r#"{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}"#,
-            &many,
-        )
+        .replace(r#"{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}"#, &many)
         .replace(r#"{"name": "a", "mesh": 0}"#, &nodes)
         .replace(r#""nodes": [0]"#, &format!(r#""nodes": [{roots}]"#));
     assert_eq!(world(&shared).objects.len(), 20_000);
@@ -267,8 +182,7 @@ fn bombs_end_in_an_error() {
 
 /// A triangle that slides 4 along x in 2 seconds, while its second corner morphs 1 along z.
 fn moving() -> String {
-    let floats =
-        |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
+    let floats = |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
     let mut bytes = floats(&[0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 1.0]);
     bytes.extend(floats(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
     let more = r#", "animations": [{"name": "slide", "channels": [
@@ -279,64 +193,32 @@ fn moving() -> String {
             r#", {{"bufferView": 1, "byteOffset": {offset}, "componentType": 5126, "count": {count}, "type": "{kind}", "min": [0], "max": [0]}}"#
         )
     };
-    let accessors = accessor(0, 2, "SCALAR")
-        + &accessor(8, 2, "VEC3")
-        + &accessor(32, 2, "SCALAR")
-        + &accessor(40, 3, "VEC3");
-    let buffer = format!(
-        r#", {{"uri": "data:;base64,{}", "byteLength": {}}}]"#,
-        base64(&bytes),
-        bytes.len()
-    );
+    let accessors =
+        accessor(0, 2, "SCALAR") + &accessor(8, 2, "VEC3") + &accessor(32, 2, "SCALAR") + &accessor(40, 3, "VEC3");
+    let buffer = format!(r#", {{"uri": "data:;base64,{}", "byteLength": {}}}]"#, base64(&bytes), bytes.len());
     let text = triangle();
-    let text = text.replace(
-        r#""max": [1, 1, 0]}]"#,
-        &format!(r#""max": [1, 1, 0]}}{accessors}]"#),
-    );
+    let text = text.replace(r#""max": [1, 1, 0]}]"#, &format!(r#""max": [1, 1, 0]}}{accessors}]"#));
     let text = text.replace(
         r#""byteLength": 36}],"#,
-        &format!(
-            r#""byteLength": 36}}, {{"buffer": 1, "byteLength": {}}}],"#,
-            bytes.len()
-        ),
+        &format!(r#""byteLength": 36}}, {{"buffer": 1, "byteLength": {}}}],"#, bytes.len()),
     );
-    let text = text.replace(
-        r#""material": 0}"#,
-        r#""material": 0, "targets": [{"POSITION": 4}]}"#,
-    );
-    text.replace(
-        r#""byteLength": 36}]}"#,
-        &format!(r#""byteLength": 36}}{buffer}{more}"#),
-    )
+    let text = text.replace(r#""material": 0}"#, r#""material": 0, "targets": [{"POSITION": 4}]}"#);
+    text.replace(r#""byteLength": 36}]}"#, &format!(r#""byteLength": 36}}{buffer}{more}"#))
 }
 
 #[test]
 fn animations_move_nodes_and_meshes() {
     let world = world(&moving());
     let still = world.animated_at(0, 0.0).unwrap();
-    assert_eq!(
-        world.node_tree.as_ref().unwrap().animations[0].duration(),
-        2.0
-    );
-    let half = world
-        .animated_at(world.find_animation("slide").unwrap(), 1.0)
-        .unwrap();
+    assert_eq!(world.node_tree.as_ref().unwrap().animations[0].duration(), 2.0);
+    let half = world.animated_at(world.find_animation("slide").unwrap(), 1.0).unwrap();
     assert_eq!(half.objects[0].world_from_mesh.translation.x, 2.0);
     let corner = |world: &World| world.meshes[world.objects[0].mesh].vertices[1].z;
     assert_eq!((corner(&still), corner(&half)), (0.0, 0.5));
     assert!(std::sync::Arc::ptr_eq(&world.meshes[0], &still.meshes[0]));
     let over = half.animated_at(0, 9.0).unwrap();
-    assert_eq!(
-        (over.objects[0].world_from_mesh.translation.x, corner(&over)),
-        (4.0, 1.0)
-    );
-    assert!(
-        world
-            .find_animation("slid")
-            .unwrap_err()
-            .to_string()
-            .contains("did you mean \"slide\"")
-    );
+    assert_eq!((over.objects[0].world_from_mesh.translation.x, corner(&over)), (4.0, 1.0));
+    assert!(world.find_animation("slid").unwrap_err().to_string().contains("did you mean \"slide\""));
     assert!(world.animated_at(1, 0.0).is_err());
 }
 
@@ -361,16 +243,8 @@ fn strides_that_are_not_allowed_are_said_and_used() {
     let places = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     for (stride, gap, said) in [
         (0, 0, "byteStride: 0, read as none (VALUE_NOT_IN_RANGE)"),
-        (
-            14,
-            2,
-            "byteStride: 14, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)",
-        ),
-        (
-            256,
-            244,
-            "byteStride: 256, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)",
-        ),
+        (14, 2, "byteStride: 14, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
+        (256, 244, "byteStride: 256, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
     ] {
         let mut bytes = Vec::new();
         for place in places {
@@ -391,11 +265,7 @@ fn strides_that_are_not_allowed_are_said_and_used() {
         let path = folder.join("a.gltf");
         std::fs::write(&path, json).unwrap();
         let world = load(&path, &Budget::default()).unwrap();
-        let found: Vec<_> = world.meshes[0]
-            .vertices
-            .iter()
-            .map(|v| v.as_vec3().to_array())
-            .collect();
+        let found: Vec<_> = world.meshes[0].vertices.iter().map(|v| v.as_vec3().to_array()).collect();
         assert_eq!(found, places);
         assert!(world.notices[0].contains(said), "{:?}", world.notices);
     }

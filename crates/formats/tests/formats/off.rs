@@ -10,17 +10,8 @@ const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 fn counts_may_stand_anywhere() {
     let expected = mesh("a.off", format!("OFF\n4 1 4\n{SQUARE}4 0 1 2 3\n"));
     assert_eq!(expected.triangles, [[0, 1, 2], [0, 2, 3]]);
-    for head in [
-        "OFF 4 1 4",
-        "# first\n\nOFF # kind\n# counts\n4 1",
-        "4 1 0",
-        "\u{feff}OFF\r\n4 1 0\r",
-    ] {
-        assert_eq!(
-            mesh("a.off", format!("{head}\n{SQUARE}\n4 0 1 2 3 # a face\n")),
-            expected,
-            "{head}"
-        );
+    for head in ["OFF 4 1 4", "# first\n\nOFF # kind\n# counts\n4 1", "4 1 0", "\u{feff}OFF\r\n4 1 0\r"] {
+        assert_eq!(mesh("a.off", format!("{head}\n{SQUARE}\n4 0 1 2 3 # a face\n")), expected, "{head}");
     }
 }
 
@@ -39,44 +30,21 @@ fn vertices_have_normals_colours_and_texture_coordinates_in_that_order() {
 
 #[test]
 fn whole_colours_are_srgb_and_fractions_linear() {
-    let colors = |rows: &str| {
-        mesh("a.off", format!("OFF\n4 2 0\n{SQUARE}{rows}"))
-            .face_colors
-            .unwrap()
-    };
-    assert_eq!(
-        colors("3 0 1 2 255 0 0\n3 0 2 3 0 1 0\n")[0],
-        [1.0, 0.0, 0.0]
-    );
+    let colors = |rows: &str| mesh("a.off", format!("OFF\n4 2 0\n{SQUARE}{rows}")).face_colors.unwrap();
+    assert_eq!(colors("3 0 1 2 255 0 0\n3 0 2 3 0 1 0\n")[0], [1.0, 0.0, 0.0]);
     assert!(colors("3 0 1 2 255 0 0\n3 0 2 3 0 1 0\n")[1][1] < 0.001);
-    assert_eq!(
-        colors("3 0 1 2 0.5 0 0\n3 0 2 3 0 1 0\n"),
-        [[0.5, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    );
-    assert_eq!(
-        colors("3 0 1 2 1 0 0\n3 0 2 3 0 1 0\n"),
-        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    );
-    let some = model(
-        "a.off",
-        format!("OFF\n4 2 0\n{SQUARE}3 0 1 2 1.0 0 0 0.5\n3 0 2 3 7\n"),
-    );
-    assert_eq!(
-        some.parts[0].mesh.face_colors.as_ref().unwrap()[1],
-        [1.0; 3]
-    );
+    assert_eq!(colors("3 0 1 2 0.5 0 0\n3 0 2 3 0 1 0\n"), [[0.5, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(colors("3 0 1 2 1 0 0\n3 0 2 3 0 1 0\n"), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let some = model("a.off", format!("OFF\n4 2 0\n{SQUARE}3 0 1 2 1.0 0 0 0.5\n3 0 2 3 7\n"));
+    assert_eq!(some.parts[0].mesh.face_colors.as_ref().unwrap()[1], [1.0; 3]);
     let notices = some.notices.join("\n");
     assert!(
-        notices.contains("1 faces with a colour map index")
-            && notices.contains("transparency of 1 faces"),
+        notices.contains("1 faces with a colour map index") && notices.contains("transparency of 1 faces"),
         "{notices}"
     );
     let cube = read_model(&data("comments.off"), &Budget::default()).unwrap();
     let mesh = &cube.parts[0].mesh;
-    assert_eq!(
-        (mesh.triangles.len(), mesh.face_colors.as_ref().unwrap()[2]),
-        (12, [0.3, 0.4, 0.0])
-    );
+    assert_eq!((mesh.triangles.len(), mesh.face_colors.as_ref().unwrap()[2]), (12, [0.3, 0.4, 0.0]));
     assert!((area(mesh) - 32.0).abs() < 1e-4);
 }
 
@@ -88,10 +56,7 @@ fn faces_of_one_or_two_corners_are_skipped() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     let colors = mesh.face_colors.as_deref().unwrap();
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(
-        read.notices[0]
-            .ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7")
-    );
+    assert!(read.notices[0].ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7"));
 }
 
 #[test]
@@ -100,10 +65,7 @@ fn faces_of_more_than_a_million_corners_are_refused() {
     let error = |corners: usize| {
         let indices: String = (0..corners).map(|i| format!(" {}", i % 4)).collect();
         let file = format!("OFF\n4 1 0\n{SQUARE}{corners}{indices}\n");
-        let budget = Budget {
-            steps: 1,
-            ..Budget::default()
-        };
+        let budget = Budget { steps: 1, ..Budget::default() };
         let read = decode_model(file.into(), Path::new("a.off"), &budget);
         read.unwrap_err().to_string()
     };
@@ -139,59 +101,26 @@ fn bad_files_are_told_with_line() {
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 -1\n",
             "a.off:7: face 0: vertex \"-1\", but the file has 4 vertices (from 0)",
         ),
-        (
-            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1\n",
-            "a.off:7: face 0 ends after 2 of 3 corners",
-        ),
-        (
-            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 1\n",
-            "a.off: no faces, only 4 vertices: nothing to see",
-        ),
+        ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1\n", "a.off:7: face 0 ends after 2 of 3 corners"),
+        ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 1\n", "a.off: no faces, only 4 vertices: nothing to see"),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 9\n",
             "a.off:7: face 0: vertex \"9\", but the file has 4 vertices (from 0)",
         ),
-        (
-            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n-3 0 1 2\n",
-            "a.off:7: face 0: expected a number of corners",
-        ),
+        ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n-3 0 1 2\n", "a.off:7: face 0: expected a number of corners"),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n99999999999 0 1\n",
             "a.off:7: face 0 ends after 2 of 99999999999 corners",
         ),
-        (
-            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n# last\n0 1 0\n",
-            "a.off:7: the file ends after 0 of 1 faces",
-        ),
-        (
-            "OFF\n4 1 0\n0 0 0\n1 inf 0\n1 1 0\n0 1 0\n3 0 1 2\n",
-            "a.off:4: vertex 1: \"inf\" is not a finite number",
-        ),
-        (
-            "OFF\n4 1 0\n0 0 0\n1 0\n1 1 0\n0 1 0\n3 0 1 2\n",
-            "a.off:4: vertex 1: expected 3 numbers",
-        ),
-        (
-            "OFF\n4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n",
-            "a.off: no faces, only 4 vertices: nothing to see",
-        ),
-        (
-            "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 300 0 0\n",
-            "a.off:6: colour 300 outside 0..=255",
-        ),
-        (
-            "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 1.5 0 0\n",
-            "a.off:6: colour 1.5 outside 0..=1",
-        ),
-        (
-            "OFF\nmany\n",
-            "a.off:2: expected the numbers of vertices, faces and edges",
-        ),
+        ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n# last\n0 1 0\n", "a.off:7: the file ends after 0 of 1 faces"),
+        ("OFF\n4 1 0\n0 0 0\n1 inf 0\n1 1 0\n0 1 0\n3 0 1 2\n", "a.off:4: vertex 1: \"inf\" is not a finite number"),
+        ("OFF\n4 1 0\n0 0 0\n1 0\n1 1 0\n0 1 0\n3 0 1 2\n", "a.off:4: vertex 1: expected 3 numbers"),
+        ("OFF\n4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n", "a.off: no faces, only 4 vertices: nothing to see"),
+        ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 300 0 0\n", "a.off:6: colour 300 outside 0..=255"),
+        ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 1.5 0 0\n", "a.off:6: colour 1.5 outside 0..=1"),
+        ("OFF\nmany\n", "a.off:2: expected the numbers of vertices, faces and edges"),
         ("OFF\n", "a.off:1: no numbers of vertices and faces"),
-        (
-            "4OFF\n1 1 0\n",
-            "a.off: \"4OFF\": only three dimensions are read",
-        ),
+        ("4OFF\n1 1 0\n", "a.off: \"4OFF\": only three dimensions are read"),
         ("OFF BINARY\n", "a.off: binary OFF; save it as text"),
         ("PLY\n", "a.off:1: \"PLY\": not an OFF file"),
         ("OFFS 3 1 0\n", "a.off:1: \"OFFS\": not an OFF file"),
@@ -200,29 +129,17 @@ fn bad_files_are_told_with_line() {
         assert_eq!(error("a.off", text), expected, "{text}");
     }
     for (name, expected) in [
-        (
-            "OutOfMemory.off",
-            "OutOfMemory.off:2: 353535235358 vertices and 6 faces declared, but only 289 bytes follow",
-        ),
-        (
-            "invalid.off",
-            "invalid.off:8: face 1: vertex \"20\", but the file has 3 vertices (from 0)",
-        ),
+        ("OutOfMemory.off", "OutOfMemory.off:2: 353535235358 vertices and 6 faces declared, but only 289 bytes follow"),
+        ("invalid.off", "invalid.off:8: face 1: vertex \"20\", but the file has 3 vertices (from 0)"),
     ] {
         let path = data(name);
-        assert_eq!(
-            message(read_model(&path, &Budget::default()).unwrap_err(), &path),
-            expected
-        );
+        assert_eq!(message(read_model(&path, &Budget::default()).unwrap_err(), &path), expected);
     }
 }
 
 #[test]
 fn damage_is_never_silent_and_never_fatal() {
-    let text = format!(
-        "COFF\n4 2 0\n{}3 0 1 2 0.25 0.5 1 1\n3 0 2 3\n",
-        SQUARE.replace('\n', " 1 2 3 4\n")
-    );
+    let text = format!("COFF\n4 2 0\n{}3 0 1 2 0.25 0.5 1 1\n3 0 2 3\n", SQUARE.replace('\n', " 1 2 3 4\n"));
     truncations("a.off", text.as_bytes(), |_| false);
     mutations("a.off", text.as_bytes(), 20_000);
 }

@@ -3,9 +3,7 @@ use std::fs;
 use raycam_formats::encode::png;
 use raycam_formats::{Budget, read_model};
 
-use crate::support::{
-    area, data, error, folder, mesh, message, model, mutations, rgb, truncations, vector_area,
-};
+use crate::support::{area, data, error, folder, mesh, message, model, mutations, rgb, truncations, vector_area};
 
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                       element face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -22,12 +20,7 @@ fn tetrahedron(form: &str) -> Vec<u8> {
          property float32 x\nproperty float y\nproperty uint8 green\nproperty uchar blue\nelement face 4\n\
          property int32 flags\nproperty list uint8 uint vertex_index\nproperty list uchar short more\nend_header\n"
     );
-    let points = [
-        [0.0, 0.0, 0.0_f64],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
+    let points = [[0.0, 0.0, 0.0_f64], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [188, 188, 188_u8]];
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2_u32]];
     if form == "ascii" {
@@ -89,10 +82,7 @@ fn all_forms_hold_the_same() {
 
 #[test]
 fn vertices_keep_every_digit() {
-    let mesh = mesh(
-        "a.ply",
-        ascii("0.1 0.2 0.3\n1 0 0\n0 1 0\n0 0 1e-9\n3 0 1 2\n"),
-    );
+    let mesh = mesh("a.ply", ascii("0.1 0.2 0.3\n1 0 0\n0 1 0\n0 0 1e-9\n3 0 1 2\n"));
     assert_eq!(mesh.vertices[0].to_array(), [0.1, 0.2, 0.3]);
 }
 
@@ -103,10 +93,7 @@ fn polygons_become_triangles_with_their_colours() {
                 property float blue\nend_header\n0 0 0\n2 0 0\n2 2 0\n1 0.5 0\n0 2 0\n2 0 1 0 0 0\n5 0 1 2 3 4 0.25 0.5 1\n3 0 1 2 0 0 0\n";
     let mesh = mesh("a.ply", text);
     assert_eq!(mesh.triangles.len(), 4);
-    assert_eq!(
-        mesh.face_colors.as_ref().unwrap()[2..],
-        [[0.25, 0.5, 1.0], [0.0; 3]]
-    );
+    assert_eq!(mesh.face_colors.as_ref().unwrap()[2..], [[0.25, 0.5, 1.0], [0.0; 3]]);
     // The arrow's area, counted once, and the triangle's.
     assert!((area(&mesh) - (2.5 + 2.0)).abs() < 1e-12, "{}", area(&mesh));
 }
@@ -194,10 +181,7 @@ fn strips_turn_one_way_and_begin_again() {
 fn texture_coordinates_have_their_origin_at_the_top() {
     let model = read_model(&data("multi.ply"), &Budget::default()).unwrap();
     let mesh = &model.parts[0].mesh;
-    assert_eq!(
-        mesh.uvs.as_deref(),
-        Some(&[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]][..])
-    );
+    assert_eq!(mesh.uvs.as_deref(), Some(&[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]][..]));
     assert_eq!(mesh.vertex_colors.as_ref().unwrap()[0], [1.0, 0.0, 0.0]);
 }
 
@@ -218,46 +202,22 @@ fn corners_may_have_their_own_texture_coordinates_and_an_image() {
     assert_eq!(mesh.vertices.len(), 5);
     let uvs = mesh.uvs.as_ref().unwrap();
     assert_eq!(
-        mesh.triangles
-            .concat()
-            .iter()
-            .map(|&v| uvs[v as usize])
-            .collect::<Vec<_>>(),
-        [
-            [0.0, 1.0],
-            [1.0, 1.0],
-            [1.0, 0.0],
-            [0.5, 1.0],
-            [1.0, 0.0],
-            [0.0, 0.0]
-        ]
+        mesh.triangles.concat().iter().map(|&v| uvs[v as usize]).collect::<Vec<_>>(),
+        [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.5, 1.0], [1.0, 0.0], [0.0, 0.0]]
     );
-    assert_eq!(
-        rgb(&model.textures[model.materials[0].texture.unwrap().texture]),
-        [[1, 2, 3]]
-    );
+    assert_eq!(rgb(&model.textures[model.materials[0].texture.unwrap().texture]), [[1, 2, 3]]);
 }
 
 #[test]
 fn headers_end_lines_as_on_every_system() {
     let binary = tetrahedron("binary_little_endian");
-    let end = binary
-        .windows(11)
-        .position(|w| w == b"end_header\n")
-        .unwrap()
-        + 11;
+    let end = binary.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let plain = mesh("a.ply", &binary);
     for line_end in ["\r\n", "\r"] {
         let header = String::from_utf8_lossy(&binary[..end]).replace('\n', line_end);
-        assert_eq!(
-            mesh("a.ply", [header.as_bytes(), &binary[end..]].concat()),
-            plain
-        );
+        assert_eq!(mesh("a.ply", [header.as_bytes(), &binary[end..]].concat()), plain);
     }
-    for (name, triangles) in [
-        ("cube_binary_header_with_RN_newline.ply", 12),
-        ("delim_test.ply", 12),
-    ] {
+    for (name, triangles) in [("cube_binary_header_with_RN_newline.ply", 12), ("delim_test.ply", 12)] {
         let model = read_model(&data(name), &Budget::default()).unwrap();
         assert_eq!(model.parts[0].mesh.triangles.len(), triangles, "{name}");
     }
@@ -272,56 +232,26 @@ fn rows_that_go_on_are_told_and_cut() {
     assert_eq!(long.parts[0].mesh, plain.parts[0].mesh);
     let expected = "a.ply: rows go on after the values that the header declares; the rest is not used: 4, \
                     the first in line 10";
-    assert_eq!(
-        (plain.notices.len(), long.notices),
-        (0, vec![expected.to_owned()])
-    );
+    assert_eq!((plain.notices.len(), long.notices), (0, vec![expected.to_owned()]));
 }
 
 #[test]
 fn bad_files_are_told_with_line_or_byte() {
     let rows = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     for (text, expected) in [
-        (
-            ascii(&format!("{rows}3 0 1 4\n")),
-            "a.ply:14: face 0: vertex 4, but the file has 4 vertices (from 0)",
-        ),
-        (
-            ascii(&format!("{rows}3 0 1 -1\n")),
-            "a.ply:14: face 0: vertex -1, but the file has 4 vertices (from 0)",
-        ),
-        (
-            ascii(&format!("{rows}3 0 1 1.5\n")),
-            "a.ply:14: \"1.5\" is not a whole number",
-        ),
-        (
-            ascii(&format!("{rows}2 0 1   \n")),
-            "a.ply: no faces, only 4 vertices: nothing to see",
-        ),
-        (
-            ascii(&format!("{rows}3 0 1\n")),
-            "a.ply:14: fewer values than the header declares",
-        ),
-        (
-            ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"),
-            "a.ply:12: vertex 1 is not finite: (1, NaN, 0)",
-        ),
-        (
-            ascii(rows),
-            "a.ply:13: ends before the rows that its header declares",
-        ),
-        (
-            ascii("").replace("face 1", "face 0") + rows,
-            "a.ply: no faces, only 4 vertices: nothing to see",
-        ),
+        (ascii(&format!("{rows}3 0 1 4\n")), "a.ply:14: face 0: vertex 4, but the file has 4 vertices (from 0)"),
+        (ascii(&format!("{rows}3 0 1 -1\n")), "a.ply:14: face 0: vertex -1, but the file has 4 vertices (from 0)"),
+        (ascii(&format!("{rows}3 0 1 1.5\n")), "a.ply:14: \"1.5\" is not a whole number"),
+        (ascii(&format!("{rows}2 0 1   \n")), "a.ply: no faces, only 4 vertices: nothing to see"),
+        (ascii(&format!("{rows}3 0 1\n")), "a.ply:14: fewer values than the header declares"),
+        (ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"), "a.ply:12: vertex 1 is not finite: (1, NaN, 0)"),
+        (ascii(rows), "a.ply:13: ends before the rows that its header declares"),
+        (ascii("").replace("face 1", "face 0") + rows, "a.ply: no faces, only 4 vertices: nothing to see"),
         (
             ascii(rows).replace("vertex 4", "vertex 99999999999"),
             "a.ply: element vertex has 99999999999 rows of at least 6 bytes, but 24 bytes follow the header",
         ),
-        (
-            ascii(rows).replace("property float x", "property float w"),
-            "a.ply: element vertex has no x, y and z",
-        ),
+        (ascii(rows).replace("property float x", "property float w"), "a.ply: element vertex has no x, y and z"),
         (
             ascii(rows).replace("float x", "quad x"),
             "a.ply:4: expected property KIND NAME or property list KIND KIND NAME",
@@ -330,10 +260,7 @@ fn bad_files_are_told_with_line_or_byte() {
             ascii(rows).replace("ascii 1.0", "ascii 2.0"),
             "a.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0",
         ),
-        (
-            ascii(rows).replace("element vertex 4", "element vertex"),
-            "a.ply:3: expected element NAME COUNT",
-        ),
+        (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: expected element NAME COUNT"),
         ("plywood".into(), "a.ply:1: not a PLY file"),
         ("ply\nformat ascii 1.0\n".into(), "a.ply:3: no end_header"),
         (
@@ -347,10 +274,7 @@ fn bad_files_are_told_with_line_or_byte() {
     let cut = &binary[..binary.len() - 5];
     assert!(error("a.ply", cut).ends_with("ends before the rows that its header declares"));
     let path = data("crash.ply");
-    assert!(
-        message(read_model(&path, &Budget::default()).unwrap_err(), &path)
-            .starts_with("crash.ply:")
-    );
+    assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).starts_with("crash.ply:"));
 }
 
 #[test]
@@ -358,10 +282,7 @@ fn colours_outside_their_range_are_errors() {
     let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                 property float red\nproperty float green\nproperty float blue\nelement face 1\n\
                 property list uchar int vertex_indices\nend_header\n0 0 0 0 0 0\n1 0 0 2 0 0\n0 1 0 0 0 0\n3 0 1 2\n";
-    assert_eq!(
-        error("a.ply", text),
-        "a.ply:14: vertex 1: colour [2.0, 0.0, 0.0] outside 0..=1"
-    );
+    assert_eq!(error("a.ply", text), "a.ply:14: vertex 1: colour [2.0, 0.0, 0.0] outside 0..=1");
 }
 
 #[test]

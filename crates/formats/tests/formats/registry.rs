@@ -12,9 +12,7 @@ fn triangle(extension: &str) -> Vec<u8> {
     let text = match extension {
         "gltf" => return gltf::triangle().into_bytes(),
         "glb" => return gltf::glb(&gltf::triangle(), &[]),
-        "toml" => {
-            "object = { name = \"a\", vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles = [[0, 1, 2]] }\n"
-        }
+        "toml" => "object = { name = \"a\", vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles = [[0, 1, 2]] }\n",
         "obj" => "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
         "ply" => {
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty int x\nproperty int y\nproperty int z\nelement face 1\n\
@@ -33,19 +31,12 @@ fn triangle(extension: &str) -> Vec<u8> {
 #[test]
 fn every_format_gives_the_same_world() {
     for extension in extensions() {
-        for name in [
-            format!("a.{extension}"),
-            format!("a.{}", extension.to_uppercase()),
-        ] {
+        for name in [format!("a.{extension}"), format!("a.{}", extension.to_uppercase())] {
             let world = load(&file(&name, triangle(extension)), &Budget::default()).unwrap();
             assert_eq!(world.objects.len(), 1, "{name}");
             assert_eq!(world.objects[0].name, "a", "{name}");
             assert_eq!(world.meshes[0].triangles, [[0, 1, 2]], "{name}");
-            assert_eq!(
-                world.meshes[0].vertices[2].to_array(),
-                [0.0, 1.0, 0.0],
-                "{name}"
-            );
+            assert_eq!(world.meshes[0].vertices[2].to_array(), [0.0, 1.0, 0.0], "{name}");
             assert_eq!(world.materials[0].color, [0.8; 3], "{name}");
             assert!(world.notices.is_empty(), "{name}: {:?}", world.notices);
         }
@@ -57,12 +48,7 @@ fn every_format_tells_empty_cut_and_foreign_files() {
     for extension in extensions() {
         let name = format!("a.{extension}");
         let text = triangle(extension);
-        for bytes in [
-            &b""[..],
-            &text[..text.len() * 2 / 3],
-            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0",
-            &[0; 4096],
-        ] {
+        for bytes in [&b""[..], &text[..text.len() * 2 / 3], b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", &[0; 4096]] {
             // An empty world file is a world without anything.
             if extension == "toml" && bytes.is_empty() {
                 continue;
@@ -79,10 +65,7 @@ fn missing_files_and_folders_are_io_errors_of_that_kind() {
     for extension in extensions().chain(["png", ""]) {
         let path = folder().join("no").with_extension(extension);
         match load(&path, &Budget::default()).unwrap_err() {
-            FormatError::Io {
-                path: found,
-                source,
-            } => {
+            FormatError::Io { path: found, source } => {
                 assert_eq!((found, source.kind()), (path, ErrorKind::NotFound));
             }
             other => panic!("{extension}: {other}"),
@@ -103,27 +86,18 @@ fn an_unknown_kind_lists_the_known_ones() {
         let error = message(load(&path, &Budget::default()).unwrap_err(), &path);
         assert_eq!(
             error,
-            format!(
-                "{name}: unknown kind of file; known are .toml, .gltf, .glb, .obj, .ply, .stl, .off"
-            )
+            format!("{name}: unknown kind of file; known are .toml, .gltf, .glb, .obj, .ply, .stl, .off")
         );
     }
     let path = file("a.toml", "");
-    assert!(
-        message(read_model(&path, &Budget::default()).unwrap_err(), &path)
-            .contains("expected a mesh file")
-    );
+    assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).contains("expected a mesh file"));
 }
 
 #[test]
 fn parts_become_objects_with_names_of_their_own() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no leg\nf 1 2 3\no leg\nf 1 2 3\n";
     let world = load(&file("chair.obj", text), &Budget::default()).unwrap();
-    let names: Vec<_> = world
-        .objects
-        .iter()
-        .map(|object| &object.name[..])
-        .collect();
+    let names: Vec<_> = world.objects.iter().map(|object| &object.name[..]).collect();
     assert_eq!(names.len(), 3);
     assert_eq!(names[..2], ["chair", "leg"]);
     assert_ne!(names[2], "leg");
@@ -132,11 +106,7 @@ fn parts_become_objects_with_names_of_their_own() {
 #[test]
 fn files_are_found_from_the_current_folder_too() {
     // The tests run in the folder of the crate.
-    let world = load(
-        Path::new("tests/data/concave_polygon.obj"),
-        &Budget::default(),
-    )
-    .unwrap();
+    let world = load(Path::new("tests/data/concave_polygon.obj"), &Budget::default()).unwrap();
     assert_eq!(world.materials[0].name, "test");
     assert!(world.notices.is_empty(), "{:?}", world.notices);
     assert!(data("concave_polygon.obj").exists());
@@ -147,18 +117,10 @@ fn large_glb(value: f32) -> Vec<u8> {
     let count = 150_000_u32;
     let (mut bytes, mut stride) = (Vec::new(), Vec::new());
     for i in 0..count {
-        let place = [
-            i as f32 * 0.5,
-            (i % 97) as f32,
-            if i + 1 == count { value } else { 1.0 },
-        ];
-        place
-            .iter()
-            .for_each(|v: &f32| bytes.extend(v.to_le_bytes()));
+        let place = [i as f32 * 0.5, (i % 97) as f32, if i + 1 == count { value } else { 1.0 }];
+        place.iter().for_each(|v: &f32| bytes.extend(v.to_le_bytes()));
         // A normal and texture coordinates, interleaved with 4 bytes of nothing.
-        [0.0, 0.0, 1.0_f32]
-            .iter()
-            .for_each(|v| stride.extend(v.to_le_bytes()));
+        [0.0, 0.0, 1.0_f32].iter().for_each(|v| stride.extend(v.to_le_bytes()));
         stride.extend([(i % 251) as u8, 7, (i % 250) as u8, 9, 1, 2, 3, 4]);
     }
     let corners = (0..120_000_u32).flat_map(|i| [i, i + 1, (i * 7919) % count]);
@@ -189,16 +151,9 @@ fn large_stl(value: f32) -> Vec<u8> {
     bytes.extend(count.to_le_bytes());
     for i in 0..count {
         let z = if i + 1 == count { value } else { 0.0 };
-        let corners = [
-            [i as f32, 0.0, 0.0],
-            [(i + 1) as f32, 0.0, 0.0],
-            [(i / 2) as f32, 1.0, z],
-        ];
+        let corners = [[i as f32, 0.0, 0.0], [(i + 1) as f32, 0.0, 0.0], [(i / 2) as f32, 1.0, z]];
         bytes.extend([0; 12]);
-        corners
-            .as_flattened()
-            .iter()
-            .for_each(|v| bytes.extend(v.to_le_bytes()));
+        corners.as_flattened().iter().for_each(|v| bytes.extend(v.to_le_bytes()));
         bytes.extend([0, 0]);
     }
     bytes
@@ -208,13 +163,9 @@ fn large_stl(value: f32) -> Vec<u8> {
 fn large_ply(value: f32) -> Vec<u8> {
     let (vertices, faces) = (100_000_u32, 200_000_u32);
     let floats = ["x", "y", "z", "nx", "ny", "nz", "s", "t"];
-    let floats: String = floats
-        .map(|name| format!("property float {name}\n"))
-        .concat();
+    let floats: String = floats.map(|name| format!("property float {name}\n")).concat();
     let bytes = ["red", "green", "blue"];
-    let bytes: String = bytes
-        .map(|name| format!("property uchar {name}\n"))
-        .concat();
+    let bytes: String = bytes.map(|name| format!("property uchar {name}\n")).concat();
     let header = format!(
         "ply\nformat binary_big_endian 1.0\nelement vertex {vertices}\n{floats}{bytes}element face {faces}\n\
          property uchar flags\nproperty list ushort int vertex_indices\nend_header\n"
@@ -222,16 +173,7 @@ fn large_ply(value: f32) -> Vec<u8> {
     let mut file = header.into_bytes();
     for i in 0..vertices {
         let x = if i + 1 == vertices { value } else { i as f32 };
-        let row = [
-            x,
-            (i % 97) as f32,
-            1.0,
-            0.0,
-            3.0,
-            4.0,
-            0.25,
-            (i % 50) as f32 / 50.0,
-        ];
+        let row = [x, (i % 97) as f32, 1.0, 0.0, 3.0, 4.0, 0.25, (i % 50) as f32 / 50.0];
         file.extend(row.iter().flat_map(|v: &f32| v.to_be_bytes()));
         file.extend([(i % 256) as u8, 7, 200]);
     }
@@ -253,10 +195,7 @@ fn a_large_ply_file_with_a_row_that_is_another_is_read_row_by_row() {
     thin[at + 2] = 2;
     thin.drain(at + 11..at + 15);
     for (bytes, expected) in [
-        (
-            indexed,
-            Err("face 199999: vertex 7000000, but the file has 100000 vertices"),
-        ),
+        (indexed, Err("face 199999: vertex 7000000, but the file has 100000 vertices")),
         (thin, Ok(199_999)),
         ([&whole[..], &[0; 6]].concat(), Ok(200_000)),
     ] {
@@ -281,11 +220,7 @@ fn a_large_ply_file_with_a_row_that_is_another_is_read_row_by_row() {
 
 #[test]
 fn large_files_hold_the_same_in_memory_and_on_disk() {
-    for (name, make) in [
-        ("a.glb", large_glb as fn(f32) -> Vec<u8>),
-        ("a.stl", large_stl),
-        ("a.ply", large_ply),
-    ] {
+    for (name, make) in [("a.glb", large_glb as fn(f32) -> Vec<u8>), ("a.stl", large_stl), ("a.ply", large_ply)] {
         let bytes = make(3.0);
         assert!(bytes.len() > 4 << 20);
         let path = file(name, &bytes);

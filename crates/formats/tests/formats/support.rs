@@ -12,8 +12,7 @@ use raycam_scene::{Mesh, MeshFile, Texels, Texture};
 pub fn folder() -> PathBuf {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    let folder =
-        Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{number}", std::process::id()));
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{number}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
@@ -28,9 +27,7 @@ pub fn file(name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
 
 /// A file of `tests/data`.
 pub fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
 fn decode(name: &str, bytes: impl AsRef<[u8]>) -> Result<MeshFile, FormatError> {
@@ -56,19 +53,14 @@ pub fn error(name: &str, bytes: impl AsRef<[u8]>) -> String {
 
 /// The message of an error, without the folder of the file.
 pub fn message(error: FormatError, path: &Path) -> String {
-    error
-        .to_string()
-        .replace(&format!("{}/", path.parent().unwrap().display()), "")
+    error.to_string().replace(&format!("{}/", path.parent().unwrap().display()), "")
 }
 
 /// The surface area.
 pub fn area(mesh: &Mesh) -> f64 {
     let corner = |i: u32| mesh.vertices[i as usize];
     let triangle = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));
-    mesh.triangles
-        .iter()
-        .map(|t| triangle(t).length() / 2.0)
-        .sum()
+    mesh.triangles.iter().map(|t| triangle(t).length() / 2.0).sum()
 }
 
 /// The vector area: zero where a surface is closed and turns one way.
@@ -84,15 +76,8 @@ pub fn truncations(name: &str, bytes: &[u8], may_end: impl Fn(usize) -> bool) {
     let whole = decode(name, bytes).unwrap();
     for length in 0..bytes.len() {
         if let Ok(model) = decode(name, &bytes[..length]) {
-            let told = model
-                .notices
-                .iter()
-                .any(|notice| notice.contains("cut off"));
-            assert!(
-                told || model == whole || may_end(length),
-                "{name}: {length} bytes of {}",
-                bytes.len()
-            );
+            let told = model.notices.iter().any(|notice| notice.contains("cut off"));
+            assert!(told || model == whole || may_end(length), "{name}: {length} bytes of {}", bytes.len());
         }
     }
 }
@@ -101,9 +86,7 @@ pub fn truncations(name: &str, bytes: &[u8], may_end: impl Fn(usize) -> bool) {
 pub fn mutations(name: &str, bytes: &[u8], count: usize) {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = |below: usize| {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((state >> 33) as usize) % below
     };
     for _ in 0..count {

@@ -15,11 +15,7 @@ fn world(text: &str) -> Result<World, String> {
 #[test]
 fn a_world_file_says_what_it_means() {
     let folder = folder();
-    fs::write(
-        folder.join("t.obj"),
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n",
-    )
-    .unwrap();
+    fs::write(folder.join("t.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n").unwrap();
     let image = png::encode([2, 1], 4, png::Samples::U8(&[255, 0, 0, 9, 0, 0, 255, 255])).unwrap();
     fs::write(folder.join("i.png"), image).unwrap();
     let text = r#"
@@ -49,22 +45,13 @@ irradiance = [3, 3, 3]
 "#;
     fs::write(folder.join("room.toml"), text).unwrap();
     let world = load(&folder.join("room.toml"), &Budget::default()).unwrap();
-    assert_eq!(
-        (world.objects.len(), world.lights.len(), world.up),
-        (2, 1, Up::Z)
-    );
+    assert_eq!((world.objects.len(), world.lights.len(), world.up), (2, 1, Up::Z));
     assert_eq!(world.cameras[0].name, "front");
     assert_eq!(world.cameras[0].camera.size(), [640, 480]);
-    assert_eq!(
-        world.objects[1].world_from_mesh.translation.to_array(),
-        [0.0, 0.0, 5.0]
-    );
+    assert_eq!(world.objects[1].world_from_mesh.translation.to_array(), [0.0, 0.0, 5.0]);
     assert_eq!(rgb(&world.textures[0]), [[255, 0, 0], [0, 0, 255]]);
     assert!(
-        world
-            .notices
-            .iter()
-            .any(|n| n.contains("i.png: its alpha counts only where its material uses it")),
+        world.notices.iter().any(|n| n.contains("i.png: its alpha counts only where its material uses it")),
         "{:?}",
         world.notices
     );
@@ -74,43 +61,16 @@ irradiance = [3, 3, 3]
 #[test]
 fn errors_have_line_key_and_the_nearest_name() {
     for (text, place, words) in [
-        (
-            "[[object]]\nbox = {}\n\n[[object]]\nbox = {}\ndifuse = 1\n",
-            "room.toml:6: object[1].difuse: ",
-            "diffuse",
-        ),
+        ("[[object]]\nbox = {}\n\n[[object]]\nbox = {}\ndifuse = 1\n", "room.toml:6: object[1].difuse: ", "diffuse"),
         ("\n\nupp = \"z\"\n", "room.toml:3: upp: ", "up"),
-        (
-            "[camera]\nsize = [640]\nfov = 45\n",
-            "room.toml:2: camera",
-            "2",
-        ),
-        (
-            "[[object]]\nbox = { sise = 1 }\n",
-            "room.toml:2: object[0].box.sise: ",
-            "size",
-        ),
-        (
-            "[[object]]\nbox = {}\ncolor = [2, 0, 0]\n",
-            "room.toml:",
-            "0..=1",
-        ),
-        (
-            "[[light]]\ntype = \"son\"\n",
-            "room.toml:2: light[0]",
-            "sun",
-        ),
-        (
-            "[[object]]\nmesh = 5\n",
-            "room.toml:2: object[0].mesh: ",
-            "5",
-        ),
+        ("[camera]\nsize = [640]\nfov = 45\n", "room.toml:2: camera", "2"),
+        ("[[object]]\nbox = { sise = 1 }\n", "room.toml:2: object[0].box.sise: ", "size"),
+        ("[[object]]\nbox = {}\ncolor = [2, 0, 0]\n", "room.toml:", "0..=1"),
+        ("[[light]]\ntype = \"son\"\n", "room.toml:2: light[0]", "sun"),
+        ("[[object]]\nmesh = 5\n", "room.toml:2: object[0].mesh: ", "5"),
     ] {
         let error = world(text).unwrap_err();
-        assert!(
-            error.starts_with(place) && error.contains(words),
-            "{text}: {error}"
-        );
+        assert!(error.starts_with(place) && error.contains(words), "{text}: {error}");
     }
 }
 
@@ -120,14 +80,8 @@ fn errors_of_the_text_have_their_line() {
         ("up = \"z\"\nup = \"y\"\n", "room.toml:2: "),
         ("a = [1,\n2\n", "room.toml:"),
         ("up = z\n", "room.toml:1: "),
-        (
-            "up = 1979-05-27\n",
-            "room.toml:1: a date; expected text in quotes",
-        ),
-        (
-            "\nrender = { seed = 99999999999999999999 }\n",
-            "room.toml:2: 99999999999999999999 is beyond 64 bits",
-        ),
+        ("up = 1979-05-27\n", "room.toml:1: a date; expected text in quotes"),
+        ("\nrender = { seed = 99999999999999999999 }\n", "room.toml:2: 99999999999999999999 is beyond 64 bits"),
     ] {
         let error = world(text).unwrap_err();
         assert!(error.starts_with(expected), "{text}: {error}");
@@ -151,10 +105,7 @@ fn deep_nesting_is_an_error() {
 fn files_of_a_world_stay_in_its_folder() {
     for name in ["../a.obj", "/a.obj", "file:a.obj"] {
         let error = world(&format!("[[object]]\nmesh = \"{name}\"\n")).unwrap_err();
-        assert!(
-            error.contains(name) && error.contains("file name"),
-            "{error}"
-        );
+        assert!(error.contains(name) && error.contains("file name"), "{error}");
     }
     let error = world("[[object]]\nmesh = \"no.obj\"\n").unwrap_err();
     assert!(error.contains("no.obj: No such file"), "{error}");
@@ -166,53 +117,24 @@ fn errors_of_a_named_file_say_who_names_it() {
     fs::write(folder.join("bad.obj"), "v 0 0 0\nv 1 0\n").unwrap();
     fs::write(folder.join("bad.png"), "no image").unwrap();
     fs::write(folder.join("bad.ies"), "no lamp").unwrap();
-    fs::write(
-        folder.join("good.obj"),
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n",
-    )
-    .unwrap();
+    fs::write(folder.join("good.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n").unwrap();
     let object = |keys: &str| format!("up = \"z\"\n[[object]]\nbox = {{}}\n[[object]]\n{keys}\n");
     let light = |keys: &str| format!("[[object]]\nbox = {{}}\n[[light]]\n{keys}\n");
     for (text, place, words) in [
+        (object("mesh = \"bad.obj\""), "room.toml:5: object[1].mesh: ", "bad.obj:2: v has 2 numbers"),
+        (object("name = \"a\"\nmesh = \"no.ply\""), "room.toml:6: object[1].mesh: ", "no.ply: No such file"),
+        (object("mesh = \"good.obj\"\ntexture = \"bad.png\""), "room.toml:6: object[1].texture: ", "bad.png"),
+        (object("mesh = \"../good.obj\""), "room.toml:5: object[1].mesh: ", "leads out of the folder"),
+        (light("type = \"environment\"\nimage = \"bad.png\""), "room.toml:5: light[0].image: ", "bad.png"),
         (
-            object("mesh = \"bad.obj\""),
-            "room.toml:5: object[1].mesh: ",
-            "bad.obj:2: v has 2 numbers",
-        ),
-        (
-            object("name = \"a\"\nmesh = \"no.ply\""),
-            "room.toml:6: object[1].mesh: ",
-            "no.ply: No such file",
-        ),
-        (
-            object("mesh = \"good.obj\"\ntexture = \"bad.png\""),
-            "room.toml:6: object[1].texture: ",
-            "bad.png",
-        ),
-        (
-            object("mesh = \"../good.obj\""),
-            "room.toml:5: object[1].mesh: ",
-            "leads out of the folder",
-        ),
-        (
-            light("type = \"environment\"\nimage = \"bad.png\""),
-            "room.toml:5: light[0].image: ",
-            "bad.png",
-        ),
-        (
-            light(
-                "type = \"ies\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nprofile = \"bad.ies\"",
-            ),
+            light("type = \"ies\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nprofile = \"bad.ies\""),
             "room.toml:7: light[0].profile: ",
             "bad.ies: no line TILT=",
         ),
     ] {
         let parsed = world_file::parse(&text, &folder, Path::new("room.toml"), &Budget::default());
         let error = parsed.unwrap_err().to_string();
-        assert!(
-            error.starts_with(place) && error.contains(words),
-            "{text}: {error}"
-        );
+        assert!(error.starts_with(place) && error.contains(words), "{text}: {error}");
     }
 }
 
@@ -279,10 +201,7 @@ fn long_files_are_what_short_ones_are() {
     );
     assert!(text.len() > 3 << 16);
     let whole = world(&text).unwrap();
-    assert_eq!(
-        (whole.objects.len(), whole.lights.len(), whole.cameras.len()),
-        (count, 1, 1)
-    );
+    assert_eq!((whole.objects.len(), whole.lights.len(), whole.cameras.len()), (count, 1, 1));
     assert_eq!(whole.up, Up::Y);
     for (i, object) in whole.objects.iter().enumerate() {
         assert_eq!(object.name, format!("tile {i}"));
@@ -311,10 +230,7 @@ fn long_files_are_what_short_ones_are() {
     assert_eq!(found.objects.len(), count);
     assert_eq!(found.objects[1777].name, "[[object]]\ntile 1777");
     // What one text may say only once.
-    for twice in [
-        "[render]\nsamples = 1\n",
-        "[camera]\nsize = [4, 3]\nfov = 50\nlocation = [0, 0, 0]\nyaw = 0\n",
-    ] {
+    for twice in ["[render]\nsamples = 1\n", "[camera]\nsize = [4, 3]\nfov = 50\nlocation = [0, 0, 0]\nyaw = 0\n"] {
         let text = long(count, twice, 7, twice);
         let error = world(&text).unwrap_err();
         assert!(error.contains("duplicate"), "{error}");

@@ -42,9 +42,7 @@ pub fn amodal_masks(
     let world = view.world;
     let count = world.geometry.instances.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
-        return Err(RenderError::Settings(format!(
-            "object {object} of a world with {count} objects"
-        )));
+        return Err(RenderError::Settings(format!("object {object} of a world with {count} objects")));
     }
     let camera = &world.geometry.camera_outside(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
@@ -63,15 +61,11 @@ pub fn amodal_masks(
     let covered = with_pool(threads, || {
         let of_region = |region: &[u32; 4]| {
             let pixel = canvas_pixel(camera, margin, region[0].into(), region[1].into());
-            let then = shutter
-                .as_ref()
-                .map(|m| m.row_world(camera, pixel, control));
+            let then = shutter.as_ref().map(|m| m.row_world(camera, pixel, control));
             let then = then.transpose()?;
             let world = then.as_deref().unwrap_or(world);
-            let alone: Vec<IsolatedObject> = objects
-                .par_iter()
-                .map(|&object| IsolatedObject::new(world, object))
-                .collect::<Result<_, _>>()?;
+            let alone: Vec<IsolatedObject> =
+                objects.par_iter().map(|&object| IsolatedObject::new(world, object)).collect::<Result<_, _>>()?;
             tiles(region)
                 .into_par_iter()
                 .map(|tile| {
@@ -82,10 +76,7 @@ pub fn amodal_masks(
                 })
                 .collect::<Result<Vec<_>, RenderError>>()
         };
-        regions
-            .par_iter()
-            .map(of_region)
-            .collect::<Result<Vec<_>, _>>()
+        regions.par_iter().map(of_region).collect::<Result<Vec<_>, _>>()
     })??;
     let mut patches: Vec<Vec<(Tile, TileBits)>> = vec![vec![]; objects.len()];
     for (tile, covered) in covered.into_iter().flatten() {
@@ -143,17 +134,13 @@ impl<'a> IsolatedObject<'a> {
         let scene = Scene::build(vec![instance], world.geometry.origin.to_array())
             .map_err(|error| RenderError::World(error.to_string()))?;
         let [lower, upper] = [placed.mesh.lower, placed.mesh.upper];
-        let center = placed
-            .world_from_mesh
-            .transform_point3(lower + (upper - lower) / 2.0);
+        let center = placed.world_from_mesh.transform_point3(lower + (upper - lower) / 2.0);
         let corner = |i: u32| {
             let pick = |axis: usize| [lower, upper][(i >> axis & 1) as usize][axis];
             let corner = DVec3::new(pick(0), pick(1), pick(2));
             placed.world_from_mesh.transform_point3(corner)
         };
-        let radius = (0..8)
-            .map(|i| corner(i).distance(center))
-            .fold(0.0, f64::max);
+        let radius = (0..8).map(|i| corner(i).distance(center)).fold(0.0, f64::max);
         Ok(Self {
             world,
             object: object as u32,
@@ -188,25 +175,16 @@ impl<'a> IsolatedObject<'a> {
 }
 
 /// Pixels of a tile that each object covers; objects that cover none are left out.
-fn rasterize_tile(
-    tile: &Tile,
-    camera: &Camera,
-    margin: [u32; 2],
-    alone: &[IsolatedObject],
-) -> Vec<(usize, TileBits)> {
+fn rasterize_tile(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[IsolatedObject]) -> Vec<(usize, TileBits)> {
     let ray = |x: f64, y: f64| camera.ray(canvas_pixel(camera, margin, x, y));
     let cone = TileCone::enclosing(tile, ray);
-    let near: Vec<usize> = (0..alone.len())
-        .filter(|&i| cone.may_intersect(alone[i].center, alone[i].radius))
-        .collect();
+    let near: Vec<usize> = (0..alone.len()).filter(|&i| cone.may_intersect(alone[i].center, alone[i].radius)).collect();
     if near.is_empty() {
         return vec![];
     }
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
-    let centers = pixels
-        .iter()
-        .map(|&[x, y]| canvas_pixel(camera, margin, x.into(), y.into()));
+    let centers = pixels.iter().map(|&[x, y]| canvas_pixel(camera, margin, x.into(), y.into()));
     let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
     camera.rays(centers, |ray| rays.push(exact_ray(ray)));
     let mut covered = vec![];
@@ -251,37 +229,20 @@ impl TileCone {
             [start, (start + end) / 2.0, end]
         };
         let (columns, rows) = (thirds(tile.x, tile.width), thirds(tile.y, tile.height));
-        let rays: Vec<_> = rows
-            .iter()
-            .flat_map(|&y| columns.iter().map(move |&x| (x, y)))
-            .map(|(x, y)| ray(x, y))
-            .collect();
+        let rays: Vec<_> =
+            rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y))).map(|(x, y)| ray(x, y)).collect();
         let count = rays.len() as f64;
         let origin = rays.iter().map(|ray| ray.0).sum::<DVec3>() / count;
-        let axis = rays
-            .iter()
-            .map(|ray| ray.1)
-            .sum::<DVec3>()
-            .normalize_or_zero();
+        let axis = rays.iter().map(|ray| ray.1).sum::<DVec3>().normalize_or_zero();
         // NaN of a missing ray is kept: nothing is culled then.
         let widest = |a: f64, b: f64| if a >= b { a } else { b };
-        let angle = rays
-            .iter()
-            .map(|ray| ray.1.angle_between(axis))
-            .fold(0.0, widest);
-        let width = rays
-            .iter()
-            .map(|ray| ray.0.distance(origin))
-            .fold(0.0, widest);
+        let angle = rays.iter().map(|ray| ray.1.angle_between(axis)).fold(0.0, widest);
+        let width = rays.iter().map(|ray| ray.0.distance(origin)).fold(0.0, widest);
         let known = axis != DVec3::ZERO && rays.iter().all(|(o, d)| o.is_finite() && d.is_finite());
         TileCone {
             origin,
             axis,
-            angle: if known {
-                LENS_MARGIN * angle + 1e-6
-            } else {
-                f64::NAN
-            },
+            angle: if known { LENS_MARGIN * angle + 1e-6 } else { f64::NAN },
             width: LENS_MARGIN * width,
         }
     }
@@ -299,11 +260,7 @@ impl TileCone {
 }
 
 /// Merges an object's tiles into one mask.
-fn merge_tiles(
-    object: usize,
-    patches: &[(Tile, TileBits)],
-    margin: [u32; 2],
-) -> Option<AmodalMask> {
+fn merge_tiles(object: usize, patches: &[(Tile, TileBits)], margin: [u32; 2]) -> Option<AmodalMask> {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
     for (tile, rows) in patches {
         let all = rows.iter().fold(0, |all, row| all | row);
@@ -331,9 +288,5 @@ fn merge_tiles(
     }
     // The extended image fits int32.
     let [x, y] = [0, 1].map(|axis| low[axis] as i32 - margin[axis] as i32);
-    Some(AmodalMask {
-        object,
-        region: [x, y, width as i32, height as i32],
-        mask,
-    })
+    Some(AmodalMask { object, region: [x, y, width as i32, height as i32], mask })
 }

@@ -52,8 +52,8 @@ pub fn flow(
     check(first.world, second.world)?;
     let shutter = first.rolling_shutter();
     let cameras = [&first, &second].map(|view| view.world.geometry.camera_outside(view.camera));
-    let [first, second] = [(first, &cameras[0]), (second, &cameras[1])]
-        .map(|(view, camera)| Viewpoint { camera, ..view });
+    let [first, second] =
+        [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| Viewpoint { camera, ..view });
     let size @ [width, height] = first.camera.size();
     let count = width as usize * height as usize;
     let mut found = Flow {
@@ -67,13 +67,7 @@ pub fn flow(
     let band = width as usize * TILE_SIZE as usize;
     control.start(count.div_ceil(band));
     with_pool(threads, || {
-        let Flow {
-            flow,
-            scene_flow,
-            depth,
-            occluded,
-            outside,
-        } = &mut found;
+        let Flow { flow, scene_flow, depth, occluded, outside } = &mut found;
         let results = (
             flow.par_chunks_mut(band),
             scene_flow.par_chunks_mut(band),
@@ -81,60 +75,45 @@ pub fn flow(
             occluded.par_chunks_mut(band),
             outside.par_chunks_mut(band),
         );
-        results
-            .into_par_iter()
-            .enumerate()
-            .try_for_each(|(number, out)| {
-                control.check()?;
-                let top = number as u32 * TILE_SIZE;
-                let rows = TILE_SIZE.min(height - top);
-                let (flow, scene_flow, depth, occluded, outside) = out;
-                let band = [0, top, width, rows];
-                let lines = shutter.as_ref().map(|m| m.rows_of(first.camera, band));
-                for [x, y, width, height] in lines.unwrap_or_else(|| vec![band]) {
-                    let center = first.camera.pixel_center_of(x, y);
-                    let then = shutter
-                        .as_ref()
-                        .map(|m| m.row_world(first.camera, center, control))
-                        .transpose()?;
-                    let world = then.as_deref().unwrap_or(first.world);
-                    let seen = Viewpoint { world, ..first };
-                    for tile in Tile::tiles_of([x, y, width, height]) {
-                        for (pixel, moved) in flow_of_tile(seen, &shown, &tile) {
-                            let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
-                            flow[i] = moved.flow;
-                            scene_flow[i] = moved.scene_flow;
-                            depth[i] = moved.depth;
-                            occluded[i] = moved.visibility == Visibility::Occluded;
-                            outside[i] = moved.visibility == Visibility::OutOfFrame;
-                        }
+        results.into_par_iter().enumerate().try_for_each(|(number, out)| {
+            control.check()?;
+            let top = number as u32 * TILE_SIZE;
+            let rows = TILE_SIZE.min(height - top);
+            let (flow, scene_flow, depth, occluded, outside) = out;
+            let band = [0, top, width, rows];
+            let lines = shutter.as_ref().map(|m| m.rows_of(first.camera, band));
+            for [x, y, width, height] in lines.unwrap_or_else(|| vec![band]) {
+                let center = first.camera.pixel_center_of(x, y);
+                let then = shutter.as_ref().map(|m| m.row_world(first.camera, center, control)).transpose()?;
+                let world = then.as_deref().unwrap_or(first.world);
+                let seen = Viewpoint { world, ..first };
+                for tile in Tile::tiles_of([x, y, width, height]) {
+                    for (pixel, moved) in flow_of_tile(seen, &shown, &tile) {
+                        let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
+                        flow[i] = moved.flow;
+                        scene_flow[i] = moved.scene_flow;
+                        depth[i] = moved.depth;
+                        occluded[i] = moved.visibility == Visibility::Occluded;
+                        outside[i] = moved.visibility == Visibility::OutOfFrame;
                     }
                 }
-                control.advance();
-                Ok::<(), RenderError>(())
-            })
+            }
+            control.advance();
+            Ok::<(), RenderError>(())
+        })
     })??;
     Ok(found)
 }
 
 fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderError> {
     let fail = |message| Err(RenderError::World(message));
-    let (a, b) = (
-        first.geometry.instances.len(),
-        second.geometry.instances.len(),
-    );
+    let (a, b) = (first.geometry.instances.len(), second.geometry.instances.len());
     if a != b {
         return fail(format!(
             "the first world has {a} objects, the second {b}: flow follows the same objects from one to the other"
         ));
     }
-    for (i, (a, b)) in first
-        .geometry
-        .instances
-        .iter()
-        .zip(&second.geometry.instances)
-        .enumerate()
-    {
+    for (i, (a, b)) in first.geometry.instances.iter().zip(&second.geometry.instances).enumerate() {
         let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
         if a != b {
             return fail(format!(
@@ -174,10 +153,7 @@ impl<'a> SecondView<'a> {
             Some(shutter) => shutter.all_row_worlds(view.camera, control)?,
             None => vec![],
         };
-        Ok(Self {
-            view,
-            row_worlds: lines,
-        })
+        Ok(Self { view, row_worlds: lines })
     }
 
     /// Position of a triangle's point when the second camera sees it, its image, and true if it has an image.
@@ -247,9 +223,8 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         let (after, pixel, sees) = second.project(&hit);
         let from = first.camera.pixel_center_of(x, y) - first.camera.pixel_center().offset();
         let to = pixel - camera.pixel_center().offset();
-        let inside = sees
-            && (-edge <= pixel.x && pixel.x < size[0] - edge)
-            && (-edge <= pixel.y && pixel.y < size[1] - edge);
+        let inside =
+            sees && (-edge <= pixel.x && pixel.x < size[0] - edge) && (-edge <= pixel.y && pixel.y < size[1] - edge);
         if inside {
             let world = second.world(pixel);
             let (origin, direction) = camera.ray(pixel);
@@ -274,11 +249,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
                 flow: flow.as_vec2().to_array(),
                 scene_flow: (after - before).as_vec3().to_array(),
                 depth: camera.depth_at(pixel, after) as f32,
-                visibility: if inside {
-                    Visibility::Visible
-                } else {
-                    Visibility::OutOfFrame
-                },
+                visibility: if inside { Visibility::Visible } else { Visibility::OutOfFrame },
             },
         ));
     }

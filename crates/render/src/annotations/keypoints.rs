@@ -51,23 +51,13 @@ impl KeypointSource {
     }
 
     /// Position for given transforms and meshes; `None` if the object shows another mesh, as hidden objects do.
-    fn position_with<'m>(
-        &self,
-        of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>,
-    ) -> Option<DVec3> {
+    fn position_with<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
         match *self {
             Self::World(point) => Some(point),
             Self::Mesh { object, point } => Some(of(object)?.0.transform_point3(point)),
-            Self::Triangle {
-                object,
-                triangle,
-                weights,
-            } => {
+            Self::Triangle { object, triangle, weights } => {
                 let (world_from_mesh, mesh) = of(object)?;
-                let [a, b, c] = mesh
-                    .triangles
-                    .get(triangle)?
-                    .map(|i| mesh.vertices[i as usize]);
+                let [a, b, c] = mesh.triangles.get(triangle)?.map(|i| mesh.vertices[i as usize]);
                 let point = a + (b - a) * weights.y + (c - a) * weights.z;
                 Some(world_from_mesh.transform_point3(point))
             }
@@ -123,10 +113,7 @@ pub fn keypoints(
     threads: Option<usize>,
     control: &Control,
 ) -> Result<Vec<Keypoint>, RenderError> {
-    anchors
-        .iter()
-        .enumerate()
-        .try_for_each(|(i, anchor)| check(&view, i, anchor))?;
+    anchors.iter().enumerate().try_for_each(|(i, anchor)| check(&view, i, anchor))?;
     let shutter = view.rolling_shutter();
     let camera = &view.world.geometry.camera_outside(view.camera);
     let view = Viewpoint { camera, ..view };
@@ -136,20 +123,15 @@ pub fn keypoints(
             control.check()?;
             project_keypoint(&view, shutter.as_ref(), anchor)
         };
-        let mut found = anchors
-            .par_iter()
-            .map(find)
-            .collect::<Result<Vec<_>, RenderError>>()?;
+        let mut found = anchors.par_iter().map(find).collect::<Result<Vec<_>, RenderError>>()?;
         // Points of a row together: they share its world.
         let center = |pixel: DVec2| {
             let [x, y] = camera.offset_from_corner(pixel).to_array();
             camera.pixel_center_of(x as u32, y as u32)
         };
         let time = |i: usize| camera.shutter_offset(center(found[i].pixel), 0.5);
-        let mut inside: Vec<(f64, usize)> = (0..found.len())
-            .filter(|&i| found[i].inside)
-            .map(|i| (time(i), i))
-            .collect();
+        let mut inside: Vec<(f64, usize)> =
+            (0..found.len()).filter(|&i| found[i].inside).map(|i| (time(i), i)).collect();
         if shutter.is_some() {
             inside.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
@@ -162,15 +144,11 @@ pub fn keypoints(
             .map(|group| {
                 control.check()?;
                 let pixel = center(found[group[0].1].pixel);
-                let then = shutter
-                    .as_ref()
-                    .map(|m| m.row_world(camera, pixel, control));
+                let then = shutter.as_ref().map(|m| m.row_world(camera, pixel, control));
                 let then = then.transpose()?;
                 let world = then.as_deref().unwrap_or(view.world);
-                let points: Vec<_> = group
-                    .iter()
-                    .map(|&(_, i)| (anchors[i].position_in_prepared(world), found[i].pixel))
-                    .collect();
+                let points: Vec<_> =
+                    group.iter().map(|&(_, i)| (anchors[i].position_in_prepared(world), found[i].pixel)).collect();
                 control.advance_by(group.len());
                 Ok(find_occluders(world, camera, &points))
             })
@@ -194,23 +172,17 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
         return fail(format!("object {number} of a world with {count} objects"));
     };
     match *anchor {
-        KeypointSource::Triangle {
-            triangle, weights, ..
-        } => {
+        KeypointSource::Triangle { triangle, weights, .. } => {
             let count = object.mesh.mesh.triangles.len();
             if triangle >= count {
-                return fail(format!(
-                    "triangle {triangle} of object {number}, which has {count} triangles"
-                ));
+                return fail(format!("triangle {triangle} of object {number}, which has {count} triangles"));
             }
             let sum = weights.element_sum();
             // Weights rounded to float32 count as 1.
             if (sum - 1.0).abs() <= 1e-5 {
                 return Ok(());
             }
-            fail(format!(
-                "the weights of its triangle's corners, {weights}, have the sum {sum}, expected 1"
-            ))
+            fail(format!("the weights of its triangle's corners, {weights}, have the sum {sum}, expected 1"))
         }
         _ if is_skinned(view.animated_world, number) => fail(format!(
             "the mesh of object {number} is bent by a skin, so that a point in its coordinates does not go with it: \
@@ -223,9 +195,7 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
 fn is_skinned(world: Option<&World>, object: usize) -> bool {
     let rig = world.and_then(|world| world.node_tree.as_ref());
     let mounts = rig.iter().flat_map(|rig| &rig.objects);
-    mounts
-        .into_iter()
-        .any(|mount| mount.object == object && mount.skin.is_some())
+    mounts.into_iter().any(|mount| mount.object == object && mount.skin.is_some())
 }
 
 /// Projects a point, without its occluder.
@@ -251,11 +221,7 @@ fn project_keypoint(
     };
     let (pixel, sees) = camera.project_moving(at);
     let sees = sees && pixel.is_finite();
-    let point = if sees {
-        at(camera.line_fraction(pixel))
-    } else {
-        still
-    };
+    let point = if sees { at(camera.line_fraction(pixel)) } else { still };
     if let Some(error) = failed.into_inner() {
         return Err(error);
     }
@@ -271,11 +237,7 @@ fn project_keypoint(
 }
 
 /// Distance of each point along the camera's ray, and the ray's first hit.
-fn find_occluders(
-    world: &PreparedWorld,
-    camera: &Camera,
-    points: &[(DVec3, DVec2)],
-) -> Vec<(f64, ExactHit)> {
+fn find_occluders(world: &PreparedWorld, camera: &Camera, points: &[(DVec3, DVec2)]) -> Vec<(f64, ExactHit)> {
     let (distances, rays): (Vec<_>, Vec<_>) = points
         .iter()
         .map(|&(point, pixel)| {

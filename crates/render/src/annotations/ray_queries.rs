@@ -58,14 +58,7 @@ pub fn cast_rays(
         position: vec![[f64::NAN; 3]; n],
     };
     control.start(n.div_ceil(RAYS_PER_TASK));
-    let RayHits {
-        t,
-        instance,
-        triangle,
-        barycentric,
-        normal,
-        position,
-    } = &mut found;
+    let RayHits { t, instance, triangle, barycentric, normal, position } = &mut found;
     with_pool(threads, || {
         let results = (
             t.par_chunks_mut(RAYS_PER_TASK),
@@ -75,43 +68,28 @@ pub fn cast_rays(
             normal.par_chunks_mut(RAYS_PER_TASK),
             position.par_chunks_mut(RAYS_PER_TASK),
         );
-        let rays = (
-            origins.par_chunks(RAYS_PER_TASK),
-            directions.par_chunks(RAYS_PER_TASK),
-        );
-        rays.into_par_iter()
-            .zip(results.into_par_iter())
-            .try_for_each(|((origins, directions), out)| {
-                control.check()?;
-                let (t, instance, triangle, barycentric, normal, position) = out;
-                let ray = |(o, d): (&[f64; 3], &[f64; 3])| {
-                    world
-                        .geometry
-                        .local_ray(DVec3::from(*o), DVec3::from(*d), f64::INFINITY)
-                        .0
-                };
-                let rays: Vec<Ray> = origins.iter().zip(directions).map(ray).collect();
-                let mut hits = vec![Hit::MISS; rays.len()];
-                world
-                    .geometry
-                    .scene
-                    .closest(&rays, &mut hits, coherence(coherent));
-                for (i, hit) in hits
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, hit)| hit.instance != INVALID_ID)
-                {
-                    let exact = refine_f64(world, hit, origins[i].into(), directions[i].into());
-                    t[i] = exact.t;
-                    instance[i] = signed_id(hit.instance);
-                    triangle[i] = signed_id(hit.triangle);
-                    barycentric[i] = exact.barycentric.map(|weight| weight as f32);
-                    normal[i] = exact.normal.as_vec3().to_array();
-                    position[i] = exact.position.to_array();
-                }
-                control.advance();
-                Ok::<(), RenderError>(())
-            })
+        let rays = (origins.par_chunks(RAYS_PER_TASK), directions.par_chunks(RAYS_PER_TASK));
+        rays.into_par_iter().zip(results.into_par_iter()).try_for_each(|((origins, directions), out)| {
+            control.check()?;
+            let (t, instance, triangle, barycentric, normal, position) = out;
+            let ray = |(o, d): (&[f64; 3], &[f64; 3])| {
+                world.geometry.local_ray(DVec3::from(*o), DVec3::from(*d), f64::INFINITY).0
+            };
+            let rays: Vec<Ray> = origins.iter().zip(directions).map(ray).collect();
+            let mut hits = vec![Hit::MISS; rays.len()];
+            world.geometry.scene.closest(&rays, &mut hits, coherence(coherent));
+            for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
+                let exact = refine_f64(world, hit, origins[i].into(), directions[i].into());
+                t[i] = exact.t;
+                instance[i] = signed_id(hit.instance);
+                triangle[i] = signed_id(hit.triangle);
+                barycentric[i] = exact.barycentric.map(|weight| weight as f32);
+                normal[i] = exact.normal.as_vec3().to_array();
+                position[i] = exact.position.to_array();
+            }
+            control.advance();
+            Ok::<(), RenderError>(())
+        })
     })??;
     Ok(found)
 }
@@ -132,34 +110,23 @@ pub fn occluded(
     check_lengths(origins, directions)?;
     if t_max.len() != 1 && t_max.len() != origins.len() {
         let (given, rays) = (t_max.len(), origins.len());
-        return Err(RenderError::Settings(format!(
-            "{given} values of t_max for {rays} rays; expected 1 or {rays}"
-        )));
+        return Err(RenderError::Settings(format!("{given} values of t_max for {rays} rays; expected 1 or {rays}")));
     }
     let mut occluded = vec![false; origins.len()];
     control.start(origins.len().div_ceil(RAYS_PER_TASK));
     with_pool(threads, || {
-        occluded
-            .par_chunks_mut(RAYS_PER_TASK)
-            .enumerate()
-            .try_for_each(|(chunk, occluded)| {
-                control.check()?;
-                let first = chunk * RAYS_PER_TASK;
-                let ray = |i: usize| {
-                    let limit = if t_max.len() == 1 { t_max[0] } else { t_max[i] };
-                    world
-                        .geometry
-                        .local_ray(origins[i].into(), directions[i].into(), limit)
-                        .0
-                };
-                let rays: Vec<Ray> = (first..first + occluded.len()).map(ray).collect();
-                world
-                    .geometry
-                    .scene
-                    .occluded(&rays, occluded, coherence(coherent));
-                control.advance();
-                Ok::<(), RenderError>(())
-            })
+        occluded.par_chunks_mut(RAYS_PER_TASK).enumerate().try_for_each(|(chunk, occluded)| {
+            control.check()?;
+            let first = chunk * RAYS_PER_TASK;
+            let ray = |i: usize| {
+                let limit = if t_max.len() == 1 { t_max[0] } else { t_max[i] };
+                world.geometry.local_ray(origins[i].into(), directions[i].into(), limit).0
+            };
+            let rays: Vec<Ray> = (first..first + occluded.len()).map(ray).collect();
+            world.geometry.scene.occluded(&rays, occluded, coherence(coherent));
+            control.advance();
+            Ok::<(), RenderError>(())
+        })
     })??;
     Ok(occluded)
 }
@@ -169,9 +136,7 @@ fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<(), Re
         return Ok(());
     }
     let (o, d) = (origins.len(), directions.len());
-    Err(RenderError::Settings(format!(
-        "{o} origins and {d} directions; expected one of each per ray"
-    )))
+    Err(RenderError::Settings(format!("{o} origins and {d} directions; expected one of each per ray")))
 }
 
 fn coherence(coherent: Option<bool>) -> Coherence {
@@ -203,20 +168,11 @@ fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3)
     let exact = (-a.dot(p) / determinant, direction.dot(q) / determinant);
     // Seen edge-on, the plane has no intersection.
     let known = exact.0.is_finite() && exact.1.is_finite();
-    let (u, v) = if known {
-        exact
-    } else {
-        (f64::from(hit.u), f64::from(hit.v))
-    };
+    let (u, v) = if known { exact } else { (f64::from(hit.u), f64::from(hit.v)) };
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     let sum = (u + v).max(1.0);
     let (u, v) = (u / sum, v / sum);
     let point = a + e1 * u + e2 * v;
     let t = (point.dot(direction) / direction.length_squared()).max(0.0);
-    RefinedHit {
-        t,
-        barycentric: [1.0 - u - v, u, v],
-        normal,
-        position: origin + point,
-    }
+    RefinedHit { t, barycentric: [1.0 - u - v, u, v], normal, position: origin + point }
 }

@@ -19,7 +19,6 @@ pub struct Viewpoint<'a> {
 impl<'a> Viewpoint<'a> {
     /// World states of the camera's rows, if rows are exposed at different times.
     pub(crate) fn rolling_shutter(&self) -> Option<ShutterSlices<'a>> {
-        ShutterSlices::new(self.animated_world?, self.world, self.camera)
-            .filter(ShutterSlices::is_rolling)
+        ShutterSlices::new(self.animated_world?, self.world, self.camera).filter(ShutterSlices::is_rolling)
     }
 }

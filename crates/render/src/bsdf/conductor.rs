@@ -9,11 +9,7 @@ use crate::lobes::ggx::Ggx;
 
 /// The reflectance of a metal, multiplied by a base colour.
 pub(crate) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
-    Fresnel::Conductor {
-        ior: metal.ior.into(),
-        extinction: metal.extinction.into(),
-        tint: base,
-    }
+    Fresnel::Conductor { ior: metal.ior.into(), extinction: metal.extinction.into(), tint: base }
 }
 
 /// The layers of a metal: an interface alone.

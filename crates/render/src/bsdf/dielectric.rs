@@ -16,12 +16,7 @@ pub(crate) fn eta(glass: &Glass, hit: &MaterialHit) -> f32 {
 }
 
 /// [`eta`] of a side, for a colour channel and an index outside.
-pub(crate) fn eta_of_side(
-    glass: &Glass,
-    is_front: bool,
-    channel: Option<usize>,
-    outside_ior: f32,
-) -> f32 {
+pub(crate) fn eta_of_side(glass: &Glass, is_front: bool, channel: Option<usize>, outside_ior: f32) -> f32 {
     let ior = ior_of_channel(glass.ior, glass.dispersion, channel);
     match (glass.thin, is_front) {
         (true, _) => ior,
@@ -32,11 +27,7 @@ pub(crate) fn eta_of_side(
 
 /// The reflectance of an interface, or of a whole pane.
 pub(crate) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
-    if glass.thin {
-        Fresnel::ThinDielectric(eta)
-    } else {
-        Fresnel::Dielectric(eta)
-    }
+    if glass.thin { Fresnel::ThinDielectric(eta) } else { Fresnel::Dielectric(eta) }
 }
 
 /// The index by which light is refracted: 1 for a pane.

@@ -9,9 +9,7 @@ use raycam_scene::MaterialModel;
 use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::guiding::cones::{GuidingCones, mixture_weight};
 use crate::interaction::ray_cone::Footprint;
-use crate::lobes::shading_frame::{
-    ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere, to_world_around,
-};
+use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere, to_world_around};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
@@ -65,10 +63,7 @@ impl BsdfModel for Diffuse<'_> {
         if frame.geometric.dot(wi) <= 0.0 || cosine <= 0.0 {
             return BsdfEval::default();
         }
-        BsdfEval {
-            value: lambert(self.albedo, cosine),
-            pdf: self.pdf(wi, cosine),
-        }
+        BsdfEval { value: lambert(self.albedo, cosine), pdf: self.pdf(wi, cosine) }
     }
 
     #[inline]
@@ -84,13 +79,7 @@ impl BsdfModel for Diffuse<'_> {
             // Exact: value and density differ by the albedo alone.
             None => self.albedo,
         };
-        Some(BsdfSample {
-            wi,
-            weight,
-            pdf,
-            is_specular: false,
-            eta_scale: 1.0,
-        })
+        Some(BsdfSample { wi, weight, pdf, is_specular: false, eta_scale: 1.0 })
     }
 
     fn albedo(&self, _: &ShadingFrame) -> Vec3 {

@@ -16,12 +16,7 @@ impl<'a> MaterialHit<'a> {
             MaterialModel::Metal(metal) => Some(conductor::layer_stack(metal, base)),
             MaterialModel::Glass(glass) => {
                 let eta = dielectric::eta(glass, self);
-                Some(dielectric::layer_stack(
-                    glass,
-                    eta,
-                    base,
-                    self.dielectric_albedo(),
-                ))
+                Some(dielectric::layer_stack(glass, eta, base, self.dielectric_albedo()))
             }
             MaterialModel::Principled(p) => Some(principled::layer_stack(p, self, base)),
         }

@@ -60,9 +60,7 @@ impl<'a> LayeredBsdf<'a> {
     pub fn new(stack: LayerStack<'a>, frame: &ShadingFrame) -> Self {
         let wo = frame.to_local(frame.wo);
         let directional_albedo = DirectionalAlbedo::new(&stack.ggx);
-        let coat_albedo = stack
-            .coat
-            .map_or(0.0, |coat| coat.albedo(albedo_tables(), coat.wo().z));
+        let coat_albedo = stack.coat.map_or(0.0, |coat| coat.albedo(albedo_tables(), coat.wo().z));
         let mut this = Self {
             stack,
             wo,
@@ -88,10 +86,7 @@ impl<'a> LayeredBsdf<'a> {
     /// The albedo of the interface with one of its reflectances.
     pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, w: Vec3) -> Albedo {
         if self.stack.ggx.effectively_smooth() {
-            return Albedo {
-                single_scatter: fresnel.reflectance(w.z),
-                multi_scatter: Vec3::ZERO,
-            };
+            return Albedo { single_scatter: fresnel.reflectance(w.z), multi_scatter: Vec3::ZERO };
         }
         if let Fresnel::Schlick { eta: None, .. } = fresnel {
             return self.directional_albedo.albedo(fresnel.f0_f90(), w);
@@ -99,29 +94,20 @@ impl<'a> LayeredBsdf<'a> {
         let loss = self.directional_albedo.energy_loss(w);
         Albedo {
             single_scatter: fresnel.reflectance(w.z) * (1.0 - loss),
-            multi_scatter: self
-                .directional_albedo
-                .multi_scatter_color(fresnel.f0_f90())
-                * loss,
+            multi_scatter: self.directional_albedo.multi_scatter_color(fresnel.f0_f90()) * loss,
         }
     }
 
     /// The fraction of light that the interface passes to the base.
     fn base_transmittance(&self, w: Vec3) -> f32 {
-        self.interface_albedo(&self.stack.base_fresnel, w)
-            .base_transmittance()
-            .max(0.0)
+        self.interface_albedo(&self.stack.base_fresnel, w).base_transmittance().max(0.0)
     }
 
     /// The cosine-weighted mean of [`LayeredBsdf::base_transmittance`] over the hemisphere.
     fn mean_base_transmittance(&self) -> f32 {
         let fresnel = &self.stack.base_fresnel;
         if let Fresnel::Schlick { eta: None, .. } = fresnel {
-            return self
-                .directional_albedo
-                .albedo_mean(fresnel.f0_f90())
-                .base_transmittance()
-                .max(1e-6);
+            return self.directional_albedo.albedo_mean(fresnel.f0_f90()).base_transmittance().max(1e-6);
         }
         const POINTS: usize = 8;
         let sum: f32 = (0..POINTS)
@@ -136,9 +122,7 @@ impl<'a> LayeredBsdf<'a> {
 
     /// The fractions of light that the coat and the sheen pass on the way in and out.
     pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, wi_world: Vec3) -> (f32, f32) {
-        let coat = self.stack.coat.map_or(1.0, |coat| {
-            coat.transmittance(albedo_tables(), self.coat_albedo, wi_world)
-        });
+        let coat = self.stack.coat.map_or(1.0, |coat| coat.transmittance(albedo_tables(), self.coat_albedo, wi_world));
         let sheen = self.stack.sheen.map_or(1.0, |sheen| {
             let cosine = frame.normal.dot(wi_world).abs();
             let from_wo = sheen.base_transmittance(self.wo.z);
@@ -156,10 +140,7 @@ impl<'a> LayeredBsdf<'a> {
         let (coat, sheen) = self.cover_transmittance(frame, wi_world);
         if !is_reflection {
             let BsdfEval { value, pdf } = self.eval_transmission(wi);
-            return BsdfEval {
-                value: value * (coat * sheen),
-                pdf,
-            };
+            return BsdfEval { value: value * (coat * sheen), pdf };
         }
         let mut eval = self.eval_reflection(wi);
         eval.value *= sheen;
@@ -186,8 +167,7 @@ impl<'a> LayeredBsdf<'a> {
             let probability = self.reflect_probability(facets.cosine);
             pdf += facets.pdf * (probability * self.lobe_probabilities[SPECULAR]);
             value += multi_scatter_lobe(
-                self.directional_albedo
-                    .multi_scatter_color(stack.fresnel.f0_f90()),
+                self.directional_albedo.multi_scatter_color(stack.fresnel.f0_f90()),
                 [wo, wi].map(|w| self.directional_albedo.energy_loss(w)),
                 self.directional_albedo.mean_energy_loss(),
                 wi.z,
@@ -200,19 +180,12 @@ impl<'a> LayeredBsdf<'a> {
     /// The diffuse base of albedo 1, times the cosine of `wi`, which lies above the surface.
     fn eval_base(&self, wi: Vec3) -> f32 {
         let from_wi = self.base_transmittance(wi);
-        base_lobe(
-            self.base_transmittance,
-            from_wi,
-            self.mean_base_transmittance,
-            wi.z,
-        )
+        base_lobe(self.base_transmittance, from_wi, self.mean_base_transmittance, wi.z)
     }
 
     /// Light that leaves after several microfacets, times the cosine of `wi`.
     fn eval_multiscatter(&self, wi: Vec3) -> Vec3 {
-        self.multiscatter.map_or(Vec3::ZERO, |multiscatter| {
-            multiscatter.eval(wi) * self.stack.transmission
-        })
+        self.multiscatter.map_or(Vec3::ZERO, |multiscatter| multiscatter.eval(wi) * self.stack.transmission)
     }
 
     /// The base and refraction, on the far side.
@@ -220,8 +193,7 @@ impl<'a> LayeredBsdf<'a> {
         let (stack, wo) = (&self.stack, self.wo);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
         let mut eval = BsdfEval {
-            value: stack.diffuse_transmission * self.eval_base(mirrored)
-                + self.eval_multiscatter(wi),
+            value: stack.diffuse_transmission * self.eval_base(mirrored) + self.eval_multiscatter(wi),
             pdf: cosine_hemisphere_pdf(-wi.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
         };
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
@@ -232,8 +204,7 @@ impl<'a> LayeredBsdf<'a> {
         } else {
             MicrofacetEval::refraction(&stack.ggx, stack.eta, wo, wi)
         };
-        let refracted =
-            (Vec3::ONE - stack.base_fresnel.reflectance(facets.cosine)) * stack.transmission;
+        let refracted = (Vec3::ONE - stack.base_fresnel.reflectance(facets.cosine)) * stack.transmission;
         eval.value += refracted * facets.weight;
         let probability = 1.0 - self.reflect_probability(facets.cosine);
         eval.pdf += facets.pdf * (probability * self.lobe_probabilities[SPECULAR]);

@@ -5,8 +5,7 @@ use glam::Vec3;
 use crate::bsdf::BsdfEval;
 use crate::bsdf::BsdfSample;
 use crate::bsdf::layered::{
-    COAT, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, LOBE_COUNT, LayeredBsdf, REFRACTION, SPECULAR,
-    reflect_probability,
+    COAT, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, LOBE_COUNT, LayeredBsdf, REFRACTION, SPECULAR, reflect_probability,
 };
 use crate::lobes::fresnel::{reflect, refract};
 use crate::lobes::shading_frame::{ShadingFrame, sample_cosine_hemisphere};
@@ -17,24 +16,17 @@ impl LayeredBsdf<'_> {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let stack = &self.stack;
         let own = self.interface_albedo(&stack.fresnel, self.wo);
-        let sheen = stack
-            .sheen
-            .map_or(Vec3::ZERO, |sheen| sheen.albedo_color(self.wo.z));
+        let sheen = stack.sheen.map_or(Vec3::ZERO, |sheen| sheen.albedo_color(self.wo.z));
         let passed = mean(stack.transmission);
         let mut single = mean(own.single_scatter);
         let mut below = match passed > 0.0 {
             true => 1.0 - mean(stack.base_fresnel.reflectance(self.wo.z)),
             false => 0.0,
         };
-        if let Some(albedo) = self
-            .multiscatter
-            .and_then(|multiscatter| multiscatter.single_scatter_albedo(self.wo))
-        {
+        if let Some(albedo) = self.multiscatter.and_then(|multiscatter| multiscatter.single_scatter_albedo(self.wo)) {
             [single, below] = albedo;
         }
-        let [up, down] = self
-            .multiscatter
-            .map_or([0.0; 2], |multiscatter| multiscatter.lobe_probabilities());
+        let [up, down] = self.multiscatter.map_or([0.0; 2], |multiscatter| multiscatter.lobe_probabilities());
         let diffuse = own.multi_scatter + stack.diffuse * self.base_transmittance + sheen;
         let mut weights = [
             single,
@@ -153,10 +145,6 @@ impl LayeredBsdf<'_> {
 
     /// [`BsdfSample::eta_scale`] of a world direction.
     fn eta_scale(&self, frame: &ShadingFrame, wi_world: Vec3) -> f32 {
-        if frame.geometric.dot(wi_world) < 0.0 {
-            self.stack.eta * self.stack.eta
-        } else {
-            1.0
-        }
+        if frame.geometric.dot(wi_world) < 0.0 { self.stack.eta * self.stack.eta } else { 1.0 }
     }
 }

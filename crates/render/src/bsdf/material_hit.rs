@@ -35,12 +35,7 @@ pub(crate) struct MaterialHit<'a> {
 impl<'a> MaterialHit<'a> {
     /// The hit of a ray in `direction`, for all colours and in empty space.
     #[inline]
-    pub fn new(
-        geometry: &'a Geometry,
-        hit: &'a Hit,
-        interaction: &'a SurfaceInteraction,
-        direction: Vec3,
-    ) -> Self {
+    pub fn new(geometry: &'a Geometry, hit: &'a Hit, interaction: &'a SurfaceInteraction, direction: Vec3) -> Self {
         Self {
             geometry,
             material: geometry.material(hit),
@@ -78,18 +73,13 @@ impl<'a> MaterialHit<'a> {
     /// This hit for one colour channel, and in a medium.
     #[inline]
     pub fn seen_by(self, channel: Option<usize>, outside_ior: f32) -> Self {
-        Self {
-            channel,
-            outside_ior,
-            ..self
-        }
+        Self { channel, outside_ior, ..self }
     }
 
     /// The linear base colour.
     #[inline]
     pub fn base_color(&self) -> Vec3 {
-        self.geometry
-            .base_color_with(self.material, self.hit, self.footprint)
+        self.geometry.base_color_with(self.material, self.hit, self.footprint)
     }
 
     /// The normal of the material's normal map, where it has one.
@@ -97,8 +87,7 @@ impl<'a> MaterialHit<'a> {
     pub fn mapped_normal(&self) -> Option<Vec3> {
         let map = self.material.material.normal_map?;
         let normal = self.unmapped_frame.normal;
-        self.geometry
-            .mapped_normal(&map, self.hit, self.footprint, normal, self.is_front)
+        self.geometry.mapped_normal(&map, self.hit, self.footprint, normal, self.is_front)
     }
 
     /// The albedo table of the rough interface, for the path's colour channel.
@@ -115,10 +104,7 @@ impl<'a> MaterialHit<'a> {
         {
             return texel;
         }
-        let texel = self
-            .geometry
-            .filtered_texel(&slot, self.hit, self.footprint)
-            .unwrap_or([1.0; 4]);
+        let texel = self.geometry.filtered_texel(&slot, self.hit, self.footprint).unwrap_or([1.0; 4]);
         self.cached.set(Some((slot, texel)));
         texel
     }

@@ -49,13 +49,7 @@ impl BsdfSample {
     /// A specular sample that is not refracted.
     #[inline(always)]
     pub fn specular(wi: Vec3, weight: Vec3) -> Self {
-        Self {
-            wi,
-            weight,
-            pdf: 0.0,
-            is_specular: true,
-            eta_scale: 1.0,
-        }
+        Self { wi, weight, pdf: 0.0, is_specular: true, eta_scale: 1.0 }
     }
 }
 

@@ -35,12 +35,7 @@ impl MultiscatterTerms {
         let mean_loss = near + far * (eta * eta);
         let is_significant = mean_loss.max_element() >= 1e-6;
         let mean_loss = mean_loss.max(Vec3::splat(1e-9));
-        Self {
-            view_loss,
-            mean_loss,
-            reflected_fraction: (near / mean_loss).element_sum() / 3.0,
-            is_significant,
-        }
+        Self { view_loss, mean_loss, reflected_fraction: (near / mean_loss).element_sum() / 3.0, is_significant }
     }
 
     /// The value at a loss from `wi`, times the absolute cosine of `wi`, without absorption.
@@ -53,10 +48,7 @@ impl MultiscatterTerms {
     #[inline(always)]
     pub fn lobe_probabilities(&self) -> [f32; 2] {
         let view = self.view_loss.element_sum() / 3.0;
-        [
-            view * self.reflected_fraction,
-            view * (1.0 - self.reflected_fraction),
-        ]
+        [view * self.reflected_fraction, view * (1.0 - self.reflected_fraction)]
     }
 }
 
@@ -75,11 +67,7 @@ pub(crate) struct MultiscatterDielectric<'a> {
 
 impl<'a> MultiscatterDielectric<'a> {
     /// `None` where next to nothing is lost, or no table has the loss.
-    pub fn new(
-        stack: &LayerStack<'a>,
-        directional_albedo: DirectionalAlbedo,
-        wo: Vec3,
-    ) -> Option<Self> {
+    pub fn new(stack: &LayerStack<'a>, directional_albedo: DirectionalAlbedo, wo: Vec3) -> Option<Self> {
         let is_thin = stack.eta == 1.0;
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
             return None;
@@ -95,9 +83,7 @@ impl<'a> MultiscatterDielectric<'a> {
         let f0_f90 = stack.base_fresnel.f0_f90();
         let mut this = Self {
             directional_albedo,
-            loss_tables: table
-                .filter(|_| !is_thin)
-                .map(|table| table.at_roughness(&stack.ggx)),
+            loss_tables: table.filter(|_| !is_thin).map(|table| table.at_roughness(&stack.ggx)),
             starts_inside: stack.eta < 1.0,
             f0_f90,
             compensation: directional_albedo.multi_scatter_color(f0_f90),
@@ -140,9 +126,7 @@ impl<'a> MultiscatterDielectric<'a> {
 
     /// The albedo of one reflection and of one refraction, for a solid.
     pub fn single_scatter_albedo(&self, w: Vec3) -> Option<[f32; 2]> {
-        let albedo = self
-            .loss_tables
-            .map(|tables| tables.albedo(self.starts_inside, w.z, self.f0_f90));
+        let albedo = self.loss_tables.map(|tables| tables.albedo(self.starts_inside, w.z, self.f0_f90));
         albedo.map(|albedo| albedo.map(|color| color.element_sum() / 3.0))
     }
 

@@ -27,11 +27,7 @@ impl ModifiedPhong<'_> {
             return 0.0;
         }
         let (specular, diffuse) = (self.specular.element_sum(), self.diffuse.element_sum());
-        if specular == 0.0 {
-            0.0
-        } else {
-            specular / (specular + diffuse)
-        }
+        if specular == 0.0 { 0.0 } else { specular / (specular + diffuse) }
     }
 
     /// The value of light from the viewer's side.
@@ -48,10 +44,7 @@ impl ModifiedPhong<'_> {
             let probability = self.specular_probability();
             pdf += (lobe.pdf(frame.normal, frame.wo, wi) - pdf) * probability;
         }
-        BsdfEval {
-            value: reflected * cosine,
-            pdf,
-        }
+        BsdfEval { value: reflected * cosine, pdf }
     }
 }
 
@@ -59,19 +52,13 @@ impl BsdfModel for ModifiedPhong<'_> {
     /// The triangle reflects on the viewer's side alone, whatever its shading normal.
     #[inline]
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
-        if frame.geometric.dot(wi) > 0.0 {
-            self.eval_reflection(frame, wi)
-        } else {
-            BsdfEval::default()
-        }
+        if frame.geometric.dot(wi) > 0.0 { self.eval_reflection(frame, wi) } else { BsdfEval::default() }
     }
 
     #[inline]
     fn sample(&self, frame: &ShadingFrame, [choice, x, y]: [f32; 3]) -> Option<BsdfSample> {
         let wi = match self.lobe {
-            Some(lobe) if choice < self.specular_probability() => {
-                lobe.sample(frame.normal, frame.wo, [x, y])
-            }
+            Some(lobe) if choice < self.specular_probability() => lobe.sample(frame.normal, frame.wo, [x, y]),
             _ => frame.to_world(sample_cosine_hemisphere([x, y])),
         };
         if frame.geometric.dot(wi) <= 0.0 {
@@ -79,27 +66,15 @@ impl BsdfModel for ModifiedPhong<'_> {
         }
         if self.lobe.is_none() {
             let albedo = self.diffuse;
-            let diffuse = Diffuse {
-                albedo,
-                sampled_direction: wi,
-                guiding: None,
-            };
+            let diffuse = Diffuse { albedo, sampled_direction: wi, guiding: None };
             return diffuse.sample(frame, [choice, x, y]);
         }
         let BsdfEval { value, pdf } = self.eval_reflection(frame, wi);
-        (pdf > 0.0).then(|| BsdfSample {
-            wi,
-            weight: value / pdf,
-            pdf,
-            is_specular: false,
-            eta_scale: 1.0,
-        })
+        (pdf > 0.0).then(|| BsdfSample { wi, weight: value / pdf, pdf, is_specular: false, eta_scale: 1.0 })
     }
 
     fn albedo(&self, frame: &ShadingFrame) -> Vec3 {
-        let specular = self
-            .lobe
-            .map_or(0.0, |lobe| lobe.albedo(frame.normal.dot(frame.wo)));
+        let specular = self.lobe.map_or(0.0, |lobe| lobe.albedo(frame.normal.dot(frame.wo)));
         self.diffuse + self.specular * specular
     }
 

@@ -48,11 +48,7 @@ pub(crate) fn layer_stack<'a>(p: &Principled, hit: &MaterialHit<'a>, base: Vec3)
     let f0 = if p.ior == 0.0 {
         1.0
     } else {
-        let ior = if has_interior(p) {
-            ior / hit.outside_ior
-        } else {
-            ior
-        };
+        let ior = if has_interior(p) { ior / hit.outside_ior } else { ior };
         ((ior - 1.0) / (ior + 1.0)).powi(2)
     };
     let f0 = (f0 * hit.color(&p.specular_color)).min(Vec3::ONE) * strength;
@@ -61,18 +57,9 @@ pub(crate) fn layer_stack<'a>(p: &Principled, hit: &MaterialHit<'a>, base: Vec3)
     let thin_film = thin_film(p, hit);
     let interface = |f0: Vec3, f90: Vec3| {
         if eta < 1.0 {
-            Fresnel::Schlick {
-                f0,
-                f90,
-                eta: Some(eta),
-            }
+            Fresnel::Schlick { f0, f90, eta: Some(eta) }
         } else if iridescence > 0.0 && thin_film.thickness > 0.0 {
-            Fresnel::ThinFilm {
-                thin_film,
-                f0,
-                f90,
-                weight: iridescence,
-            }
+            Fresnel::ThinFilm { thin_film, f0, f90, weight: iridescence }
         } else {
             Fresnel::Schlick { f0, f90, eta: None }
         }
@@ -86,26 +73,20 @@ pub(crate) fn layer_stack<'a>(p: &Principled, hit: &MaterialHit<'a>, base: Vec3)
         base_fresnel: interface(f0, f90),
         ggx: ggx(p, hit, roughness),
         diffuse: base * (diffuse * (1.0 - through)),
-        diffuse_transmission: hit.color(&p.diffuse_transmission_color)
-            * ((1.0 - metallic) * diffuse * through),
+        diffuse_transmission: hit.color(&p.diffuse_transmission_color) * ((1.0 - metallic) * diffuse * through),
         transmission: base * transmission,
         eta,
         dielectric_albedo: hit.dielectric_albedo(),
         coat: clearcoat(p, hit),
-        sheen: (p.sheen_color.value != [0.0; 3]).then(|| Sheen {
-            color: hit.color(&p.sheen_color),
-            roughness: hit.value(&p.sheen_roughness, 3),
-        }),
+        sheen: (p.sheen_color.value != [0.0; 3])
+            .then(|| Sheen { color: hit.color(&p.sheen_color), roughness: hit.value(&p.sheen_roughness, 3) }),
     }
 }
 
 fn thin_film(p: &Principled, hit: &MaterialHit) -> ThinFilm {
     let [thin, thick] = p.iridescence_thickness;
     let texel = hit.texel(p.iridescence_thickness_texture);
-    ThinFilm {
-        ior: p.iridescence_ior,
-        thickness: thin + (thick - thin) * texel[1],
-    }
+    ThinFilm { ior: p.iridescence_ior, thickness: thin + (thick - thin) * texel[1] }
 }
 
 fn clearcoat(p: &Principled, hit: &MaterialHit) -> Option<Clearcoat> {
@@ -113,8 +94,7 @@ fn clearcoat(p: &Principled, hit: &MaterialHit) -> Option<Clearcoat> {
     let frame = &hit.unmapped_frame;
     let mapped = || {
         let map = p.clearcoat_normal?;
-        hit.geometry
-            .mapped_normal(&map, hit.hit, hit.footprint, frame.normal, hit.is_front)
+        hit.geometry.mapped_normal(&map, hit.hit, hit.footprint, frame.normal, hit.is_front)
     };
     (weight > 0.0).then(|| Clearcoat {
         weight,
@@ -130,10 +110,6 @@ fn ggx(p: &Principled, hit: &MaterialHit, roughness: f32) -> Ggx {
     Ggx {
         alpha_x: alpha + (1.0 - alpha) * strength * strength,
         // A mirror across and rough along: float32 needs some width.
-        alpha_y: if strength > 0.0 {
-            alpha.max(1e-3)
-        } else {
-            alpha
-        },
+        alpha_y: if strength > 0.0 { alpha.max(1e-3) } else { alpha },
     }
 }

@@ -14,10 +14,7 @@ use crate::lobes::shading_frame::ShadingFrame;
 
 /// The BSDF of any material.
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "made at every hit: a box would be an allocation there"
-)]
+#[expect(clippy::large_enum_variant, reason = "made at every hit: a box would be an allocation there")]
 pub(crate) enum Bsdf<'a> {
     /// Absorbs everything, or emits alone.
     Black,
@@ -34,9 +31,7 @@ impl<'a> Bsdf<'a> {
             frame = frame.with_shading_normal(normal, None);
         }
         let tangent = match &material.model {
-            MaterialModel::Phong {
-                diffuse, specular, ..
-            } => {
+            MaterialModel::Phong { diffuse, specular, .. } => {
                 let phong = ModifiedPhong {
                     diffuse: hit.base_color() * *diffuse,
                     specular: Vec3::from(*specular),
@@ -117,11 +112,7 @@ impl<'a> ShadingPoint<'a, Bsdf<'a>> {
     /// The point at a hit.
     pub fn new(interaction: &'a SurfaceInteraction, hit: &MaterialHit<'a>) -> Self {
         let (bsdf, frame) = Bsdf::new(hit);
-        Self {
-            interaction,
-            frame,
-            bsdf,
-        }
+        Self { interaction, frame, bsdf }
     }
 }
 
@@ -131,11 +122,7 @@ impl<B: BsdfModel> ShadingPoint<'_, B> {
     pub fn light_sample_context(&self) -> LightSampleContext {
         LightSampleContext {
             position: self.interaction.position,
-            normal: if self.bsdf.is_transmissive() {
-                Vec3::ZERO
-            } else {
-                self.frame.geometric
-            },
+            normal: if self.bsdf.is_transmissive() { Vec3::ZERO } else { self.frame.geometric },
         }
     }
 }

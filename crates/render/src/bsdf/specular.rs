@@ -47,11 +47,7 @@ impl SpecularBsdf {
     pub fn new(wo: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, oversampling: f32) -> Self {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let passed = mean(transmission);
-        let below = if passed > 0.0 {
-            1.0 - mean(reflected)
-        } else {
-            0.0
-        };
+        let below = if passed > 0.0 { 1.0 - mean(reflected) } else { 0.0 };
         let weights = [mean(reflected), passed * below];
         let sum = weights[0] + weights[1];
         let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
@@ -78,27 +74,15 @@ impl SpecularBsdf {
         let (wo, [up, down]) = (self.wo, self.probabilities);
         let is_reflection = (choice < up) | (down == 0.0);
         let refracted = refract(wo, Vec3::Z, self.eta);
-        let is_possible = if is_reflection {
-            up != 0.0
-        } else {
-            refracted.is_some()
-        };
-        let wi = if is_reflection {
-            Vec3::new(-wo.x, -wo.y, wo.z)
-        } else {
-            refracted.unwrap_or(Vec3::Z)
-        };
+        let is_possible = if is_reflection { up != 0.0 } else { refracted.is_some() };
+        let wi = if is_reflection { Vec3::new(-wo.x, -wo.y, wo.z) } else { refracted.unwrap_or(Vec3::Z) };
         let refracted_weight = self.refracted / (down * self.eta * self.eta);
         let wi_world = frame.to_world(wi);
         let side = frame.geometric.dot(wi_world);
         SpecularSample {
             is_valid: is_possible & ((side > 0.0) == (wi.z > 0.0)),
             wi: wi_world,
-            weight: if is_reflection {
-                self.reflected / up
-            } else {
-                refracted_weight
-            },
+            weight: if is_reflection { self.reflected / up } else { refracted_weight },
             eta_scale: if side < 0.0 { self.eta * self.eta } else { 1.0 },
         }
     }
@@ -107,10 +91,7 @@ impl SpecularBsdf {
 impl SpecularSample {
     #[inline(always)]
     pub fn sample(self) -> Option<BsdfSample> {
-        self.is_valid.then_some(BsdfSample {
-            eta_scale: self.eta_scale,
-            ..BsdfSample::specular(self.wi, self.weight)
-        })
+        self.is_valid.then_some(BsdfSample { eta_scale: self.eta_scale, ..BsdfSample::specular(self.wi, self.weight) })
     }
 }
 
@@ -179,39 +160,21 @@ mod tests {
             let frame = ShadingFrame::new(Vec3::Z, Vec3::Z, Vec3::new(0.6 * sin, -0.8 * sin, cos));
             let mut pairs = vec![(
                 LayeredBsdf::new(conductor::layer_stack(&gold, base), &frame),
-                SpecularBsdf::from_fresnel(
-                    &conductor::fresnel(&gold, base),
-                    Vec3::ZERO,
-                    1.0,
-                    &frame,
-                ),
+                SpecularBsdf::from_fresnel(&conductor::fresnel(&gold, base), Vec3::ZERO, 1.0, &frame),
             )];
             for (thin, front) in [(true, true), (false, true), (false, false)] {
-                let clear = Glass {
-                    thin,
-                    ..Glass::default()
-                };
+                let clear = Glass { thin, ..Glass::default() };
                 let eta = dielectric::eta_of_side(&clear, front, None, 1.0);
                 let fresnel = dielectric::fresnel(&clear, eta);
                 pairs.push((
                     LayeredBsdf::new(dielectric::layer_stack(&clear, eta, base, None), &frame),
-                    SpecularBsdf::from_fresnel(
-                        &fresnel,
-                        base,
-                        dielectric::relative_ior(&clear, eta),
-                        &frame,
-                    ),
+                    SpecularBsdf::from_fresnel(&fresnel, base, dielectric::relative_ior(&clear, eta), &frame),
                 ));
             }
             for (layered, smooth) in pairs {
                 assert!(!layered.is_non_specular());
                 assert_eq!(layered.is_transmissive(), smooth.is_transmissive());
-                assert!(
-                    (layered.albedo() - smooth.albedo(&frame))
-                        .abs()
-                        .max_element()
-                        < 1e-6
-                );
+                assert!((layered.albedo() - smooth.albedo(&frame)).abs().max_element() < 1e-6);
                 for choice in [0.0, 0.02, 0.3, 0.7, 0.999_999_9] {
                     let one = layered.sample(&frame, [choice, 0.0, 0.0]);
                     let other = smooth.sample(&frame, [choice, 0.0, 0.0]);
@@ -228,19 +191,12 @@ mod tests {
         const CHOICES: u32 = 4000;
         let base = Vec3::new(0.9, 0.8, 0.5);
         let mut both = 0;
-        for (degrees, thin, front) in [
-            (0.0f32, false, true),
-            (70.0, false, true),
-            (86.0, true, true),
-            (40.0, false, false),
-            (60.0, false, false),
-        ] {
+        for (degrees, thin, front) in
+            [(0.0f32, false, true), (70.0, false, true), (86.0, true, true), (40.0, false, false), (60.0, false, false)]
+        {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let frame = ShadingFrame::new(Vec3::Z, Vec3::Z, Vec3::new(0.6 * sin, -0.8 * sin, cos));
-            let clear = Glass {
-                thin,
-                ..Glass::default()
-            };
+            let clear = Glass { thin, ..Glass::default() };
             let eta = dielectric::eta_of_side(&clear, front, None, 1.0);
             let reflected = dielectric::fresnel(&clear, eta).reflectance(cos);
             let beyond = dielectric::relative_ior(&clear, eta);

@@ -70,18 +70,8 @@ struct ChannelInfo {
     components: usize,
 }
 
-const fn info(
-    channel: Channel,
-    name: &'static str,
-    kind: PixelType,
-    components: usize,
-) -> ChannelInfo {
-    ChannelInfo {
-        channel,
-        name,
-        pixel_type: kind,
-        components,
-    }
+const fn info(channel: Channel, name: &'static str, kind: PixelType, components: usize) -> ChannelInfo {
+    ChannelInfo { channel, name, pixel_type: kind, components }
 }
 
 const CHANNELS: [ChannelInfo; 18] = [
@@ -93,12 +83,7 @@ const CHANNELS: [ChannelInfo; 18] = [
     info(Channel::Normal, "normal", PixelType::F32, 3),
     info(Channel::NormalCamera, "normal_camera", PixelType::F32, 3),
     info(Channel::ShadingNormal, "shading_normal", PixelType::F32, 3),
-    info(
-        Channel::ShadingNormalCamera,
-        "shading_normal_camera",
-        PixelType::F32,
-        3,
-    ),
+    info(Channel::ShadingNormalCamera, "shading_normal_camera", PixelType::F32, 3),
     info(Channel::Instance, "instance", PixelType::I32, 1),
     info(Channel::Category, "category", PixelType::I32, 1),
     info(Channel::Triangle, "triangle", PixelType::I32, 1),
@@ -118,10 +103,7 @@ impl Channel {
 
     /// Returns the channel with this name.
     pub fn from_name(name: &str) -> Option<Channel> {
-        CHANNELS
-            .iter()
-            .find(|row| row.name == name)
-            .map(|row| row.channel)
+        CHANNELS.iter().find(|row| row.name == name).map(|row| row.channel)
     }
 
     /// Returns the name in files and in Python.

@@ -46,9 +46,7 @@ fn map_pixels<T: Copy + Default + Send>(
         return Ok(data);
     }
     with_pool(None, || {
-        let runs = data
-            .par_chunks_mut(3 * PIXELS_PER_TASK)
-            .zip(pixels.par_chunks(PIXELS_PER_TASK));
+        let runs = data.par_chunks_mut(3 * PIXELS_PER_TASK).zip(pixels.par_chunks(PIXELS_PER_TASK));
         runs.for_each(run);
     })?;
     Ok(data)

@@ -39,8 +39,7 @@ impl PixelEstimator {
         self.count.resize(pixels, 0);
         self.replications.clear();
         if with_error {
-            self.replications
-                .resize(pixels, [0.0; REPLICATIONS as usize]);
+            self.replications.resize(pixels, [0.0; REPLICATIONS as usize]);
         }
     }
 
@@ -68,11 +67,7 @@ impl PixelEstimator {
     pub fn color(&self, pixel: usize) -> Vec3 {
         let (sum, count) = (self.color[pixel], self.count[pixel]);
         // A division costs more than the rest of this function: single samples skip it.
-        let mean = if count > 1 {
-            sum / f64::from(count)
-        } else {
-            sum
-        };
+        let mean = if count > 1 { sum / f64::from(count) } else { sum };
         mean.as_vec3()
     }
 
@@ -126,14 +121,9 @@ mod tests {
                 let mut estimate = PixelEstimator::default();
                 estimate.reset(1, true);
                 for sample in 0..samples {
-                    let sampler =
-                        Sampler::for_pixel(7, 0, [x, 3]).with_replication(sample, REPLICATIONS);
+                    let sampler = Sampler::for_pixel(7, 0, [x, 3]).with_replication(sample, REPLICATIONS);
                     estimate.add_sample(0, true);
-                    estimate.add_radiance(
-                        0,
-                        sample,
-                        Vec3::splat(f(sampler.get_2d(Dimension::PixelFilter))),
-                    );
+                    estimate.add_radiance(0, sample, Vec3::splat(f(sampler.get_2d(Dimension::PixelFilter))));
                 }
                 off += (f64::from(estimate.color(0).x) - exact).powi(2);
                 said += f64::from(estimate.error(0)).powi(2);

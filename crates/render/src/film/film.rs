@@ -32,8 +32,7 @@ pub(crate) struct Film<'a> {
 impl<'a> Film<'a> {
     /// Returns the film of a region; `None` if a target does not fit the region.
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
-        let mut tile_rows: Vec<Vec<_>> =
-            (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
+        let mut tile_rows: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
         let mut bytes = 0;
         for target in targets {
@@ -42,15 +41,8 @@ impl<'a> Film<'a> {
             }
             bytes += width * height * target.channel.bytes() as usize;
             let (channel, zero) = (target.channel, target.zero);
-            for (tile_row, values) in tile_rows
-                .iter_mut()
-                .zip(target.split_rows(width * TILE_SIZE as usize))
-            {
-                tile_row.push(ChannelStrip {
-                    channel,
-                    values,
-                    zero,
-                });
+            for (tile_row, values) in tile_rows.iter_mut().zip(target.split_rows(width * TILE_SIZE as usize)) {
+                tile_row.push(ChannelStrip { channel, values, zero });
             }
         }
         Some(Self {
@@ -90,12 +82,7 @@ impl<'a> Film<'a> {
                 let height = blocks.first().map_or(0, |one| one.block.height);
                 let blank = blocks.iter().all(|one| one.first_pixel.is_none());
                 for row in (0..height).step_by(ROWS_PER_WRITE as usize) {
-                    self.pixel_runs(
-                        first,
-                        blocks,
-                        row..height.min(row + ROWS_PER_WRITE),
-                        &mut runs,
-                    );
+                    self.pixel_runs(first, blocks, row..height.min(row + ROWS_PER_WRITE), &mut runs);
                     for rest in &mut rests {
                         if blank && rest.is_already_background() {
                             continue;
@@ -120,10 +107,7 @@ impl<'a> Film<'a> {
     pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
         let (first, mut strips) = self.tile_row(tile);
         let mut runs = vec![];
-        let whole = PixelBlock {
-            block: *tile,
-            first_pixel: None,
-        };
+        let whole = PixelBlock { block: *tile, first_pixel: None };
         self.pixel_runs(first, &[whole], 0..tile.height, &mut runs);
         with_streaming_stores(|past| {
             for (strip, (_, plane)) in strips.iter_mut().zip(background) {
@@ -131,11 +115,8 @@ impl<'a> Film<'a> {
                 if rest.is_already_background() {
                     continue;
                 }
-                let mut page = RowWriter {
-                    runs: &runs,
-                    streaming: self.use_streaming_stores.then_some(&mut *past),
-                    cursor: rest,
-                };
+                let mut page =
+                    RowWriter { runs: &runs, streaming: self.use_streaming_stores.then_some(&mut *past), cursor: rest };
                 page.write_background();
             }
         });
@@ -145,20 +126,12 @@ impl<'a> Film<'a> {
     fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
         let tile_row = (tile.y - self.region[1]) / TILE_SIZE;
         // A thread that panicked left only its own pixels unwritten.
-        let strips = self.tile_rows[tile_row as usize]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let strips = self.tile_rows[tile_row as usize].lock().unwrap_or_else(PoisonError::into_inner);
         (self.region[1] + tile_row * TILE_SIZE, strips)
     }
 
     /// Pixel runs of blocks beside each other, in a strip whose first image row is `first`.
-    fn pixel_runs(
-        &self,
-        first: u32,
-        blocks: &[PixelBlock],
-        rows: Range<u32>,
-        runs: &mut Vec<PixelRun>,
-    ) {
+    fn pixel_runs(&self, first: u32, blocks: &[PixelBlock], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
         runs.clear();
         for row in rows {
             for (i, &PixelBlock { block, first_pixel }) in blocks.iter().enumerate() {
@@ -196,10 +169,7 @@ mod tests {
             let (mut pixels, mut blocks) = (vec![], vec![]);
             for block in tile.blocks() {
                 let seen = !is_blank(&block);
-                blocks.push(PixelBlock {
-                    block,
-                    first_pixel: seen.then_some(pixels.len()),
-                });
+                blocks.push(PixelBlock { block, first_pixel: seen.then_some(pixels.len()) });
                 if seen {
                     block.push_rows(&mut pixels);
                 }
@@ -207,9 +177,7 @@ mod tests {
             blocks.sort_by_key(|one| (one.block.y, one.block.x));
             let number = |i: usize| pixels[i][1] * 10_000 + pixels[i][0];
             film.write(&tile, &blocks, &background, |channel, page| match channel {
-                Channel::Position => {
-                    page.write(|i| [0.0, 0.25, 0.5].map(|k| k + f64::from(number(i))))
-                }
+                Channel::Position => page.write(|i| [0.0, 0.25, 0.5].map(|k| k + f64::from(number(i)))),
                 Channel::Normal => page.write(|i| [0.0, 0.25, 0.5].map(|k| k + number(i) as f32)),
                 _ => page.write(|i| [number(i) as i32]),
             });
@@ -240,22 +208,15 @@ mod tests {
                 }
             }
             let [x, y, width, height] = tile;
-            let tile = Tile {
-                x,
-                y,
-                width,
-                height,
-            };
+            let tile = Tile { x, y, width, height };
             film.fill(&tile, &background);
             drop(film);
             for at in 0..region[2] * region[3] {
                 let (u, v) = (at % region[2] + region[0], at / region[2] + region[1]);
                 let inside = (x..x + width).contains(&u) && (y..y + height).contains(&v);
                 let at = at as usize;
-                let [
-                    ImagePlane::F64 { data: place, .. },
-                    ImagePlane::I32 { data: id, .. },
-                ] = [&planes[0].1, &planes[1].1]
+                let [ImagePlane::F64 { data: place, .. }, ImagePlane::I32 { data: id, .. }] =
+                    [&planes[0].1, &planes[1].1]
                 else {
                     unreachable!()
                 };
@@ -272,32 +233,19 @@ mod tests {
     #[test]
     fn every_pixel_is_written_in_its_place_small_pictures_and_large_ones() {
         let channels = [Channel::Position, Channel::Normal, Channel::Triangle];
-        for region in [
-            [0, 0, 1, 1],
-            [8, 16, 9, 70],
-            [0, 0, 333, 211],
-            [0, 8, 520, 400],
-        ] {
+        for region in [[0, 0, 1, 1], [8, 16, 9, 70], [0, 0, 333, 211], [0, 8, 520, 400]] {
             let [x, y, width, height] = region;
             let large = u64::from(width * height) * 40 >= STREAMING_THRESHOLD as u64;
             assert_eq!(large, width == 520);
             let planes = written(region, &channels);
             for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
                 // Blocks begin at the region's corner.
-                let tile = Tile {
-                    x: x + column / 8 * 8,
-                    y: y + row / 8 * 8,
-                    width: 8,
-                    height: 8,
-                };
+                let tile = Tile { x: x + column / 8 * 8, y: y + row / 8 * 8, width: 8, height: 8 };
                 let number = (y + row) * 10_000 + x + column;
                 let at = (row * width + column) as usize;
                 let (real, whole) = match is_blank(&tile) {
                     true => ([-1.5; 3], -1),
-                    false => (
-                        [0.0, 0.25, 0.5].map(|k| k + f64::from(number)),
-                        number as i32,
-                    ),
+                    false => ([0.0, 0.25, 0.5].map(|k| k + f64::from(number)), number as i32),
                 };
                 for (channel, plane) in &planes {
                     match plane {

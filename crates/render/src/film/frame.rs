@@ -22,10 +22,7 @@ pub struct Frame {
 impl Frame {
     /// Returns the plane of a channel, if the frame has it.
     pub fn plane(&self, channel: Channel) -> Option<&ImagePlane> {
-        self.planes
-            .iter()
-            .find(|(c, _)| *c == channel)
-            .map(|(_, plane)| plane)
+        self.planes.iter().find(|(c, _)| *c == channel).map(|(_, plane)| plane)
     }
 
     /// Merges disjoint parts of one image to their bounding rectangle, which they must fill. The result equals, bit
@@ -44,10 +41,7 @@ impl Frame {
         if parts.iter().any(|part| part.size != size) {
             return fail("the frames to merge are parts of pictures of different sizes");
         }
-        if parts
-            .iter()
-            .any(|part| !part.planes.iter().map(|(channel, _)| channel).eq(&channels))
-        {
+        if parts.iter().any(|part| !part.planes.iter().map(|(channel, _)| channel).eq(&channels)) {
             return fail("the frames to merge have different channels");
         }
         let Some(region) = covering_rectangle(&parts) else {
@@ -67,12 +61,7 @@ impl Frame {
                 }
             }
         }
-        Ok(Frame {
-            size,
-            region,
-            planes,
-            notices,
-        })
+        Ok(Frame { size, region, planes, notices })
     }
 }
 
@@ -82,23 +71,11 @@ fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
         let [x, y, width, height] = part.region.map(u64::from);
         [x, y, x + width, y + height]
     };
-    let [left, top, right, bottom] = parts.iter().map(edges).reduce(|a, b| {
-        [
-            a[0].min(b[0]),
-            a[1].min(b[1]),
-            a[2].max(b[2]),
-            a[3].max(b[3]),
-        ]
-    })?;
-    let overlap = |a: [u64; 4], b: [u64; 4]| {
-        a[0].max(b[0]) < a[2].min(b[2]) && a[1].max(b[1]) < a[3].min(b[3])
-    };
-    let disjoint =
-        (0..parts.len()).all(|i| (0..i).all(|j| !overlap(edges(&parts[i]), edges(&parts[j]))));
-    let area: u64 = parts
-        .iter()
-        .map(|part| u64::from(part.region[2]) * u64::from(part.region[3]))
-        .sum();
+    let [left, top, right, bottom] =
+        parts.iter().map(edges).reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])])?;
+    let overlap = |a: [u64; 4], b: [u64; 4]| a[0].max(b[0]) < a[2].min(b[2]) && a[1].max(b[1]) < a[3].min(b[3]);
+    let disjoint = (0..parts.len()).all(|i| (0..i).all(|j| !overlap(edges(&parts[i]), edges(&parts[j]))));
+    let area: u64 = parts.iter().map(|part| u64::from(part.region[2]) * u64::from(part.region[3])).sum();
     let inside = right <= u64::from(parts[0].size[0]) && bottom <= u64::from(parts[0].size[1]);
     let filled = disjoint && inside && area == (right - left) * (bottom - top);
     filled.then_some([left, top, right - left, bottom - top].map(|edge| edge as u32))

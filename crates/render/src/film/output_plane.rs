@@ -11,28 +11,17 @@ use crate::film::image_plane::ImagePlane;
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
 /// Number of pixels of a region, if there is memory for its planes.
-pub(crate) fn check_size(
-    [_, _, width, height]: [u32; 4],
-    channels: &[Channel],
-) -> Result<usize, RenderError> {
+pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) -> Result<usize, RenderError> {
     let pixels = u64::from(width) * u64::from(height);
     let bytes = pixels * channels.iter().map(|channel| channel.bytes()).sum::<u64>();
     let too_large = || RenderError::TooLarge {
-        what: format!(
-            "a frame of {width} x {height} pixels and {} channels",
-            channels.len()
-        ),
+        what: format!("a frame of {width} x {height} pixels and {} channels", channels.len()),
         bytes,
         limit: MAX_FRAME_BYTES,
     };
-    let pixels = usize::try_from(pixels)
-        .ok()
-        .filter(|_| bytes <= MAX_FRAME_BYTES)
-        .ok_or_else(too_large)?;
+    let pixels = usize::try_from(pixels).ok().filter(|_| bytes <= MAX_FRAME_BYTES).ok_or_else(too_large)?;
     // Reserved and released: an allocation that fails later would abort the process.
-    Vec::<u8>::new()
-        .try_reserve_exact(bytes as usize)
-        .map_err(|_| too_large())?;
+    Vec::<u8>::new().try_reserve_exact(bytes as usize).map_err(|_| too_large())?;
     Ok(pixels)
 }
 
@@ -48,18 +37,9 @@ pub(crate) fn allocate_planes(
             let components = channel.components();
             let count = pixels * components;
             let plane = match channel.pixel_type() {
-                PixelType::F32 => ImagePlane::F32 {
-                    components,
-                    data: zeroed_huge(count),
-                },
-                PixelType::F64 => ImagePlane::F64 {
-                    components,
-                    data: zeroed_huge(count),
-                },
-                PixelType::I32 => ImagePlane::I32 {
-                    components,
-                    data: zeroed_huge(count),
-                },
+                PixelType::F32 => ImagePlane::F32 { components, data: zeroed_huge(count) },
+                PixelType::F64 => ImagePlane::F64 { components, data: zeroed_huge(count) },
+                PixelType::I32 => ImagePlane::I32 { components, data: zeroed_huge(count) },
             };
             (channel, plane)
         })

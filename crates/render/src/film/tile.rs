@@ -75,8 +75,7 @@ impl Tile {
         let (x, y) = (self.x, self.y);
         let parts = |whole: bool| {
             let rows = (0..height).step_by(RAY_BLOCK as usize);
-            let places =
-                rows.flat_map(move |v| (0..width).step_by(RAY_BLOCK as usize).map(move |u| (u, v)));
+            let places = rows.flat_map(move |v| (0..width).step_by(RAY_BLOCK as usize).map(move |u| (u, v)));
             let blocks = places.map(move |(u, v)| Tile {
                 x: x + u,
                 y: y + v,
@@ -108,30 +107,19 @@ mod tests {
             .into_iter()
             .map(|(tile, count)| ([tile.x, tile.y, tile.width, tile.height], count))
             .collect();
-        let expected = [
-            ([5, 7, 100, 32], 4),
-            ([5, 39, 32, 32], 1),
-            ([69, 39, 36, 32], 2),
-            ([5, 71, 100, 6], 4),
-        ];
+        let expected = [([5, 7, 100, 32], 4), ([5, 39, 32, 32], 1), ([69, 39, 36, 32], 2), ([5, 71, 100, 6], 4)];
         assert_eq!(found, expected);
     }
 
     #[test]
     fn every_thread_has_tiles_and_every_pixel_one() {
-        for (region, threads) in [
-            ([3, 5, 64, 48], 2),
-            ([0, 0, 640, 480], 64),
-            ([7, 0, 9, 100], 3),
-        ] {
+        for (region, threads) in [([3, 5, 64, 48], 2), ([0, 0, 640, 480], 64), ([7, 0, 9, 100], 3)] {
             let tiles = Tile::for_threads(region, threads);
             let largest = tiles.iter().map(|tile| tile.width.max(tile.height)).max();
             assert!(tiles.len() >= TILES_PER_THREAD * threads || largest == Some(RAY_BLOCK));
             let mut pixels = vec![];
             let band = |tile: &Tile| (tile.y - region[1]) / TILE_SIZE;
-            let beside = tiles
-                .windows(2)
-                .filter(|two| band(&two[0]) == band(&two[1]));
+            let beside = tiles.windows(2).filter(|two| band(&two[0]) == band(&two[1]));
             assert!(2 * beside.count() <= tiles.len() || region[3] <= TILE_SIZE);
             for tile in &tiles {
                 let row = |y: u32| (y - region[1]) / TILE_SIZE;

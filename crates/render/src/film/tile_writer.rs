@@ -133,9 +133,7 @@ impl RowWriter<'_, '_> {
 
     fn fill<T: PixelValue>(&mut self, pixel: &[T]) {
         let mut rows = self.runs.chunk_by(|_, run| !run.starts_row);
-        let length = rows
-            .next()
-            .map_or(0, |row| row.iter().map(|run| run.length).sum());
+        let length = rows.next().map_or(0, |row| row.iter().map(|run| run.length).sum());
         let row = pixel.repeat(length);
         self.copy(&row, pixel.len(), true);
     }

@@ -25,10 +25,7 @@ pub(crate) struct Normals {
 
 impl Normals {
     /// Normals of the background.
-    const BACKGROUND: Self = Self {
-        geometric: DVec3::ZERO,
-        shading: DVec3::ZERO,
-    };
+    const BACKGROUND: Self = Self { geometric: DVec3::ZERO, shading: DVec3::ZERO };
 
     /// `Some` if a channel needs normals, true if one needs shading normals.
     pub fn normals_needed(channels: &[Channel]) -> Option<bool> {
@@ -49,49 +46,26 @@ struct CachedTriangle {
 }
 
 impl CachedTriangle {
-    const EMPTY: Self = Self {
-        normal: DVec3::ZERO,
-        facing_normal: DVec3::NAN,
-        corners: None,
-    };
+    const EMPTY: Self = Self { normal: DVec3::ZERO, facing_normal: DVec3::NAN, corners: None };
 
     fn new(world: &Geometry, hit: &ExactHit) -> Self {
         let corners = || world.corners(hit.instance, hit.triangle);
-        Self {
-            normal: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())),
-            ..Self::EMPTY
-        }
+        Self { normal: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())), ..Self::EMPTY }
     }
 
     /// Normals at a hit, the shading normal on request.
-    fn normals(
-        &mut self,
-        world: &Geometry,
-        ray: &ExactRay,
-        hit: &ExactHit,
-        smooth: bool,
-    ) -> Normals {
-        let ExactHit {
-            instance,
-            triangle,
-            u,
-            v,
-            ..
-        } = *hit;
+    fn normals(&mut self, world: &Geometry, ray: &ExactRay, hit: &ExactHit, smooth: bool) -> Normals {
+        let ExactHit { instance, triangle, u, v, .. } = *hit;
         let geometric = face_forward(self.normal, ray.direction.into());
         if !smooth {
-            return Normals {
-                geometric,
-                shading: geometric,
-            };
+            return Normals { geometric, shading: geometric };
         }
         if geometric != self.facing_normal {
             self.facing_normal = geometric;
             self.corners = world.facing_vertex_normals(instance, triangle, geometric);
         }
-        let shading = self.corners.map_or(geometric, |[a, b, c]| {
-            (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric)
-        });
+        let shading =
+            self.corners.map_or(geometric, |[a, b, c]| (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric));
         Normals { geometric, shading }
     }
 }
@@ -130,10 +104,7 @@ impl CenterRays {
         self.normals.clear();
         let smooth = Normals::normals_needed(&settings.channels);
         let mut facets = TriangleCache::new(CachedTriangle::EMPTY);
-        let batches = self
-            .rays
-            .chunks(RAYS_PER_BATCH)
-            .zip(self.hits.chunks_mut(RAYS_PER_BATCH));
+        let batches = self.rays.chunks(RAYS_PER_BATCH).zip(self.hits.chunks_mut(RAYS_PER_BATCH));
         for (rays, hits) in batches {
             world.closest_exact(rays, hits);
             let mut truth = &*hits;
@@ -173,17 +144,9 @@ impl CenterRays {
         self.normals.clear();
         let mut from = 0;
         while let Some(world) = worlds.get(from) {
-            let same = worlds[from..]
-                .iter()
-                .take_while(|other| Arc::ptr_eq(other, world));
+            let same = worlds[from..].iter().take_while(|other| Arc::ptr_eq(other, world));
             let to = from + same.count();
-            of_row.trace(
-                &world.geometry,
-                camera,
-                &pixels[from..to],
-                settings,
-                passing,
-            );
+            of_row.trace(&world.geometry, camera, &pixels[from..to], settings, passing);
             self.rays.append(&mut of_row.rays);
             self.hits.append(&mut of_row.hits);
             self.hits_behind.append(&mut of_row.hits_behind);

@@ -50,9 +50,7 @@ impl<'a> ChannelReader<'a> {
 
     #[inline]
     fn geometry(&self, i: usize) -> &Geometry {
-        self.pixel_worlds
-            .get(i)
-            .map_or(self.world, |world| &world.geometry)
+        self.pixel_worlds.get(i).map_or(self.world, |world| &world.geometry)
     }
 
     #[inline]
@@ -62,9 +60,7 @@ impl<'a> ChannelReader<'a> {
 
     pub fn albedo(&self, i: usize) -> [f32; 3] {
         self.hit(i).map_or([0.0; 3], |hit| {
-            let color = self
-                .geometry(i)
-                .base_color(&to_float_hit(hit), &Footprint::default());
+            let color = self.geometry(i).base_color(&to_float_hit(hit), &Footprint::default());
             color.to_array()
         })
     }
@@ -114,9 +110,7 @@ impl<'a> ChannelReader<'a> {
 
     #[inline]
     pub fn barycentric(&self, i: usize) -> [f32; 3] {
-        self.hit(i).map_or([0.0; 3], |&ExactHit { u, v, .. }| {
-            [1.0 - u - v, u, v].map(|weight| weight as f32)
-        })
+        self.hit(i).map_or([0.0; 3], |&ExactHit { u, v, .. }| [1.0 - u - v, u, v].map(|weight| weight as f32))
     }
 
     #[inline]
@@ -126,16 +120,12 @@ impl<'a> ChannelReader<'a> {
         };
         let find = || self.geometry(i).uv_corners(hit.instance, hit.triangle, 0);
         let corners = corners.get_or_insert(hit, find).as_ref();
-        corners.map_or([f32::NAN; 2], |corners| {
-            Geometry::interpolate_uv(corners, [hit.u, hit.v])
-        })
+        corners.map_or([f32::NAN; 2], |corners| Geometry::interpolate_uv(corners, [hit.u, hit.v]))
     }
 
     #[inline]
     pub fn category(&self, i: usize) -> i32 {
-        self.hit(i).map_or(-1, |hit| {
-            self.geometry(i).instances[hit.instance as usize].category
-        })
+        self.hit(i).map_or(-1, |hit| self.geometry(i).instances[hit.instance as usize].category)
     }
 
     #[inline]

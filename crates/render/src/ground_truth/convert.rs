@@ -9,32 +9,13 @@ pub(crate) fn to_f32_normal(normal: DVec3) -> [f32; 3] {
 }
 
 /// Exact hit as a float32 hit.
-pub(crate) fn to_float_hit(
-    &ExactHit {
-        t,
-        u,
-        v,
-        instance,
-        triangle,
-        ..
-    }: &ExactHit,
-) -> Hit {
-    Hit {
-        t: t as f32,
-        u: u as f32,
-        v: v as f32,
-        instance,
-        triangle,
-    }
+pub(crate) fn to_float_hit(&ExactHit { t, u, v, instance, triangle, .. }: &ExactHit) -> Hit {
+    Hit { t: t as f32, u: u as f32, v: v as f32, instance, triangle }
 }
 
 /// Camera ray as an exact ray.
 pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
-    ExactRay {
-        origin: origin.to_array(),
-        direction: direction.to_array(),
-        t_max: f64::INFINITY,
-    }
+    ExactRay { origin: origin.to_array(), direction: direction.to_array(), t_max: f64::INFINITY }
 }
 
 /// Id as stored in a frame: -1 for a miss.

@@ -18,74 +18,47 @@ impl Geometry {
     /// True if [`Geometry::skip_transparent`] may skip any surface.
     pub(crate) fn has_skippable(&self) -> bool {
         let passable = |material: &Material| {
-            is_refractive(material)
-                || !material.double_sided
-                || material.alpha != raycam_scene::material::Alpha::Opaque
+            is_refractive(material) || !material.double_sided || material.alpha != raycam_scene::material::Alpha::Opaque
         };
-        self.materials
-            .iter()
-            .any(|prepared| passable(&prepared.material))
+        self.materials.iter().any(|prepared| passable(&prepared.material))
     }
 
     /// Replaces hits on surfaces that can be seen through by the first hits behind that cannot.
     pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
-            hit.instance != INVALID_ID
-                && self.is_skippable(&to_float_hit(hit), ray.direction.into())
+            hit.instance != INVALID_ID && self.is_skippable(&to_float_hit(hit), ray.direction.into())
         };
-        let mut pending: Vec<usize> = (0..hits.len())
-            .filter(|&i| passed((&rays[i], &hits[i])))
-            .collect();
+        let mut pending: Vec<usize> = (0..hits.len()).filter(|&i| passed((&rays[i], &hits[i]))).collect();
         for _ in 0..MAX_SKIPS {
             if pending.is_empty() {
                 return;
             }
-            let starts: Vec<f64> = pending
-                .iter()
-                .map(|&i| self.restart_t(&rays[i], &hits[i]))
-                .collect();
+            let starts: Vec<f64> = pending.iter().map(|&i| self.restart_t(&rays[i], &hits[i])).collect();
             let onward: Vec<ExactRay> = pending
                 .iter()
                 .zip(&starts)
                 .map(|(&i, start)| {
-                    let origin =
-                        DVec3::from(rays[i].origin) + *start * DVec3::from(rays[i].direction);
-                    ExactRay {
-                        origin: origin.to_array(),
-                        ..rays[i]
-                    }
+                    let origin = DVec3::from(rays[i].origin) + *start * DVec3::from(rays[i].direction);
+                    ExactRay { origin: origin.to_array(), ..rays[i] }
                 })
                 .collect();
             let mut found = vec![ExactHit::MISS; onward.len()];
             self.closest_exact(&onward, &mut found);
             for ((&i, hit), start) in pending.iter().zip(&found).zip(starts) {
-                hits[i] = ExactHit {
-                    t: start + hit.t,
-                    ..*hit
-                };
+                hits[i] = ExactHit { t: start + hit.t, ..*hit };
             }
             pending.retain(|&i| passed((&rays[i], &hits[i])));
         }
     }
 
     /// Instances that scene-local rays with these first hits see behind surfaces that can be seen through.
-    pub(crate) fn visible_instances(
-        &self,
-        origins: &[DVec3],
-        directions: &[Vec3],
-        hits: &[Hit],
-    ) -> Vec<u32> {
+    pub(crate) fn visible_instances(&self, origins: &[DVec3], directions: &[Vec3], hits: &[Hit]) -> Vec<u32> {
         let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
         let passed: Vec<usize> = (0..hits.len())
-            .filter(|&i| {
-                hits[i].instance != INVALID_ID
-                    && self.is_skippable(&hits[i], directions[i].as_dvec3())
-            })
+            .filter(|&i| hits[i].instance != INVALID_ID && self.is_skippable(&hits[i], directions[i].as_dvec3()))
             .collect();
-        let rays: Vec<ExactRay> = passed
-            .iter()
-            .map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3())))
-            .collect();
+        let rays: Vec<ExactRay> =
+            passed.iter().map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3()))).collect();
         let mut found = vec![ExactHit::MISS; rays.len()];
         self.closest_exact(&rays, &mut found);
         self.skip_transparent(&rays, &mut found);
@@ -97,8 +70,7 @@ impl Geometry {
 
     /// Ray parameter just behind a hit.
     fn restart_t(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
-        let reach =
-            DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
+        let reach = DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
         hit.t + RESTART_OFFSET * reach
     }
 

@@ -13,10 +13,7 @@ const CACHE_SIZE: usize = 16;
 
 impl<T: Copy> TriangleCache<T> {
     pub fn new(nothing: T) -> Self {
-        Self {
-            keys: [(INVALID_ID, INVALID_ID); CACHE_SIZE],
-            values: [nothing; CACHE_SIZE],
-        }
+        Self { keys: [(INVALID_ID, INVALID_ID); CACHE_SIZE], values: [nothing; CACHE_SIZE] }
     }
 
     /// Value of the triangle of a hit, computed on a cache miss.

@@ -27,8 +27,7 @@ const MAX_DIELECTRIC_ROUGHNESS: f32 = 0.35;
 pub(crate) fn find_caustic_casters(geometry: &Geometry) -> Vec<CausticCaster> {
     let casts = |(_, object): &(usize, &PreparedInstance)| {
         let slots = object.mesh.mesh.slot_count().max(1);
-        let casts_caustics =
-            |&material: &usize| casts_caustics(&geometry.materials[material].material);
+        let casts_caustics = |&material: &usize| casts_caustics(&geometry.materials[material].material);
         object.materials.iter().take(slots).all(casts_caustics)
     };
     let mut all: Vec<_> = geometry
@@ -36,9 +35,7 @@ pub(crate) fn find_caustic_casters(geometry: &Geometry) -> Vec<CausticCaster> {
         .iter()
         .enumerate()
         .filter(casts)
-        .map(|(index, object)| {
-            CausticCaster::bounding_sphere(index as u32, object, geometry.origin)
-        })
+        .map(|(index, object)| CausticCaster::bounding_sphere(index as u32, object, geometry.origin))
         .collect();
     // A stable sort: the order of the world among equal sizes.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
@@ -52,11 +49,7 @@ impl CausticCaster {
         let center = placed(object.mesh.center);
         let vertices = object.mesh.mesh.vertices.iter();
         let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
-        Self {
-            instance: index,
-            center: center - origin,
-            radius: vertices.map(away).fold(0.0, f64::max).sqrt(),
-        }
+        Self { instance: index, center: center - origin, radius: vertices.map(away).fold(0.0, f64::max).sqrt() }
     }
 }
 
@@ -67,9 +60,7 @@ fn casts_caustics(material: &Material) -> bool {
         MaterialModel::Principled(p) => {
             let roughness = p.roughness.value;
             (p.metallic.value > 0.5 && roughness < MAX_CONDUCTOR_ROUGHNESS)
-                || (has_interior(p)
-                    && p.transmission.value > 0.5
-                    && roughness < MAX_DIELECTRIC_ROUGHNESS)
+                || (has_interior(p) && p.transmission.value > 0.5 && roughness < MAX_DIELECTRIC_ROUGHNESS)
         }
         MaterialModel::Phong { .. } | MaterialModel::Unlit => false,
     }
@@ -93,19 +84,10 @@ mod tests {
     /// many of these as are asked for.
     fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
         let mut world = World::default();
-        let of = |reflectance| Material {
-            model: reflectance,
-            ..Material::default()
-        };
+        let of = |reflectance| Material { model: reflectance, ..Material::default() };
         let gold = Metal::named("gold").unwrap();
-        let rough = Metal {
-            roughness: 0.5,
-            ..gold
-        };
-        let glass = |thin| Glass {
-            thin,
-            ..Glass::default()
-        };
+        let rough = Metal { roughness: 0.5, ..gold };
+        let glass = |thin| Glass { thin, ..Glass::default() };
         let principled = |thickness| {
             let mut p = Principled::default();
             (p.metallic.value, p.roughness.value) = (0.0, 0.0);
@@ -129,8 +111,7 @@ mod tests {
                 continue;
             }
             let at = DVec3::new(1.5 * i as f64 - 3.0, 0.3, 0.6);
-            let place =
-                DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.8));
+            let place = DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.8));
             let object = raycam_scene::Object::new("", ball, vec![material], place);
             world.add_object(object).unwrap();
         }
@@ -159,10 +140,7 @@ mod tests {
         let places = [-1.5, 1.5, 4.5].map(|x| DVec3::new(x, 0.3, 0.6));
         assert_eq!(seen.len(), 3);
         for ((center, radius), place) in seen.into_iter().zip(places) {
-            assert!(
-                center.distance(place) < 1e-9 && (0.49..0.501).contains(&radius),
-                "{center} {radius}"
-            );
+            assert!(center.distance(place) < 1e-9 && (0.49..0.501).contains(&radius), "{center} {radius}");
         }
     }
 
@@ -172,8 +150,7 @@ mod tests {
         let size = [48, 24];
         let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
         let eye = DVec3::new(0.0, -5.0, 2.0);
-        let camera =
-            Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, size, PixelCenter::Integer).unwrap();
+        let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, size, PixelCenter::Integer).unwrap();
         let picture = |prepared: &PreparedWorld, seed| {
             let settings = Settings {
                 integrator: Integrator::Path,
@@ -190,12 +167,8 @@ mod tests {
             }
         };
         let mean = |picture: &[f32]| picture.iter().map(|x| f64::from(*x)).sum::<f64>();
-        let apart = |a: &[f32], b: &[f32]| -> f64 {
-            a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
-        };
-        let pictures = |prepared: &PreparedWorld| -> Vec<_> {
-            (1..=8).map(|seed| picture(prepared, seed)).collect()
-        };
+        let apart = |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
+        let pictures = |prepared: &PreparedWorld| -> Vec<_> { (1..=8).map(|seed| picture(prepared, seed)).collect() };
         let thrown = pictures(&prepared);
         prepared.guiding.caustic_maps = vec![].into();
         let with = pictures(&prepared);
@@ -210,10 +183,7 @@ mod tests {
         for (a, b, noises) in [(a, b, guided + noise), (b, c, noise + plain)] {
             // The three channels have one noise, so that their sum has three times the variance.
             let error = (3.0 * noises).sqrt();
-            assert!(
-                error < 3e-3 * b && (a - b).abs() < 4.0 * error,
-                "{a} {b} {error}"
-            );
+            assert!(error < 3e-3 * b && (a - b).abs() < 4.0 * error, "{a} {b} {error}");
         }
         assert!(noise < 0.7 * plain, "{noise} {plain}");
         assert!(guided < 0.7 * noise, "{guided} {noise}");

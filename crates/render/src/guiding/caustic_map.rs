@@ -57,12 +57,7 @@ impl CausticMap {
     pub fn new(caster: &CausticCaster, deposits: impl Iterator<Item = PhotonDeposit>) -> Self {
         let relative = |point: DVec3| (point - caster.center) / caster.radius;
         let mut sums = vec![CellStats::default(); CELL_COUNT];
-        for PhotonDeposit {
-            exit_point,
-            landing_point,
-            power,
-        } in deposits
-        {
+        for PhotonDeposit { exit_point, landing_point, power } in deposits {
             let exit = relative(exit_point);
             sums[cell_index(relative(landing_point).as_vec3())].add(&CellStats {
                 count: 1,
@@ -117,10 +112,7 @@ impl CellStats {
         }
         let mean = self.exit / self.power;
         let variance = (self.square / self.power - mean.length_squared()).max(0.0);
-        GuideTarget {
-            center: mean.as_vec3().to_array(),
-            radius: (RADIUS_SIGMAS * variance.sqrt() + MIN_RADIUS) as f32,
-        }
+        GuideTarget { center: mean.as_vec3().to_array(), radius: (RADIUS_SIGMAS * variance.sqrt() + MIN_RADIUS) as f32 }
     }
 }
 
@@ -142,11 +134,7 @@ fn cell_index(point: Vec3) -> usize {
 pub(crate) mod tests {
     use super::*;
 
-    const CASTER: CausticCaster = CausticCaster {
-        instance: 0,
-        center: DVec3::new(1.0, 2.0, 3.0),
-        radius: 0.5,
-    };
+    const CASTER: CausticCaster = CausticCaster { instance: 0, center: DVec3::new(1.0, 2.0, 3.0), radius: 0.5 };
 
     /// The map of photons that leave a small ball within the caster in all directions, both in units of its radius.
     pub fn from_ball(caster: &CausticCaster, center: DVec3, radius: f64) -> CausticMap {
@@ -171,11 +159,7 @@ pub(crate) mod tests {
 
     fn deposits(left: DVec3, at: DVec3, power: f64) -> PhotonDeposit {
         let placed = |place: DVec3| CASTER.center + CASTER.radius * place;
-        PhotonDeposit {
-            exit_point: placed(left),
-            landing_point: placed(at),
-            power,
-        }
+        PhotonDeposit { exit_point: placed(left), landing_point: placed(at), power }
     }
 
     #[test]
@@ -191,20 +175,14 @@ pub(crate) mod tests {
         let map = CausticMap::new(&CASTER, weak.chain(strong));
         let exit = map.lookup(at.as_vec3());
         let center = Vec3::from(exit.center);
-        assert!(
-            center.distance(Vec3::new(0.6, 0.0, -0.5)) < 2e-3,
-            "{exit:?}"
-        );
+        assert!(center.distance(Vec3::new(0.6, 0.0, -0.5)) < 2e-3, "{exit:?}");
         assert!((exit.radius - 0.195).abs() < 2e-3, "{exit:?}");
     }
 
     #[test]
     fn cells_with_few_photons_use_their_block() {
-        let [here, beside, behind] = [
-            DVec3::new(0.05, 0.05, 3.0),
-            DVec3::new(0.4, 0.4, 3.0),
-            DVec3::new(0.05, 0.05, -3.0),
-        ];
+        let [here, beside, behind] =
+            [DVec3::new(0.05, 0.05, 3.0), DVec3::new(0.4, 0.4, 3.0), DVec3::new(0.05, 0.05, -3.0)];
         assert_ne!(cell_index(here.as_vec3()), cell_index(beside.as_vec3()));
         let left = DVec3::new(0.2, 0.3, 0.4);
         let few = |count| CausticMap::new(&CASTER, (0..count).map(|_| deposits(left, here, 1.0)));
@@ -224,14 +202,7 @@ pub(crate) mod tests {
                 }
             }
         }
-        let ways = [
-            (1, 1, 1),
-            (-1, 1, 1),
-            (1, -1, 1),
-            (1, 1, -1),
-            (2, 1, 1),
-            (6, 6, 6),
-        ];
+        let ways = [(1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1), (2, 1, 1), (6, 6, 6)];
         let mut cells = ways.map(|(x, y, z)| cell_index(Vec3::new(x as f32, y as f32, z as f32)));
         cells.sort_unstable();
         assert!(cells.windows(2).all(|two| two[0] < two[1]), "{cells:?}");

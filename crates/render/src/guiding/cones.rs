@@ -89,11 +89,7 @@ impl<const N: usize> GuidingCones<N> {
         let off = direction - Vec3::from(get_lane(&self.axis[k], lane));
         let height = self.one_minus_cos[k][lane];
         let density = self.weight[k][lane] / (TAU * height);
-        if off.length_squared() <= 2.0 * height {
-            density
-        } else {
-            0.0
-        }
+        if off.length_squared() <= 2.0 * height { density } else { 0.0 }
     }
 }
 
@@ -141,13 +137,7 @@ mod tests {
             set_triangle(corners, lane, world.geometry.corners(0, 0));
         }
         for lane in 0..N {
-            let hit = Hit {
-                t: 1.0,
-                u: 0.05 * (first + lane) as f32,
-                v: 0.1,
-                instance: 0,
-                triangle: 0,
-            };
+            let hit = Hit { t: 1.0, u: 0.05 * (first + lane) as f32, v: 0.1, instance: 0, triangle: 0 };
             places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0);
         }
         places.run();
@@ -162,11 +152,7 @@ mod tests {
             (DVec3::new(0.0, 0.0, 2.0), 5.0),
             (DVec3::new(0.0, 0.0, 9e3), 1.0),
         ]
-        .map(|(center, radius)| CausticCaster {
-            instance: 0,
-            center,
-            radius,
-        })
+        .map(|(center, radius)| CausticCaster { instance: 0, center, radius })
         .into()
     }
 
@@ -217,13 +203,7 @@ mod tests {
         let mut places = SurfaceInteractions::<LANES>::default();
         let corners = places.clear();
         (0..LANES).for_each(|lane| set_triangle(corners, lane, world.geometry.corners(0, 0)));
-        let hit = Hit {
-            t: 1.0,
-            u: 0.2,
-            v: 0.1,
-            instance: 0,
-            triangle: 0,
-        };
+        let hit = Hit { t: 1.0, u: 0.2, v: 0.1, instance: 0, triangle: 0 };
         (0..LANES).for_each(|lane| places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0));
         places.run();
         let cell = |d: DVec3| {
@@ -234,8 +214,7 @@ mod tests {
         for thrown in [vec![], thrown()] {
             let mut seen = vec![0.0f64; HIGH * AROUND];
             for at in 0..SAMPLES {
-                let number =
-                    |which| std::array::from_fn(|lane| random(2 * (at * LANES + lane) + which));
+                let number = |which| std::array::from_fn(|lane| random(2 * (at * LANES + lane) + which));
                 let (_, out) = aimed(&places, &thrown, [true; LANES], [number(0), number(1)]);
                 for lane in 0..LANES {
                     let direction = Vec3::from(get_lane(&out, lane));
@@ -248,8 +227,7 @@ mod tests {
             for row in 0..HIGH * FINE {
                 for column in 0..AROUND * FINE {
                     let z = (row as f64 + 0.5) / (HIGH * FINE) as f64 * 2.0 - 1.0;
-                    let (sin, cos) =
-                        ((column as f64 + 0.5) / (AROUND * FINE) as f64 * TAU).sin_cos();
+                    let (sin, cos) = ((column as f64 + 0.5) / (AROUND * FINE) as f64 * TAU).sin_cos();
                     let radius = (1.0 - z * z).sqrt();
                     let direction = DVec3::new(radius * cos, radius * sin, z);
                     let density = aims.pdf(5, direction.as_vec3(), z as f32);
@@ -260,12 +238,8 @@ mod tests {
             let all: f64 = expected.iter().sum();
             assert!((all - 1.0).abs() < 1e-3, "{all}");
             let count = (SAMPLES * LANES) as f64;
-            let (chi2, freedom) =
-                statistic(seen.into_iter().zip(expected.iter().map(|e| e * count)));
-            assert!(
-                freedom > 500.0 && chi2 < limit(freedom, 1),
-                "{chi2} of {freedom}"
-            );
+            let (chi2, freedom) = statistic(seen.into_iter().zip(expected.iter().map(|e| e * count)));
+            assert!(freedom > 500.0 && chi2 < limit(freedom, 1), "{chi2} of {freedom}");
             // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
             let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
             let (whole, balls) = shares.split_at(4);
@@ -292,8 +266,7 @@ mod tests {
         let densities = aims.pdfs(&out, &cosines);
         for lane in 0..LANES {
             let own = numbers.map(|numbers| [numbers[lane]]);
-            let (alone, direction) =
-                aimed(&places::<1>(&world, lane), &thrown, [active[lane]], own);
+            let (alone, direction) = aimed(&places::<1>(&world, lane), &thrown, [active[lane]], own);
             assert_eq!(get_lane(&direction, 0), get_lane(&out, lane));
             let density = alone.pdf(0, get_lane(&direction, 0).into(), cosines[lane]);
             assert_eq!(density, densities[lane]);

@@ -95,15 +95,7 @@ pub(crate) struct SampleGuided<'a, const N: usize> {
 impl<const N: usize> WithSimd for SampleGuided<'_, N> {
     #[inline(always)]
     fn run(self) {
-        let Self {
-            casters,
-            maps,
-            interactions,
-            active,
-            random,
-            cones,
-            out,
-        } = self;
+        let Self { casters, maps, interactions, active, random, cones, out } = self;
         let casters = &casters[..casters.len().min(MAX_CASTERS)];
         cones.set_targets(casters, maps, interactions, active);
         cones.sample(interactions.shading_normals(), random, out);
@@ -142,11 +134,7 @@ impl<const N: usize> GuidingCones<N> {
                 let cone = TargetCone::new(direction, target.radius, normal);
                 self.set_cone(self.count, lane, &cone, MAX_MAP_DENSITY_RATIO);
                 let beside = max_casters.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
-                *max_casters = if cone.max_fraction > 0.0 {
-                    beside
-                } else {
-                    *max_casters
-                };
+                *max_casters = if cone.max_fraction > 0.0 { beside } else { *max_casters };
             }
             self.count += 1;
         }
@@ -157,12 +145,7 @@ impl<const N: usize> GuidingCones<N> {
 
     /// Samples a direction for every lane. The first random number chooses the cone; its remainder is again uniform.
     #[inline(always)]
-    fn sample(
-        &self,
-        normals: &Vec3xN<f32, N>,
-        [first, second]: &[[f32; N]; 2],
-        out: &mut Vec3xN<f32, N>,
-    ) {
+    fn sample(&self, normals: &Vec3xN<f32, N>, [first, second]: &[[f32; N]; 2], out: &mut Vec3xN<f32, N>) {
         let mut begin = [0.0; N];
         let mut one_minus_cos = [1.0; N];
         let mut remainder = [0.0; N];
@@ -176,16 +159,8 @@ impl<const N: usize> GuidingCones<N> {
                 for (axis, cone) in axis.iter_mut().zip(&self.axis[k]) {
                     axis[lane] = if is_chosen { cone[lane] } else { axis[lane] };
                 }
-                one_minus_cos[lane] = if is_chosen {
-                    self.one_minus_cos[k][lane]
-                } else {
-                    one_minus_cos[lane]
-                };
-                remainder[lane] = if is_chosen {
-                    offset / weight
-                } else {
-                    remainder[lane]
-                };
+                one_minus_cos[lane] = if is_chosen { self.one_minus_cos[k][lane] } else { one_minus_cos[lane] };
+                remainder[lane] = if is_chosen { offset / weight } else { remainder[lane] };
                 is_guided[lane] |= is_chosen;
                 begin[lane] += weight;
             }
@@ -197,11 +172,7 @@ impl<const N: usize> GuidingCones<N> {
             let x = x.clamp(0.0, 1.0);
             let cap = x * one_minus_cos[lane];
             let sin2 = if is_guided { cap * (2.0 - cap) } else { x };
-            let cosine = if is_guided {
-                1.0 - cap
-            } else {
-                (1.0 - x).sqrt()
-            };
+            let cosine = if is_guided { 1.0 - cap } else { (1.0 - x).sqrt() };
             let (sin, cos) = sincos_turns(second[lane]);
             let radius = sin2.sqrt();
             let local = Vec3::new(radius * cos, radius * sin, cosine);

@@ -122,9 +122,7 @@ fn direct_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
-        Integrator::Flat => Integrator::Flat
-            .effective_lights(world)
-            .constant_environment(),
+        Integrator::Flat => Integrator::Flat.effective_lights(world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // A ray may cross lights without a mesh.
         Integrator::Direct | Integrator::Path => None,

@@ -39,13 +39,7 @@ pub(crate) struct InterfaceTransition {
 impl InterfaceTransition {
     /// The transition at a hit.
     #[inline]
-    pub fn at_hit(
-        geometry: &Geometry,
-        media: InteriorList,
-        hit: &Hit,
-        is_front: bool,
-        channel: Option<usize>,
-    ) -> Self {
+    pub fn at_hit(geometry: &Geometry, media: InteriorList, hit: &Hit, is_front: bool, channel: Option<usize>) -> Self {
         let index = geometry.material_index(hit.instance, hit.triangle);
         match geometry.materials[index].absorption {
             None => Self::no_interface(media),
@@ -56,21 +50,12 @@ impl InterfaceTransition {
     /// The media in a direction from the surface.
     #[inline]
     pub fn medium_towards(&self, normal: Vec3, direction: Vec3) -> InteriorList {
-        if normal.dot(direction) < 0.0 {
-            self.far_side
-        } else {
-            self.near_side
-        }
+        if normal.dot(direction) < 0.0 { self.far_side } else { self.near_side }
     }
 
     /// The transition at a surface that borders no medium.
     pub fn no_interface(media: InteriorList) -> Self {
-        Self {
-            near_side: media,
-            far_side: media,
-            is_false_intersection: false,
-            outside_ior: 1.0,
-        }
+        Self { near_side: media, far_side: media, is_false_intersection: false, outside_ior: 1.0 }
     }
 }
 
@@ -124,24 +109,20 @@ impl InteriorList {
             near_side: near,
             far_side: far,
             is_false_intersection: near.current(geometry) == far.current(geometry),
-            outside_ior: outside.current(geometry).map_or(1.0, |there| {
-                interior_ior(&geometry.materials[there].material, channel)
-            }),
+            outside_ior: outside
+                .current(geometry)
+                .map_or(1.0, |there| interior_ior(&geometry.materials[there].material, channel)),
         }
     }
 
     /// The absorption per metre.
     pub fn absorption(&self, geometry: &Geometry) -> Vec3 {
-        self.current(geometry)
-            .and_then(|there| geometry.materials[there].absorption)
-            .unwrap_or(Vec3::ZERO)
+        self.current(geometry).and_then(|there| geometry.materials[there].absorption).unwrap_or(Vec3::ZERO)
     }
 
     /// True if the path is in a closed body and a light lies outside of the body's bounds.
     pub fn light_outside_closed_body(&self, geometry: &Geometry, p_light: DVec3) -> bool {
-        let body = self
-            .current(geometry)
-            .and_then(|there| geometry.dielectric_bounds[there]);
+        let body = self.current(geometry).and_then(|there| geometry.dielectric_bounds[there]);
         body.is_some_and(|[lower, upper]| p_light.cmplt(lower).any() || p_light.cmpgt(upper).any())
     }
 
@@ -153,9 +134,7 @@ impl InteriorList {
         }
         let known = self.0.iter().take_while(|&&material| material != EMPTY);
         // Among equals `max_by_key` returns the last.
-        known
-            .map(|&material| material as usize)
-            .max_by_key(|&material| geometry.materials[material].material.priority)
+        known.map(|&material| material as usize).max_by_key(|&material| geometry.materials[material].material.priority)
     }
 
     fn push(mut self, material: u32) -> Self {
@@ -196,21 +175,12 @@ mod tests {
     fn the_shortcut_equals_the_general_case() {
         let mut world = World::default();
         for priority in [0, 3] {
-            let material = Material {
-                priority,
-                model: MaterialModel::Glass(Glass::default()),
-                ..Material::default()
-            };
+            let material = Material { priority, model: MaterialModel::Glass(Glass::default()), ..Material::default() };
             world.add_material(material).unwrap();
         }
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
         let nothing = InteriorList::default();
-        for media in [
-            nothing,
-            nothing.push(0),
-            nothing.push(1),
-            nothing.push(0).push(1),
-        ] {
+        for media in [nothing, nothing.push(0), nothing.push(1), nothing.push(0).push(1)] {
             for (material, front) in [(0, true), (0, false), (1, true), (1, false)] {
                 let met = media.transition(&world.geometry, material, front, None);
                 let among = media.transition_among(&world.geometry, material, front, None);

@@ -62,10 +62,7 @@ impl PathScratch {
             ray_index,
             throughput: Vec3::ONE,
             direction,
-            prev_context: LightSampleContext {
-                position,
-                normal: Vec3::ZERO,
-            },
+            prev_context: LightSampleContext { position, normal: Vec3::ZERO },
             bsdf_pdf: 0.0,
             specular_bounce: true,
             is_camera_ray: true,
@@ -85,19 +82,8 @@ impl PathScratch {
     }
 
     /// Adds the light that escaped rays find, and removes their paths.
-    fn handle_escaped_rays(
-        &mut self,
-        tracer: &PathTracer,
-        radiance: &mut [Vec3],
-        is_background: &mut [bool],
-    ) {
-        let Self {
-            paths,
-            active,
-            hits,
-            escaped,
-            ..
-        } = self;
+    fn handle_escaped_rays(&mut self, tracer: &PathTracer, radiance: &mut [Vec3], is_background: &mut [bool]) {
+        let Self { paths, active, hits, escaped, .. } = self;
         let environment = tracer.lights.environment();
         if let Some((_, environment)) = environment {
             let misses = active.iter().zip(&*hits).filter(|(_, hit)| is_miss(hit));
@@ -123,24 +109,12 @@ impl PathScratch {
 
     /// Shades all hits: queues shadow rays, and the rays of the paths that continue.
     fn evaluate_materials(&mut self, tracer: &PathTracer, radiance: &mut [Vec3]) {
-        let Self {
-            paths,
-            active,
-            next_active,
-            hits,
-            hit_batch,
-            queues,
-            ..
-        } = self;
+        let Self { paths, active, next_active, hits, hit_batch, queues, .. } = self;
         hit_batch.begin_bounce(tracer, paths, active, hits);
         next_active.clear();
         let chunks = hits.chunks(LANES).zip(active.chunks(LANES)).enumerate();
         for (index, (hits, indices)) in chunks {
-            let chunk = Chunk {
-                index,
-                hits,
-                paths: indices,
-            };
+            let chunk = Chunk { index, hits, paths: indices };
             hit_batch.evaluate_chunk(tracer, chunk, paths);
             for (lane, &index) in indices.iter().enumerate() {
                 let path = &mut paths[index as usize];
@@ -166,17 +140,10 @@ impl PathScratch {
         for shadow_rays in &mut queues.shadow_rays {
             shadow_rays.trace(tracer.geometry, batch.scene, coherence, radiance);
         }
-        queues.bsdf_shadow_rays.trace(
-            tracer.geometry,
-            batch.scene,
-            Coherence::Incoherent,
-            radiance,
-        );
+        queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, radiance);
         // Every entry is overwritten.
         self.hits.resize(queues.next_rays.len(), Hit::MISS);
-        batch
-            .scene
-            .closest(&queues.next_rays, &mut self.hits, Coherence::Incoherent);
+        batch.scene.closest(&queues.next_rays, &mut self.hits, Coherence::Incoherent);
         queues.next_rays.clear();
     }
 }

@@ -63,8 +63,7 @@ pub(crate) struct WavefrontQueues {
 impl WavefrontQueues {
     /// Empties the queues, for this many light samples a point.
     pub fn clear(&mut self, light_samples: usize) {
-        self.shadow_rays
-            .resize_with(light_samples, ShadowRayQueue::default);
+        self.shadow_rays.resize_with(light_samples, ShadowRayQueue::default);
         self.shadow_rays.iter_mut().for_each(ShadowRayQueue::clear);
         self.bsdf_shadow_rays.clear();
         self.next_rays.clear();

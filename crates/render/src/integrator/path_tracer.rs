@@ -78,9 +78,8 @@ impl<'a> PathModes<'a> {
         let lights = settings.lights;
         let sampling = settings.light_sampling;
         let has_light_samples = lights.has_light_samples(sampling);
-        let batch_direct_lighting = has_light_samples
-            && settings.ambient_term.is_none()
-            && settings.light_samples <= MAX_SPLIT_SAMPLES;
+        let batch_direct_lighting =
+            has_light_samples && settings.ambient_term.is_none() && settings.light_samples <= MAX_SPLIT_SAMPLES;
         let is_single = batch_direct_lighting && settings.light_samples == 1;
         let light_choice = if !has_light_samples {
             LightChoice::None
@@ -89,8 +88,7 @@ impl<'a> PathModes<'a> {
         } else {
             LightChoice::Single(lights.single_light(sampling).filter(|_| is_single))
         };
-        let needs_lobe_choice =
-            |prepared: &PreparedMaterial| prepared.kind.needs_lobe_choice(&prepared.material);
+        let needs_lobe_choice = |prepared: &PreparedMaterial| prepared.kind.needs_lobe_choice(&prepared.material);
         Self {
             light_choice,
             mis_with_bsdf: lights.is_hittable(settings.ambient_term.is_some()),
@@ -142,11 +140,7 @@ pub(crate) struct PathTracer<'a> {
 }
 
 impl<'a> PathTracer<'a> {
-    pub fn new(
-        world: &'a PreparedWorld,
-        settings: &'a PathSettings<'a>,
-        samplers: &'a [Sampler],
-    ) -> Self {
+    pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, samplers: &'a [Sampler]) -> Self {
         let lights = settings.lights;
         Self {
             geometry: &world.geometry,
@@ -214,12 +208,7 @@ impl PathTracer<'_> {
     }
 
     /// Adds the light that an escaped ray finds. `lookup` is the radiance of an environment that is known already.
-    pub fn handle_escaped_ray(
-        &self,
-        path: &PathState,
-        lookup: Option<EnvironmentLookup>,
-        out: &mut Vec3,
-    ) {
+    pub fn handle_escaped_ray(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
         self.add_intersected_lights(path, f64::INFINITY, out);
         if !(path.is_camera_ray && self.settings.hide_environment) {
             self.add_environment(path, lookup, out);
@@ -260,14 +249,7 @@ impl PathTracer<'_> {
     }
 
     /// Adds the emission of the surface at a hit.
-    pub fn add_emission(
-        &self,
-        path: &PathState,
-        material: &Material,
-        hit: &Hit,
-        distance: f64,
-        out: &mut Vec3,
-    ) {
+    pub fn add_emission(&self, path: &PathState, material: &Material, hit: &Hit, distance: f64, out: &mut Vec3) {
         let (geometry, direction) = (self.geometry, path.direction);
         if path.specular_bounce && material.model.is_unlit() {
             *out += path.throughput * geometry.base_color(hit, &Footprint::default());
@@ -277,14 +259,8 @@ impl PathTracer<'_> {
         }
         let emitted = geometry.emission(hit, direction);
         if emitted != Vec3::ZERO {
-            let pdf = self.lights.emission_pdf(
-                &path.prev_context,
-                path.light_sampling,
-                geometry,
-                hit,
-                direction,
-                distance,
-            );
+            let pdf =
+                self.lights.emission_pdf(&path.prev_context, path.light_sampling, geometry, hit, direction, distance);
             *out += path.throughput * emitted * self.mis_weight(path, pdf);
         }
     }
@@ -300,20 +276,12 @@ impl PathTracer<'_> {
 
     /// The method of light sampling at the next hit of a path.
     pub fn light_sampling(&self, path: &PathState) -> LightSampling {
-        if self.modes.split_lights && path.is_camera_ray {
-            LightSampling::Split
-        } else {
-            self.settings.light_sampling
-        }
+        if self.modes.split_lights && path.is_camera_ray { LightSampling::Split } else { self.settings.light_sampling }
     }
 
     /// The method of light sampling at this bounce, for all paths that passed no surface unscattered.
     pub fn light_sampling_of_bounce(&self) -> LightSampling {
-        if self.modes.split_lights && self.bounce == 0 {
-            LightSampling::Split
-        } else {
-            self.settings.light_sampling
-        }
+        if self.modes.split_lights && self.bounce == 0 { LightSampling::Split } else { self.settings.light_sampling }
     }
 
     /// True if a path samples lights as all others do at this bounce; false for a camera ray that passed a surface.
@@ -364,11 +332,7 @@ impl PathTracer<'_> {
         path.interior_list = interior_list;
         path.eta_scale = eta_scale;
         path.ray_cone = path.ray_cone.after_scatter(sample.is_specular);
-        let ray = Ray {
-            origin: origin.to_array(),
-            direction: sample.wi.to_array(),
-            t_max: f32::INFINITY,
-        };
+        let ray = Ray { origin: origin.to_array(), direction: sample.wi.to_array(), t_max: f32::INFINITY };
         if is_last && self.modes.last_segment_is_occlusion_only && path.interior_list.is_empty() {
             self.queue_last_segment(path, ray, queues);
             return false;

@@ -43,15 +43,9 @@ struct Photon {
 /// Builds the caustic maps of a world once, if the paths of a picture are long enough to be guided.
 pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
     let lights = settings.integrator.effective_lights(world);
-    let is_long = settings
-        .max_depth
-        .is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
-    let is_guided =
-        settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
-    if is_guided
-        && !world.guiding.caustic_casters.is_empty()
-        && world.guiding.caustic_maps.get().is_none()
-    {
+    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
+    let is_guided = settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
+    if is_guided && !world.guiding.caustic_casters.is_empty() && world.guiding.caustic_maps.get().is_none() {
         // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
         let _ = world.guiding.caustic_maps.set(build_maps(world, lights));
     }
@@ -93,10 +87,7 @@ fn trace_photons(
     for bounce in 0..MAX_BOUNCES {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
-        world
-            .geometry
-            .scene
-            .closest(&rays, &mut hits, Coherence::Incoherent);
+        world.geometry.scene.closest(&rays, &mut hits, Coherence::Incoherent);
         rays.clear();
         let mut hits = hits.iter();
         photons.retain_mut(|photon| {
@@ -123,19 +114,10 @@ fn emit_photon(
     let (sin, cos) = (TAU * turn).sin_cos();
     let across = (1.0 - z * z).sqrt();
     let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
-    let context = LightSampleContext {
-        position: caster.center + caster.radius * within,
-        normal: Vec3::ZERO,
-    };
+    let context = LightSampleContext { position: caster.center + caster.radius * within, normal: Vec3::ZERO };
     let contexts = LightSampleContexts::from(&context);
     let sampling = LightSampling::Importance;
-    let sample = lights.sample(
-        &contexts,
-        &world.geometry,
-        sampling,
-        choice,
-        &light_random.into(),
-    )?;
+    let sample = lights.sample(&contexts, &world.geometry, sampling, choice, &light_random.into())?;
     // BSDF samples never find delta lights, and find infinite lights from every caster.
     let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
     let photon = Photon {
@@ -147,11 +129,7 @@ fn emit_photon(
     };
     let epsilon = f64::from(ONE_MINUS_SHADOW_EPSILON);
     let origin = context.position + (p_light - context.position) * epsilon;
-    let ray = Ray {
-        origin: origin.as_vec3().to_array(),
-        direction: photon.direction.to_array(),
-        t_max: f32::INFINITY,
-    };
+    let ray = Ray { origin: origin.as_vec3().to_array(), direction: photon.direction.to_array(), t_max: f32::INFINITY };
     Some((photon, ray))
 }
 
@@ -168,11 +146,7 @@ impl Photon {
         let mut casters = world.guiding.caustic_casters.iter();
         let Some(caster) = casters.position(|caster| caster.instance == hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
-                let deposit = PhotonDeposit {
-                    exit_point,
-                    landing_point: interaction.position,
-                    power: self.power,
-                };
+                let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };
                 (caster, deposit)
             }));
             return None;
@@ -183,8 +157,8 @@ impl Photon {
             self.interior_list = transition.far_side;
             return Some(interaction.spawn_ray(self.direction, f32::INFINITY));
         }
-        let material_hit = MaterialHit::new(&world.geometry, hit, &interaction, self.direction)
-            .seen_by(None, transition.outside_ior);
+        let material_hit =
+            MaterialHit::new(&world.geometry, hit, &interaction, self.direction).seen_by(None, transition.outside_ior);
         let point = ShadingPoint::new(&interaction, &material_hit);
         let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(bounce + 1));
         let [x, y] = self.sampler.get_2d(Dimension::Bsdf(bounce));
@@ -216,10 +190,7 @@ mod tests {
         let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
         let ball = world.add_mesh(primitive::sphere(0.5, 5).unwrap());
         let matte = world.add_material(Material::default()).unwrap();
-        let clear = Material {
-            model: reflectance,
-            ..Material::default()
-        };
+        let clear = Material { model: reflectance, ..Material::default() };
         let clear = world.add_material(clear).unwrap();
         let mut things = vec![(floor, matte, DVec3::ZERO), (ball, clear, MIDDLE)];
         if roof {
@@ -245,11 +216,7 @@ mod tests {
     }
 
     fn settings(integrator: Integrator, max_depth: u32) -> Settings {
-        Settings {
-            integrator,
-            max_depth: Some(max_depth),
-            ..Settings::default()
-        }
+        Settings { integrator, max_depth: Some(max_depth), ..Settings::default() }
     }
 
     /// The target of the ball's map for a point of the world: centre and radius.
@@ -259,10 +226,7 @@ mod tests {
         let CausticCaster { center, radius, .. } = world.guiding.caustic_casters[0];
         let exit = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
-        (
-            center + world.geometry.origin + left,
-            f64::from(exit.radius) * radius,
-        )
+        (center + world.geometry.origin + left, f64::from(exit.radius) * radius)
     }
 
     #[test]
@@ -290,10 +254,7 @@ mod tests {
         let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
         let focus = MIDDLE + away * MIDDLE.z;
         let (left, radius) = thrown_on(&world, focus);
-        assert!(
-            radius > 0.0 && (left - MIDDLE).dot(away) > 0.2,
-            "{left} {radius}"
-        );
+        assert!(radius > 0.0 && (left - MIDDLE).dot(away) > 0.2, "{left} {radius}");
     }
 
     #[test]
@@ -305,11 +266,7 @@ mod tests {
     #[test]
     fn only_long_paths_are_guided() {
         let world = world(gold(), false);
-        for (integrator, depth) in [
-            (Integrator::Direct, 6),
-            (Integrator::Flat, 6),
-            (Integrator::Path, 2),
-        ] {
+        for (integrator, depth) in [(Integrator::Direct, 6), (Integrator::Flat, 6), (Integrator::Path, 2)] {
             build_caustic_maps(&world, &settings(integrator, depth));
             assert!(world.guiding.caustic_maps.get().is_none());
         }

@@ -24,22 +24,13 @@ impl PathTracer<'_> {
         queues: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let HitView {
-            hit,
-            material,
-            ref interaction,
-            ..
-        } = *view;
+        let HitView { hit, material, ref interaction, .. } = *view;
         let footprint = &interaction.footprint;
         if let Some(albedo) = diffuse_albedo(self.geometry, material, hit, footprint) {
             let point = ShadingPoint {
                 interaction,
                 frame: interaction.shading_frame(path.direction),
-                bsdf: Diffuse {
-                    albedo,
-                    sampled_direction: view.diffuse_direction,
-                    guiding: None,
-                },
+                bsdf: Diffuse { albedo, sampled_direction: view.diffuse_direction, guiding: None },
             };
             let transition = InterfaceTransition::no_interface(path.interior_list);
             return self.shade_point(path, &point, transition, view, queues, radiance);
@@ -47,16 +38,11 @@ impl PathTracer<'_> {
         self.choose_wavelength(path, &material.material);
         let channel = path.wavelength_channel.map(usize::from);
         let is_front = interaction.is_front;
-        let transition =
-            InterfaceTransition::at_hit(self.geometry, path.interior_list, hit, is_front, channel);
-        let material_hit = MaterialHit::new(self.geometry, hit, interaction, path.direction)
-            .seen_by(channel, transition.outside_ior);
+        let transition = InterfaceTransition::at_hit(self.geometry, path.interior_list, hit, is_front, channel);
+        let material_hit =
+            MaterialHit::new(self.geometry, hit, interaction, path.direction).seen_by(channel, transition.outside_ior);
         if let Some((bsdf, frame)) = SpecularBsdf::at_hit(&material_hit) {
-            let point = ShadingPoint {
-                interaction,
-                frame,
-                bsdf,
-            };
+            let point = ShadingPoint { interaction, frame, bsdf };
             return self.shade_point(path, &point, transition, view, queues, radiance);
         }
         let point = ShadingPoint::new(interaction, &material_hit);

@@ -23,13 +23,7 @@ impl ShadowRayQueue {
     }
 
     /// Traces all rays, adds the light of unoccluded ones to `radiance`, and empties the queue.
-    pub fn trace(
-        &mut self,
-        geometry: &Geometry,
-        scene: &Scene,
-        coherence: Coherence,
-        radiance: &mut [Vec3],
-    ) {
+    pub fn trace(&mut self, geometry: &Geometry, scene: &Scene, coherence: Coherence, radiance: &mut [Vec3]) {
         // Every entry is overwritten.
         self.occluded.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.occluded, coherence);

@@ -16,9 +16,7 @@ pub(crate) fn radiance(
 ) {
     let lights = Integrator::Flat.effective_lights(world);
     let rays = batch.hits.iter().zip(batch.directions);
-    for ((hit, &direction), (radiance, is_background)) in
-        rays.zip(radiance.iter_mut().zip(is_background))
-    {
+    for ((hit, &direction), (radiance, is_background)) in rays.zip(radiance.iter_mut().zip(is_background)) {
         *is_background = is_miss(hit);
         *radiance = if *is_background {
             lights.escaped_radiance(direction, None)

@@ -40,12 +40,7 @@ impl Geometry {
     }
 
     /// Unit vertex normals on the side of `geometric`, which replaces missing normals.
-    pub(crate) fn facing_vertex_normals(
-        &self,
-        instance: u32,
-        triangle: u32,
-        geometric: DVec3,
-    ) -> Option<[DVec3; 3]> {
+    pub(crate) fn facing_vertex_normals(&self, instance: u32, triangle: u32, geometric: DVec3) -> Option<[DVec3; 3]> {
         let normals = self.vertex_normals(instance, triangle)?;
         Some(normals.map(|normal| normalize_facing(normal, geometric)))
     }
@@ -70,15 +65,9 @@ impl Geometry {
             color *= Vec3::from(colors[triangle]);
         }
         if let Some(colors) = &mesh.vertex_colors {
-            color *= interpolate(
-                mesh.triangles[triangle].map(|i| colors[i as usize].into()),
-                hit,
-            );
+            color *= interpolate(mesh.triangles[triangle].map(|i| colors[i as usize].into()), hit);
         }
-        if let Some(texel) = material
-            .texture
-            .and_then(|slot| self.filtered_texel(&slot, hit, footprint))
-        {
+        if let Some(texel) = material.texture.and_then(|slot| self.filtered_texel(&slot, hit, footprint)) {
             color *= Vec3::from_slice(&texel);
         }
         color
@@ -132,12 +121,7 @@ impl Geometry {
     }
 
     /// Mean texture value over a ray's footprint.
-    pub(crate) fn filtered_texel(
-        &self,
-        slot: &TextureSlot,
-        hit: &Hit,
-        footprint: &Footprint,
-    ) -> Option<[f32; 4]> {
+    pub(crate) fn filtered_texel(&self, slot: &TextureSlot, hit: &Hit, footprint: &Footprint) -> Option<[f32; 4]> {
         if footprint.is_point() {
             return self.texel(slot, hit);
         }
@@ -145,11 +129,7 @@ impl Geometry {
             let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
             Some(Vec2::from(slot.coordinates(uv)))
         };
-        let corners = [
-            corner([0.0, 0.0])?,
-            corner([1.0, 0.0])?,
-            corner([0.0, 1.0])?,
-        ];
+        let corners = [corner([0.0, 0.0])?, corner([1.0, 0.0])?, corner([0.0, 1.0])?];
         let uv = corner([hit.u, hit.v].map(f64::from))?;
         let axes = footprint.in_texture(corners);
         Some(self.textures[slot.texture].mean(uv.to_array(), axes))
@@ -157,24 +137,13 @@ impl Geometry {
 
     /// Texture coordinates of a set at the weights of a triangle's second and third vertex; `None` if the mesh has
     /// none.
-    pub(crate) fn uv(
-        &self,
-        instance: u32,
-        triangle: u32,
-        set: usize,
-        weights: [f64; 2],
-    ) -> Option<[f32; 2]> {
+    pub(crate) fn uv(&self, instance: u32, triangle: u32, set: usize, weights: [f64; 2]) -> Option<[f32; 2]> {
         let corners = self.uv_corners(instance, triangle, set)?;
         Some(Self::interpolate_uv(&corners, weights))
     }
 
     /// Texture coordinates of a triangle's vertices.
-    pub(crate) fn uv_corners(
-        &self,
-        instance: u32,
-        triangle: u32,
-        set: usize,
-    ) -> Option<[[f64; 2]; 3]> {
+    pub(crate) fn uv_corners(&self, instance: u32, triangle: u32, set: usize) -> Option<[[f64; 2]; 3]> {
         let mesh = &*self.instances[instance as usize].mesh.mesh;
         let uvs = mesh.uv_set(set)?;
         let corner = |vertex: u32| uvs[vertex as usize].map(f64::from);

@@ -75,25 +75,14 @@ impl<const N: usize> SurfaceInteractions<N> {
 
     /// Sets a lane to the hit of a ray with this direction and cone width.
     #[inline]
-    pub fn set_lane(
-        &mut self,
-        lane: usize,
-        geometry: &Geometry,
-        direction: Vec3,
-        hit: &Hit,
-        width: f32,
-    ) {
+    pub fn set_lane(&mut self, lane: usize, geometry: &Geometry, direction: Vec3, hit: &Hit, width: f32) {
         let object = &geometry.instances[hit.instance as usize];
         self.scene_origin = geometry.origin;
         self.barycentrics[0][lane] = f64::from(hit.u);
         self.barycentrics[1][lane] = f64::from(hit.v);
         set_lane(&mut self.direction, lane, direction.to_array());
         self.flips_orientation[lane] = object.flips_orientation;
-        for (lanes, column) in self
-            .error_bounds
-            .iter_mut()
-            .zip(object.error_bounds.columns())
-        {
+        for (lanes, column) in self.error_bounds.iter_mut().zip(object.error_bounds.columns()) {
             set_lane(lanes, lane, column.to_array());
         }
         let normals = geometry.vertex_normals(hit.instance, hit.triangle);
@@ -168,10 +157,7 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     pub fn offset_ray_origin(&self, lane: usize, direction: Vec3) -> DVec3 {
         let below = self.geometric_normal(lane).dot(direction) < 0.0;
-        let (above, beneath) = (
-            get_lane(&self.offset_front, lane),
-            get_lane(&self.offset_back, lane),
-        );
+        let (above, beneath) = (get_lane(&self.offset_front, lane), get_lane(&self.offset_back, lane));
         let beyond = Vec3::from(if below { beneath } else { above });
         self.position(lane) + beyond.as_dvec3()
     }
@@ -180,11 +166,7 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     pub fn shading_frame(&self, lane: usize) -> ShadingFrame {
         let direction = Vec3::from(get_lane(&self.direction, lane));
-        ShadingFrame::new(
-            self.geometric_normal(lane),
-            self.shading_normal(lane),
-            -direction,
-        )
+        ShadingFrame::new(self.geometric_normal(lane), self.shading_normal(lane), -direction)
     }
 
     /// Ray directions.
@@ -205,11 +187,7 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     fn error_along(&self, lane: usize, position: DVec3, normal: DVec3) -> f64 {
         let [x, y, z, of_mesh] = &self.error_bounds;
-        let of_point = [
-            lane_dvec3(x, lane),
-            lane_dvec3(y, lane),
-            lane_dvec3(z, lane),
-        ];
+        let of_point = [lane_dvec3(x, lane), lane_dvec3(y, lane), lane_dvec3(z, lane)];
         ErrorBounds::error_along(of_point, lane_dvec3(of_mesh, lane), position, normal)
     }
 
@@ -232,11 +210,7 @@ impl<const N: usize> SurfaceInteractions<N> {
             let cross = (b - a).cross(c - a);
             let square = cross.length_squared();
             *sound = is_safe_square(square);
-            set_lane(
-                &mut self.unoriented_normal,
-                lane,
-                (cross / square.sqrt()).to_array(),
-            );
+            set_lane(&mut self.unoriented_normal, lane, (cross / square.sqrt()).to_array());
         }
         if sound != [true; N] {
             for lane in (0..N).filter(|&lane| !sound[lane]) {
@@ -260,16 +234,8 @@ impl<const N: usize> SurfaceInteractions<N> {
             self.is_front[lane] = outside != self.flips_orientation[lane];
             set_lane(&mut self.position, lane, position.to_array());
             set_lane(&mut self.unoriented_normal, lane, geometric.to_array());
-            set_lane(
-                &mut self.geometric_normal,
-                lane,
-                geometric.as_vec3().to_array(),
-            );
-            set_lane(
-                &mut self.shading_normal,
-                lane,
-                geometric.as_vec3().to_array(),
-            );
+            set_lane(&mut self.geometric_normal, lane, geometric.as_vec3().to_array());
+            set_lane(&mut self.shading_normal, lane, geometric.as_vec3().to_array());
             set_lane(&mut self.offset_front, lane, beyond.as_vec3().to_array());
             set_lane(&mut self.offset_back, lane, (-beyond).as_vec3().to_array());
         }
@@ -289,8 +255,7 @@ impl<const N: usize> SurfaceInteractions<N> {
             let weights = [1.0 - u - v, u, v];
             let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);
             for k in 0..3 {
-                let of_corner =
-                    normalize_facing(lane_dvec3(&self.vertex_normals[k], lane), geometric);
+                let of_corner = normalize_facing(lane_dvec3(&self.vertex_normals[k], lane), geometric);
                 normal += of_corner * weights[k];
                 let below = (corners[k] - position).dot(of_corner).max(0.0);
                 lift += of_corner * (weights[k] * below);
@@ -299,10 +264,7 @@ impl<const N: usize> SurfaceInteractions<N> {
             let above = (beyond + lift).as_vec3().to_array();
             for axis in 0..3 {
                 let smooth = self.has_normals[lane];
-                let (n, a) = (
-                    &mut self.shading_normal[axis][lane],
-                    &mut self.offset_front[axis][lane],
-                );
+                let (n, a) = (&mut self.shading_normal[axis][lane], &mut self.offset_front[axis][lane]);
                 *n = if smooth { normal[axis] } else { *n };
                 *a = if smooth { above[axis] } else { *a };
             }
@@ -351,21 +313,14 @@ mod tests {
         let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
         let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
         let line = [0.0, 1.0, 3.0].map(|x| DVec3::new(x, x, 1.0)).to_vec();
-        let line = world.add_mesh(Mesh {
-            vertices: line,
-            triangles: vec![[0, 1, 2]],
-            ..Mesh::default()
-        });
+        let line = world.add_mesh(Mesh { vertices: line, triangles: vec![[0, 1, 2]], ..Mesh::default() });
         let material = world.add_material(Material::default()).unwrap();
         let mirrored = DAffine3::from_translation(DVec3::new(1e3, 0.1, -2.0))
             * DAffine3::from_rotation_x(0.3)
             * DAffine3::from_scale(DVec3::new(-1.0, 2.0, 0.7));
-        for (mesh, place) in [
-            (floor, DAffine3::IDENTITY),
-            (ball, DAffine3::IDENTITY),
-            (ball, mirrored),
-            (line, DAffine3::IDENTITY),
-        ] {
+        for (mesh, place) in
+            [(floor, DAffine3::IDENTITY), (ball, DAffine3::IDENTITY), (ball, mirrored), (line, DAffine3::IDENTITY)]
+        {
             let object = Object::new("", mesh, vec![material], place);
             world.add_object(object).unwrap();
         }
@@ -382,13 +337,7 @@ mod tests {
                 let triangle = i * 31 % mesh.triangles.len() as u32;
                 let angle = i as f32;
                 let direction = Vec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin());
-                let hit = Hit {
-                    t: 1.0,
-                    u: (i % 10) as f32 / 20.0,
-                    v: (i % 7) as f32 / 14.0,
-                    instance,
-                    triangle,
-                };
+                let hit = Hit { t: 1.0, u: (i % 10) as f32 / 20.0, v: (i % 7) as f32 / 14.0, instance, triangle };
                 (direction.normalize(), hit)
             })
             .collect();
@@ -397,11 +346,7 @@ mod tests {
         for some in hits.chunks(LANES) {
             let corners = interactions.clear();
             for (lane, (_, hit)) in some.iter().enumerate() {
-                set_triangle(
-                    corners,
-                    lane,
-                    world.geometry.corners(hit.instance, hit.triangle),
-                );
+                set_triangle(corners, lane, world.geometry.corners(hit.instance, hit.triangle));
             }
             for (lane, (direction, hit)) in some.iter().enumerate() {
                 interactions.set_lane(lane, &world.geometry, *direction, hit, 0.0);
@@ -409,10 +354,7 @@ mod tests {
             raycam_bvh::dispatch_simd(&mut interactions);
             for (lane, (direction, hit)) in some.iter().enumerate() {
                 let alone = SurfaceInteraction::new(&world.geometry, *direction, hit, 0.0);
-                assert_eq!(
-                    format!("{:?}", interactions.lane(lane)),
-                    format!("{alone:?}")
-                );
+                assert_eq!(format!("{:?}", interactions.lane(lane)), format!("{alone:?}"));
                 smooth += usize::from(alone.shading_normal != alone.geometric_normal);
             }
         }

@@ -43,23 +43,13 @@ impl SurfaceInteraction {
     #[inline]
     pub fn offset_ray_origin(&self, direction: Vec3) -> DVec3 {
         let below = self.geometric_normal.dot(direction) < 0.0;
-        self.position
-            + if below {
-                self.offset_back
-            } else {
-                self.offset_front
-            }
-            .as_dvec3()
+        self.position + if below { self.offset_back } else { self.offset_front }.as_dvec3()
     }
 
     /// Ray that leaves the point.
     #[inline]
     pub fn spawn_ray(&self, direction: Vec3, t_max: f32) -> Ray {
-        Ray {
-            origin: self.offset_ray_origin(direction).as_vec3().to_array(),
-            direction: direction.to_array(),
-            t_max,
-        }
+        Ray { origin: self.offset_ray_origin(direction).as_vec3().to_array(), direction: direction.to_array(), t_max }
     }
 }
 

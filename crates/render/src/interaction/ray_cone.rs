@@ -26,24 +26,14 @@ impl RayCone {
         let [(o, d), (o1, d1)] = [0.0, 1.0].map(|x| camera.ray(middle + DVec2::new(x, 0.0)));
         let share = (1.0 / f64::from(samples).sqrt()).max(0.25);
         let finite = |v: f64| {
-            if v.is_finite() {
-                (v * share) as f32
-            } else {
-                0.0
-            }
+            if v.is_finite() { (v * share) as f32 } else { 0.0 }
         };
-        Self {
-            width: finite((o1 - o).length()),
-            spread: finite((d1 - d).length()),
-        }
+        Self { width: finite((o1 - o).length()), spread: finite((d1 - d).length()) }
     }
 
     /// Cone after a distance.
     pub fn propagate(&self, distance: f32) -> Self {
-        Self {
-            width: self.width + self.spread * distance,
-            ..*self
-        }
+        Self { width: self.width + self.spread * distance, ..*self }
     }
 
     /// Cone after a scattering event: specular reflection keeps it, anything else collapses it.
@@ -71,9 +61,7 @@ impl Footprint {
             .try_normalize()
             .unwrap_or_else(|| normal.any_orthonormal_vector());
         let weights = |v: Vec3| Vec2::new(v.cross(e2).dot(cross), e1.cross(v).dot(cross)) / area2;
-        Self {
-            axes: [weights(along * long), weights(normal.cross(along) * width)],
-        }
+        Self { axes: [weights(along * long), weights(normal.cross(along) * width)] }
     }
 
     /// Axes in the image, in units of the whole image, for the vertices' texture coordinates.
@@ -99,10 +87,7 @@ mod tests {
         let footprint = Footprint::new(corners, direction, 0.1);
         let [long, short] = footprint.in_texture([Vec2::ZERO, Vec2::X, Vec2::Y]);
         assert!((long.abs() - Vec2::new(0.1, 0.0)).length() < 1e-6, "{long}");
-        assert!(
-            (short.abs() - Vec2::new(0.0, 0.1)).length() < 1e-6,
-            "{short}"
-        );
+        assert!((short.abs() - Vec2::new(0.0, 0.1)).length() < 1e-6, "{short}");
         assert!(Footprint::new(corners, direction, 0.0).is_point());
     }
 }

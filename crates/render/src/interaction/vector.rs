@@ -6,21 +6,13 @@ use glam::DVec3;
 #[inline(always)]
 pub(crate) fn normalize_facing(normal: DVec3, geometric: DVec3) -> DVec3 {
     let normal = normal.normalize_or(geometric);
-    if normal.dot(geometric) < 0.0 {
-        -normal
-    } else {
-        normal
-    }
+    if normal.dot(geometric) < 0.0 { -normal } else { normal }
 }
 
 /// Normal on the side that faces a ray of this direction.
 #[inline]
 pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
-    if normal.dot(direction) > 0.0 {
-        -normal
-    } else {
-        normal
-    }
+    if normal.dot(direction) > 0.0 { -normal } else { normal }
 }
 
 /// Unit normal of a triangle on the side of counter-clockwise vertices; 0 for a degenerate triangle.

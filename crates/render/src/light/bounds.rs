@@ -47,16 +47,8 @@ impl LightBounds {
     /// Bounds of a light that emits from a plane.
     pub fn planar(corners: &[DVec3], normal: DVec3, intensity: Vec3, two_sided: bool) -> Self {
         let lower = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let upper = corners
-            .iter()
-            .copied()
-            .fold(DVec3::NEG_INFINITY, DVec3::max);
-        Self {
-            axis: normal.as_vec3(),
-            cos_theta_o: 1.0,
-            two_sided,
-            ..Self::isotropic(lower, upper, intensity)
-        }
+        let upper = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        Self { axis: normal.as_vec3(), cos_theta_o: 1.0, two_sided, ..Self::isotropic(lower, upper, intensity) }
     }
 
     pub fn center(&self) -> Vec3 {
@@ -71,10 +63,7 @@ impl LightBounds {
         if self.phi <= 0.0 {
             return *other;
         }
-        let (axis, cos_normals) = cone_union(
-            (self.axis, self.cos_theta_o),
-            (other.axis, other.cos_theta_o),
-        );
+        let (axis, cos_normals) = cone_union((self.axis, self.cos_theta_o), (other.axis, other.cos_theta_o));
         Self {
             lower: self.lower.min(other.lower),
             upper: self.upper.max(other.upper),
@@ -111,10 +100,7 @@ impl LightBounds {
         let edge = (normals + emission).min(PI);
         let directions = 2.0 * PI * (1.0 - cos_normals)
             + PI / 2.0
-                * (2.0 * edge * sin_normals
-                    - (normals - 2.0 * edge).cos()
-                    - 2.0 * normals * sin_normals
-                    + cos_normals);
+                * (2.0 * edge * sin_normals - (normals - 2.0 * edge).cos() - 2.0 * normals * sin_normals + cos_normals);
         // Degenerate boxes (points, lines) still have a cost.
         self.phi * directions * (area + size.max_element().powi(2))
     }
@@ -155,14 +141,8 @@ impl PreparedLightBounds {
         // Upper bound on the half angle that the box subtends, with a margin for rounding.
         let half_box = Angle::from_sin((self.radius * inverse + 1e-3).min(1.0));
         let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
-        let cos_axis = if self.two_sided {
-            cos_axis.abs()
-        } else {
-            cos_axis
-        };
-        let off = Angle::from_cos(cos_axis)
-            .saturating_sub(self.theta_o)
-            .saturating_sub(half_box);
+        let cos_axis = if self.two_sided { cos_axis.abs() } else { cos_axis };
+        let off = Angle::from_cos(cos_axis).saturating_sub(self.theta_o).saturating_sub(half_box);
         let beside = off.cos <= self.cos_theta_e - 1e-3;
         let importance = by_distance * off.cos.max(1e-3);
         let height = Angle::from_cos((-normal.dot(direction)).clamp(-1.0, 1.0));
@@ -203,10 +183,7 @@ impl Angle {
         let sin = self.sin * other.cos - self.cos * other.sin;
         let cos = self.cos * other.cos + self.sin * other.sin;
         let none = self.cos >= other.cos;
-        Self {
-            sin: if none { 0.0 } else { sin },
-            cos: if none { 1.0 } else { cos },
-        }
+        Self { sin: if none { 0.0 } else { sin }, cos: if none { 1.0 } else { cos } }
     }
 }
 

@@ -9,12 +9,5 @@ pub(crate) fn default_lights(up: Up) -> [Light; 2] {
         Up::Z => [1.0, 2.0, -3.0],
         Up::Y => [1.0, -3.0, -2.0],
     };
-    [
-        Light::uniform_sky([0.4; 3]),
-        Light::Sun {
-            direction,
-            irradiance: [2.4; 3],
-            angular_diameter: 0.0,
-        },
-    ]
+    [Light::uniform_sky([0.4; 3]), Light::Sun { direction, irradiance: [2.4; 3], angular_diameter: 0.0 }]
 }

@@ -19,20 +19,8 @@ pub(crate) struct DiskLight {
 }
 
 impl DiskLight {
-    pub fn new(
-        center: DVec3,
-        direction: DVec3,
-        radius: f64,
-        radiance: Vec3,
-        two_sided: bool,
-    ) -> Self {
-        Self {
-            center,
-            normal: direction.normalize_or_zero(),
-            radius,
-            radiance,
-            two_sided,
-        }
+    pub fn new(center: DVec3, direction: DVec3, radius: f64, radiance: Vec3, two_sided: bool) -> Self {
+        Self { center, normal: direction.normalize_or_zero(), radius, radiance, two_sided }
     }
 
     pub fn bounds(&self) -> LightBounds {

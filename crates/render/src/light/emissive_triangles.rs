@@ -25,14 +25,10 @@ const NOT_EMISSIVE: u32 = u32::MAX;
 
 impl EmissiveTriangles {
     pub fn new(world: &Geometry) -> Self {
-        let mut found = Self {
-            light_of_triangle: vec![vec![]; world.instances.len()],
-            ..Self::default()
-        };
+        let mut found = Self { light_of_triangle: vec![vec![]; world.instances.len()], ..Self::default() };
         let mut bounds = vec![];
         for (instance, object) in world.instances.iter().enumerate() {
-            let shines =
-                |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
+            let shines = |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
             if !object.materials.iter().any(shines) {
                 continue;
             }
@@ -79,23 +75,13 @@ impl EmissiveTriangles {
         let (number, probability) = self.tree.sample(by, which)?;
         let [instance, triangle] = self.triangles[number];
         // The square folded along its diagonal.
-        let (u, v) = if x + y > 1.0 {
-            (1.0 - x, 1.0 - y)
-        } else {
-            (x, y)
-        };
+        let (u, v) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
         let [a, e1, e2] = edges(world, instance, triangle);
         let end = a + e1 * f64::from(u) + e2 * f64::from(v);
         let offset = end - by.from.position;
         let distance = offset.length();
         let direction = offset / distance;
-        let hit = Hit {
-            t: distance as f32,
-            u,
-            v,
-            instance,
-            triangle,
-        };
+        let hit = Hit { t: distance as f32, u, v, instance, triangle };
         let radiance = world.emission(&hit, direction.as_vec3()) * world.opacity(&hit);
         let density = solid_angle_pdf(e1.cross(e2) / 2.0, direction, distance);
         if radiance == Vec3::ZERO {
@@ -105,14 +91,7 @@ impl EmissiveTriangles {
     }
 
     /// Density by solid angle with which [`EmissiveTriangles::sample`] yields a hit at this distance.
-    pub fn pdf(
-        &self,
-        world: &Geometry,
-        from: &LightSampleContext,
-        hit: &Hit,
-        direction: Vec3,
-        distance: f64,
-    ) -> f64 {
+    pub fn pdf(&self, world: &Geometry, from: &LightSampleContext, hit: &Hit, direction: Vec3, distance: f64) -> f64 {
         let numbers = self.light_of_triangle.get(hit.instance as usize);
         let number = numbers.and_then(|numbers| numbers.get(hit.triangle as usize));
         let Some(&number) = number.filter(|&&number| number != NOT_EMISSIVE) else {
@@ -151,33 +130,17 @@ fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<Li
         // Half of the square, by folding the other half.
         let at = |i: usize| {
             let [u, v] = place(i);
-            let (u, v) = if u + v > 1.0 {
-                (1.0 - u, 1.0 - v)
-            } else {
-                (u, v)
-            };
-            let hit = Hit {
-                t: 0.0,
-                u,
-                v,
-                instance,
-                triangle,
-            };
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let hit = Hit { t: 0.0, u, v, instance, triangle };
             world.emission(&hit, front_direction(world, instance, normal))
         };
-        (0..MEASURE_GRID * MEASURE_GRID).map(at).sum::<Vec3>()
-            / (MEASURE_GRID * MEASURE_GRID) as f32
+        (0..MEASURE_GRID * MEASURE_GRID).map(at).sum::<Vec3>() / (MEASURE_GRID * MEASURE_GRID) as f32
     } else {
         Vec3::from(material.emission.value)
     };
     let intensity = (mean.as_dvec3() * area.length()).as_vec3();
     let front = -front_direction(world, instance, normal).as_dvec3();
-    Some(LightBounds::planar(
-        &[a, a + e1, a + e2],
-        front,
-        intensity,
-        material.double_sided,
-    ))
+    Some(LightBounds::planar(&[a, a + e1, a + e2], front, intensity, material.double_sided))
 }
 
 /// Direction of a ray that sees the triangle's front.

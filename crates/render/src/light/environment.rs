@@ -39,10 +39,7 @@ enum EnvironmentSource {
 /// Lookups in flight: for an image the texel addresses, prefetched; for a sky, which is computed, the radiance.
 enum PendingLookups<'a, const N: usize> {
     Image(&'a EnvironmentImage, BilinearTaps<N>),
-    Sky {
-        uv: [[f32; N]; 2],
-        radiances: Vec3xN<f32, N>,
-    },
+    Sky { uv: [[f32; N]; 2], radiances: Vec3xN<f32, N> },
 }
 
 impl<const N: usize> PendingLookups<'_, N> {
@@ -68,22 +65,14 @@ impl EnvironmentLight {
     /// Environment light of a Preetham sky.
     pub fn of_sky(sky: PreethamSky, up: Up) -> Self {
         let frame = EquirectFrame::new(up, 0.0);
-        Self {
-            frame,
-            distribution: sky_distribution(&sky, &frame),
-            source: EnvironmentSource::Preetham(sky),
-        }
+        Self { frame, distribution: sky_distribution(&sky, &frame), source: EnvironmentSource::Preetham(sky) }
     }
 
     /// Samples a direction in proportion to brightness; `None` if the environment is black.
     pub fn sample(&self, random: [f32; 2]) -> Option<LightLiSample> {
         let direction = self.frame.sample(self.distribution.as_ref()?, random);
         let (radiance, pdf) = self.radiance_and_pdf(direction);
-        let around = EnvironmentSample {
-            direction,
-            radiance,
-            pdf,
-        };
+        let around = EnvironmentSample { direction, radiance, pdf };
         Some(around.sample())
     }
 
@@ -99,11 +88,7 @@ impl EnvironmentLight {
             let lookups = self.begin_lookups(&directions, random.len());
             out.extend((0..random.len()).map(|lane| {
                 let (radiance, pdf) = self.finish_lookup(&lookups, lane);
-                EnvironmentSample {
-                    direction: get_lane(&directions, lane).into(),
-                    radiance,
-                    pdf,
-                }
+                EnvironmentSample { direction: get_lane(&directions, lane).into(), radiance, pdf }
             }));
         }
     }
@@ -136,21 +121,12 @@ impl EnvironmentLight {
 
     /// Computes the addresses of the first `count` directions and prefetches what [`EnvironmentLight::finish_lookup`]
     /// reads.
-    fn begin_lookups<const N: usize>(
-        &self,
-        directions: &Vec3xN<f32, N>,
-        count: usize,
-    ) -> PendingLookups<'_, N> {
+    fn begin_lookups<const N: usize>(&self, directions: &Vec3xN<f32, N>, count: usize) -> PendingLookups<'_, N> {
         let mut uv = [[0.0; N]; 2];
         self.frame.to_uv_many(directions, &mut uv);
         let lookups = match &self.source {
-            EnvironmentSource::Image(backdrop) => {
-                PendingLookups::Image(backdrop, backdrop.taps(uv))
-            }
-            EnvironmentSource::Preetham(sky) => PendingLookups::Sky {
-                uv,
-                radiances: sky.radiance_many(directions),
-            },
+            EnvironmentSource::Image(backdrop) => PendingLookups::Image(backdrop, backdrop.taps(uv)),
+            EnvironmentSource::Preetham(sky) => PendingLookups::Sky { uv, radiances: sky.radiance_many(directions) },
         };
         for lane in 0..if N > 1 { count } else { 0 } {
             if let PendingLookups::Image(backdrop, taps) = &lookups {
@@ -164,11 +140,7 @@ impl EnvironmentLight {
     }
 
     /// Radiance and density of a lane.
-    fn finish_lookup<const N: usize>(
-        &self,
-        lookups: &PendingLookups<N>,
-        lane: usize,
-    ) -> (Vec3, f32) {
+    fn finish_lookup<const N: usize>(&self, lookups: &PendingLookups<N>, lane: usize) -> (Vec3, f32) {
         let pdf = match &self.distribution {
             Some(table) => table.pdf(lookups.uv(lane)),
             None => 0.0,
@@ -187,10 +159,7 @@ impl EnvironmentLight {
 fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
     let [width, height] = image.size.map(|n| n as usize);
     let bright = |x: usize, y: usize| {
-        let [r, g, b, _] = image
-            .texels
-            .linear(y * width + x)
-            .map(|v| f64::from(v.max(0.0)));
+        let [r, g, b, _] = image.texels.linear(y * width + x).map(|v| f64::from(v.max(0.0)));
         0.2126 * r + 0.7152 * g + 0.0722 * b
     };
     let share = width.max(height).div_ceil(MAX_CELLS).max(1);
@@ -207,16 +176,10 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
             let at = |x: usize| texels[y * width + x];
             spread(at((x + width - 1) % width), at(x), at((x + 1) % width))
         };
-        spread(
-            row(y.saturating_sub(1)),
-            row(y),
-            row((y + 1).min(height - 1)),
-        )
+        spread(row(y.saturating_sub(1)), row(y), row((y + 1).min(height - 1)))
     };
     // A cell may cover parts of texels: every texel that it touches counts.
-    let range = |cell: usize, cells: usize, texels: usize| {
-        cell * texels / cells..((cell + 1) * texels).div_ceil(cells)
-    };
+    let range = |cell: usize, cells: usize, texels: usize| cell * texels / cells..((cell + 1) * texels).div_ceil(cells);
     PiecewiseConstant2D::new([columns, rows], |column, row| {
         let mut sum = 0.0;
         let (ys, xs) = (range(row, rows, height), range(column, columns, width));
@@ -260,10 +223,7 @@ mod tests {
             size,
             texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
         });
-        let sampler = TextureSampler {
-            wrap: [Wrap::Repeat, Wrap::Clamp],
-            ..TextureSampler::default()
-        };
+        let sampler = TextureSampler { wrap: [Wrap::Repeat, Wrap::Clamp], ..TextureSampler::default() };
         let environment = EnvironmentLight::new(image.clone(), Up::Z, 20.0, 2.0);
         (environment, Texture { image, sampler })
     }

@@ -33,16 +33,8 @@ impl<const N: usize> BilinearTaps<N> {
 impl EnvironmentImage {
     /// Texels around image coordinates.
     pub fn taps<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
-        let mut taps = BilinearTaps {
-            uv: places,
-            columns: [[0; N]; 2],
-            rows: [[0; N]; 2],
-            fraction: [[0.0; N]; 2],
-        };
-        dispatch_simd(ComputeTaps {
-            size: self.image.size,
-            taps: &mut taps,
-        });
+        let mut taps = BilinearTaps { uv: places, columns: [[0; N]; 2], rows: [[0; N]; 2], fraction: [[0.0; N]; 2] };
+        dispatch_simd(ComputeTaps { size: self.image.size, taps: &mut taps });
         taps
     }
 
@@ -67,9 +59,7 @@ impl EnvironmentImage {
         };
         let [right, down] = [taps.fraction[0][lane], taps.fraction[1][lane]];
         let mix = |a: Vec4, b: Vec4, t: f32| a + (b - a) * t;
-        let [above, below] = self
-            .indices(taps, lane)
-            .map(|row| mix(texel(row[0]), texel(row[1]), right));
+        let [above, below] = self.indices(taps, lane).map(|row| mix(texel(row[0]), texel(row[1]), right));
         mix(above, below, down).truncate().max(Vec3::ZERO) * self.scale
     }
 

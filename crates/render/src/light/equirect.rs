@@ -29,10 +29,7 @@ impl EquirectFrame {
         let (sin, cos) = yaw.to_radians().sin_cos();
         let middle = ahead * cos + left * sin;
         let rows = DMat3::from_cols(middle, vertical.cross(middle), vertical);
-        Self {
-            panorama_from_world: rows.transpose(),
-            rounded: rows.transpose().as_mat3(),
-        }
+        Self { panorama_from_world: rows.transpose(), rounded: rows.transpose().as_mat3() }
     }
 
     /// Image coordinates of a direction: 0..=1 to the right, 0..=1 down.
@@ -45,16 +42,8 @@ impl EquirectFrame {
     }
 
     /// [`EquirectFrame::to_uv`] of many directions.
-    pub fn to_uv_many<const N: usize>(
-        &self,
-        directions: &Vec3xN<f32, N>,
-        places: &mut [[f32; N]; 2],
-    ) {
-        dispatch_simd(ComputeUvs {
-            frame: self,
-            directions,
-            places,
-        });
+    pub fn to_uv_many<const N: usize>(&self, directions: &Vec3xN<f32, N>, places: &mut [[f32; N]; 2]) {
+        dispatch_simd(ComputeUvs { frame: self, directions, places });
     }
 
     /// Unit direction at an image coordinate u and the cosine of the zenith angle.
@@ -85,12 +74,7 @@ impl EquirectFrame {
         random: &[[f32; 2]],
         directions: &mut Vec3xN<f32, N>,
     ) {
-        dispatch_simd(SampleDirections {
-            frame: self,
-            distribution,
-            random,
-            directions,
-        });
+        dispatch_simd(SampleDirections { frame: self, distribution, random, directions });
     }
 }
 
@@ -124,8 +108,7 @@ impl<const N: usize> WithSimd for SampleDirections<'_, N> {
     #[inline(always)]
     fn run(self) {
         let (mut u, mut cos_theta) = ([0.0; N], [0.0; N]);
-        self.distribution
-            .sample_many(self.random, &mut u, &mut cos_theta);
+        self.distribution.sample_many(self.random, &mut u, &mut cos_theta);
         for lane in 0..N {
             let direction = self.frame.direction(u[lane], cos_theta[lane]);
             set_lane(self.directions, lane, direction.to_array());

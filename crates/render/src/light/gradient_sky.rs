@@ -51,10 +51,6 @@ impl GradientSky {
     }
 
     pub fn pdf(&self, normal: Vec3, direction: Vec3) -> f32 {
-        if normal == Vec3::ZERO {
-            1.0 / (4.0 * PI)
-        } else {
-            normal.dot(direction).max(0.0) / PI
-        }
+        if normal == Vec3::ZERO { 1.0 / (4.0 * PI) } else { normal.dot(direction).max(0.0) / PI }
     }
 }

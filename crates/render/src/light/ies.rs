@@ -32,11 +32,7 @@ impl IesLight {
         power: Option<Vec3>,
     ) -> Self {
         let nadir = nadir.normalize_or_zero();
-        let front = front.unwrap_or(if nadir.x.abs() > 0.999 {
-            DVec3::Y
-        } else {
-            DVec3::X
-        });
+        let front = front.unwrap_or(if nadir.x.abs() > 0.999 { DVec3::Y } else { DVec3::X });
         let front = (front - nadir * front.dot(nadir)).normalize_or_zero();
         // Seen from above (against the nadir), horizontal angles run counter-clockwise.
         let side = front.cross(nadir);
@@ -44,12 +40,7 @@ impl IesLight {
             None => Vec3::splat((1.0 / LUMEN_PER_WATT) as f32),
             Some(power) => (power.as_dvec3() / flux(&profile).max(f64::MIN_POSITIVE)).as_vec3(),
         };
-        Self {
-            position,
-            luminaire_from_world: DMat3::from_cols(front, side, nadir).transpose(),
-            profile,
-            scale,
-        }
+        Self { position, luminaire_from_world: DMat3::from_cols(front, side, nadir).transpose(), profile, scale }
     }
 
     pub fn bounds(&self) -> LightBounds {

@@ -20,10 +20,7 @@ impl BoundingSphere {
         // The corners were rounded to float32.
         let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
         let radius = (upper - lower).length() / 2.0 + rounding;
-        Self {
-            center,
-            radius2: (radius * radius * 1.01) as f32,
-        }
+        Self { center, radius2: (radius * radius * 1.01) as f32 }
     }
 
     /// False only if a ray misses the sphere.

@@ -6,9 +6,7 @@ use raycam_bvh::Hit;
 use crate::interaction::LightSampleContext;
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
-use crate::light::samples::{
-    EnvironmentLookup, LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON,
-};
+use crate::light::samples::{EnvironmentLookup, LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
 use crate::light::tree::MAX_SPLIT_LIGHTS;
 use crate::light::tree::importance::{LightTreeContext, NodeImportances};
 use crate::light::tree::node::{Child, LightTreeNode};
@@ -39,26 +37,17 @@ pub(crate) struct LightSampleContexts<'a> {
 
 impl<'a> From<&'a LightSampleContext> for LightSampleContexts<'a> {
     fn from(from: &'a LightSampleContext) -> Self {
-        Self {
-            from,
-            importances: [None; 2],
-        }
+        Self { from, importances: [None; 2] }
     }
 }
 
 impl<'a> LightSampleContexts<'a> {
     pub(crate) fn finite(&self) -> LightTreeContext<'a> {
-        LightTreeContext {
-            from: self.from,
-            importances: self.importances[0],
-        }
+        LightTreeContext { from: self.from, importances: self.importances[0] }
     }
 
     pub(crate) fn emissive_triangles(&self) -> LightTreeContext<'a> {
-        LightTreeContext {
-            from: self.from,
-            importances: self.importances[1],
-        }
+        LightTreeContext { from: self.from, importances: self.importances[1] }
     }
 }
 
@@ -95,9 +84,7 @@ impl Lights {
 
     /// Only light that [`Lights::sample`] can select, if there is one.
     pub fn single_light(&self, choice: LightSampling) -> Option<&PreparedLight> {
-        let one = self.non_constant_infinite == 0
-            && self.tree.count() == 1
-            && !self.has_emissive_triangles();
+        let one = self.non_constant_infinite == 0 && self.tree.count() == 1 && !self.has_emissive_triangles();
         let [Child::Light(light)] = *self.tree.only_node()?.children() else {
             return None;
         };
@@ -107,17 +94,13 @@ impl Lights {
 
     /// True if the only light is one non-constant infinite light.
     pub(crate) fn is_single_infinite(&self, choice: LightSampling) -> bool {
-        let one =
-            self.non_constant_infinite == 1 && self.infinite.len() == 1 && self.finite.is_empty();
+        let one = self.non_constant_infinite == 1 && self.infinite.len() == 1 && self.finite.is_empty();
         one && choice == LightSampling::Importance && !self.has_emissive_triangles()
     }
 
     /// Number of samples of [`Lights::sample_split`], if there are several lights and not too many infinite ones.
     pub fn max_split_samples(&self) -> Option<usize> {
-        let several = self.non_constant_infinite
-            + self.tree.count()
-            + usize::from(self.has_emissive_triangles())
-            > 1;
+        let several = self.non_constant_infinite + self.tree.count() + usize::from(self.has_emissive_triangles()) > 1;
         (several && self.non_constant_infinite <= MAX_SPLIT_LIGHTS)
             .then_some(self.non_constant_infinite + MAX_SPLIT_LIGHTS + 1)
     }
@@ -125,12 +108,8 @@ impl Lights {
     /// Root of each light tree with one node and several children: finite lights, emissive triangles. Its importances
     /// can be computed for a batch of points.
     pub fn single_node_trees(&self, choice: LightSampling) -> [Option<&LightTreeNode>; 2] {
-        let finite = self
-            .tree
-            .only_node()
-            .filter(|_| choice != LightSampling::Uniform);
-        [finite, self.emissive_triangles.tree().only_node()]
-            .map(|node| node.filter(|node| node.children().len() > 1))
+        let finite = self.tree.only_node().filter(|_| choice != LightSampling::Uniform);
+        [finite, self.emissive_triangles.tree().only_node()].map(|node| node.filter(|node| node.children().len() > 1))
     }
 
     /// True if [`Lights::sample_split`] may return a sample with this index.
@@ -156,12 +135,7 @@ impl Lights {
     }
 
     /// Selection probability of a finite light among the finite lights, or its expected count.
-    pub(crate) fn finite_pmf(
-        &self,
-        from: &LightSampleContext,
-        choice: LightSampling,
-        light: usize,
-    ) -> f64 {
+    pub(crate) fn finite_pmf(&self, from: &LightSampleContext, choice: LightSampling, light: usize) -> f64 {
         match choice {
             LightSampling::Importance => self.tree.pmf(&from.into(), light),
             LightSampling::Uniform => 1.0 / self.finite.len() as f64,
@@ -170,11 +144,7 @@ impl Lights {
     }
 
     /// Selection probabilities by kind.
-    pub(crate) fn kind_probabilities(
-        &self,
-        from: &LightSampleContext,
-        choice: LightSampling,
-    ) -> KindProbabilities {
+    pub(crate) fn kind_probabilities(&self, from: &LightSampleContext, choice: LightSampling) -> KindProbabilities {
         let (near, has_emissive) = (!self.tree.is_empty(), self.has_emissive_triangles());
         match choice {
             LightSampling::Uniform => {
@@ -204,21 +174,12 @@ impl Lights {
                     };
                 }
                 // The received light of infinite lights is unknown: each is as likely as all finite lights together.
-                let near = [
-                    self.tree.importance(from),
-                    self.emissive_triangles.importance(from),
-                ];
+                let near = [self.tree.importance(from), self.emissive_triangles.importance(from)];
                 let total = near[0] + near[1];
                 let groups = infinite_count + usize::from(total > 0.0);
                 let one = 1.0 / groups.max(1) as f64;
-                let [finite, surfaces] =
-                    near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
-                KindProbabilities {
-                    infinite_count: infinite_count,
-                    infinite: one,
-                    finite,
-                    emissive: surfaces,
-                }
+                let [finite, surfaces] = near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
+                KindProbabilities { infinite_count: infinite_count, infinite: one, finite, emissive: surfaces }
             }
         }
     }
@@ -248,8 +209,7 @@ impl Lights {
         }
         which -= infinite;
         if which < kinds.finite {
-            let (light, probability) =
-                self.choose_finite(&by.finite(), choice, which / kinds.finite)?;
+            let (light, probability) = self.choose_finite(&by.finite(), choice, which / kinds.finite)?;
             self.sample_finite(from, light, kinds.finite * probability, drawn.random)
         } else if kinds.emissive > 0.0 {
             let which = ((which - kinds.finite) / kinds.emissive).clamp(0.0, 1.0);
@@ -279,16 +239,14 @@ impl Lights {
             let sample = self.sample_infinite(from, LightSampling::Split, index, &random(index));
             found(index, sample);
         }
-        self.tree
-            .sample_split(&by.finite(), which, |index, light, expected| {
-                let index = self.non_constant_infinite + index;
-                let sample = self.sample_finite(from, light, expected, random(index).random);
-                found(index, sample);
-            });
+        self.tree.sample_split(&by.finite(), which, |index, light, expected| {
+            let index = self.non_constant_infinite + index;
+            let sample = self.sample_finite(from, light, expected, random(index).random);
+            found(index, sample);
+        });
         if self.has_emissive_triangles() {
             let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
-            let sample =
-                self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
+            let sample = self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
             found(index, sample);
         }
     }
@@ -309,8 +267,7 @@ impl Lights {
             sample.pdf = self.kind_probabilities(from, choice).infinite as f32;
         } else {
             let own = (index, (sample.radiance, sample.pdf));
-            (sample.radiance, sample.pdf) =
-                self.radiance_and_pdf(from, choice, sample.direction, Some(own));
+            (sample.radiance, sample.pdf) = self.radiance_and_pdf(from, choice, sample.direction, Some(own));
         }
         (sample.pdf > 0.0).then_some(sample)
     }
@@ -336,9 +293,7 @@ impl Lights {
         which: f64,
         random: [f32; 2],
     ) -> Option<LightLiSample> {
-        let sample =
-            self.emissive_triangles
-                .sample(world, &by.emissive_triangles(), which, random)?;
+        let sample = self.emissive_triangles.sample(world, &by.emissive_triangles(), which, random)?;
         sample.with_selection_pdf(probability)
     }
 
@@ -383,9 +338,7 @@ impl Lights {
         direction: Vec3,
         distance: f64,
     ) -> f32 {
-        let density = self
-            .emissive_triangles
-            .pdf(world, from, hit, direction, distance);
+        let density = self.emissive_triangles.pdf(world, from, hit, direction, distance);
         (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 

@@ -38,13 +38,11 @@ pub(crate) struct Lights {
 impl Lights {
     /// Prepares lights without a mesh; see [`Lights::with_emissive_triangles`].
     pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
-        let prepared: Vec<PreparedLight> = lights
-            .iter()
-            .flat_map(|light| PreparedLight::new(light, up, origin))
-            .collect();
-        let (mut infinite, finite): (Vec<_>, Vec<_>) =
-            (0..prepared.len()).partition(|&i| prepared[i].is_infinite());
-        let is_constant_sky = |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
+        let prepared: Vec<PreparedLight> =
+            lights.iter().flat_map(|light| PreparedLight::new(light, up, origin)).collect();
+        let (mut infinite, finite): (Vec<_>, Vec<_>) = (0..prepared.len()).partition(|&i| prepared[i].is_infinite());
+        let is_constant_sky =
+            |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
         infinite.sort_by_key(|&i| is_constant_sky(&prepared[i]));
         let constant_radiance = |source: &PreparedLight| match source {
             PreparedLight::GradientSky(sky) if sky.is_constant() => sky.horizon,
@@ -60,10 +58,7 @@ impl Lights {
                 .filter(|&(_, &i)| prepared[i].is_hittable(false))
                 .map(|(index, _)| (index, BoundingSphere::enclosing(&bounds[index])))
                 .collect(),
-            non_constant_infinite: infinite
-                .iter()
-                .filter(|&&i| !is_constant_sky(&prepared[i]))
-                .count(),
+            non_constant_infinite: infinite.iter().filter(|&&i| !is_constant_sky(&prepared[i])).count(),
             lights: prepared,
             infinite,
             finite,
@@ -73,10 +68,7 @@ impl Lights {
 
     /// Adds the emissive triangles of the geometry.
     pub fn with_emissive_triangles(self, world: &Geometry) -> Self {
-        Self {
-            emissive_triangles: EmissiveTriangles::new(world),
-            ..self
-        }
+        Self { emissive_triangles: EmissiveTriangles::new(world), ..self }
     }
 
     /// True if any triangle emits.
@@ -129,9 +121,7 @@ impl Lights {
 
     /// First environment light, with its index among the infinite lights.
     pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
-        let mut environments = self.infinite[..self.non_constant_infinite]
-            .iter()
-            .enumerate();
+        let mut environments = self.infinite[..self.non_constant_infinite].iter().enumerate();
         environments.find_map(|(number, &i)| match &self.lights[i] {
             PreparedLight::Environment(environment) => Some((number, &**environment)),
             _ => None,
@@ -145,11 +135,6 @@ impl Lights {
         directions: &Vec3xN<f32, N>,
         out: &mut [bool; N],
     ) {
-        dispatch_simd(TestSpheres {
-            spheres: &self.intersectable,
-            from,
-            directions,
-            out,
-        });
+        dispatch_simd(TestSpheres { spheres: &self.intersectable, from, directions, out });
     }
 }

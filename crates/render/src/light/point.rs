@@ -22,11 +22,7 @@ const MIN_SIN2: f64 = 1e-30;
 
 impl PointLight {
     pub fn new(center: DVec3, intensity: Vec3, radius: f64) -> Self {
-        Self {
-            center,
-            intensity,
-            radius,
-        }
+        Self { center, intensity, radius }
     }
 
     pub fn bounds(&self) -> LightBounds {
@@ -79,8 +75,7 @@ impl PointLight {
         let offset = self.center - point;
         let distance = offset.length();
         let sin2 = (self.radius / distance).powi(2);
-        (distance > self.radius && sin2 >= MIN_SIN2)
-            .then(|| DirectionCone::new(offset / distance, sin2))
+        (distance > self.radius && sin2 >= MIN_SIN2).then(|| DirectionCone::new(offset / distance, sin2))
     }
 
     /// Distance at which a ray hits the sphere, the radiance there, and the density of [`PointLight::sample`].

@@ -45,9 +45,7 @@ impl PreethamSky {
         let perez = perez_coefficients(turbidity, zenith_angle);
         let by_zenith = |cosine: f64| {
             // At the horizon the model divides by zero.
-            perez.map(|(coefficients, zenith)| {
-                zenith * perez_zenith_factor(&coefficients, cosine.max(1e-3))
-            })
+            perez.map(|(coefficients, zenith)| zenith * perez_zenith_factor(&coefficients, cosine.max(1e-3)))
         };
         let by_sun = |position: f64| {
             let angle = angle_of_sun_distance(position);
@@ -62,11 +60,7 @@ impl PreethamSky {
             ground: Vec3::ZERO,
         };
         let irradiance = sun_irradiance(turbidity, zenith_angle) * scale;
-        let sun = SunLight::new(
-            direction.to_array(),
-            irradiance.as_vec3().to_array(),
-            SUN_DIAMETER,
-        );
+        let sun = SunLight::new(direction.to_array(), irradiance.as_vec3().to_array(), SUN_DIAMETER);
         let on_ground = irradiance * towards.dot(vertical).max(0.0) + sky.irradiance(up);
         sky.ground = (on_ground * (GROUND_ALBEDO / PI)).as_vec3();
         (sky, sun)
@@ -95,8 +89,7 @@ impl PreethamSky {
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.dot(self.up);
         // Colours outside of Rec. 709 are clipped at 0.
-        let values = self.zenith_curves.lookup(up.max(0.0))
-            * self.sun_curves.lookup(sun_distance(direction, self.sun));
+        let values = self.zenith_curves.lookup(up.max(0.0)) * self.sun_curves.lookup(sun_distance(direction, self.sun));
         let [luminance, x, y] = values.to_array();
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
         let sky = (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale;
@@ -106,11 +99,7 @@ impl PreethamSky {
     /// [`PreethamSky::radiance`] of many directions.
     pub fn radiance_many<const N: usize>(&self, directions: &Vec3xN<f32, N>) -> Vec3xN<f32, N> {
         let mut radiances = [[0.0; N]; 3];
-        dispatch_simd(EvaluateSky {
-            sky: self,
-            directions,
-            radiances: &mut radiances,
-        });
+        dispatch_simd(EvaluateSky { sky: self, directions, radiances: &mut radiances });
         radiances
     }
 }
@@ -137,11 +126,7 @@ impl<const N: usize> WithSimd for EvaluateSky<'_, N> {
 #[inline(always)]
 fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
     let position = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
-    if direction.dot(sun) >= 0.0 {
-        position(direction - sun)
-    } else {
-        1.0 - position(direction + sun)
-    }
+    if direction.dot(sun) >= 0.0 { position(direction - sun) } else { 1.0 - position(direction + sun) }
 }
 
 /// Angle to the sun at a [`sun_distance`].
@@ -194,27 +179,9 @@ fn perez_sun_factor([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64
 /// Perez coefficients and zenith values of luminance (kcd/m²) and chromaticities: the paper's appendix A.2.
 fn perez_coefficients(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
     let coefficients = [
-        [
-            0.1787 * t - 1.4630,
-            -0.3554 * t + 0.4275,
-            -0.0227 * t + 5.3251,
-            0.1206 * t - 2.5771,
-            -0.0670 * t + 0.3703,
-        ],
-        [
-            -0.0193 * t - 0.2592,
-            -0.0665 * t + 0.0008,
-            -0.0004 * t + 0.2125,
-            -0.0641 * t - 0.8989,
-            -0.0033 * t + 0.0452,
-        ],
-        [
-            -0.0167 * t - 0.2608,
-            -0.0950 * t + 0.0092,
-            -0.0079 * t + 0.2102,
-            -0.0441 * t - 1.6537,
-            -0.0109 * t + 0.0529,
-        ],
+        [0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771, -0.0670 * t + 0.3703],
+        [-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989, -0.0033 * t + 0.0452],
+        [-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537, -0.0109 * t + 0.0529],
     ];
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * sun);
     let luminance = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
@@ -282,10 +249,7 @@ mod tests {
                 let off = (found - rgb.max(Vec3::ZERO)).abs().max_element() / rgb.max_element();
                 most = most.max(off);
             }
-            assert!(
-                most < 1e-4,
-                "turbidity {turbidity}, sun at {degrees}: {most}"
-            );
+            assert!(most < 1e-4, "turbidity {turbidity}, sun at {degrees}: {most}");
         }
     }
 }

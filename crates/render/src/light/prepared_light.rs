@@ -33,20 +33,11 @@ impl PreparedLight {
     /// Prepares a light: one light, or two for daylight (sky and sun).
     pub fn new(light: &Light, up: Up, origin: DVec3) -> Vec<Self> {
         match *light {
-            Light::Sun {
-                direction,
-                irradiance,
-                angular_diameter,
-            } => {
+            Light::Sun { direction, irradiance, angular_diameter } => {
                 let sun = SunLight::new(direction, irradiance, angular_diameter);
                 vec![Self::Sun(sun)]
             }
-            Light::Sky {
-                radiance,
-                zenith,
-                horizon,
-                ground,
-            } => {
+            Light::Sky { radiance, zenith, horizon, ground } => {
                 let horizon = horizon.or(radiance).unwrap_or_default();
                 vec![Self::GradientSky(GradientSky {
                     up: up.axis().as_vec3(),
@@ -55,20 +46,12 @@ impl PreparedLight {
                     ground: ground.unwrap_or(horizon).into(),
                 })]
             }
-            Light::Preetham {
-                direction,
-                turbidity,
-                scale,
-            } => {
+            Light::Preetham { direction, turbidity, scale } => {
                 let (sky, sun) = PreethamSky::new(up, direction.into(), turbidity, scale.into());
                 let sky = EnvironmentLight::of_sky(sky, up);
                 vec![Self::Environment(Box::new(sky)), Self::Sun(sun)]
             }
-            Light::Environment {
-                ref image,
-                yaw,
-                scale,
-            } => {
+            Light::Environment { ref image, yaw, scale } => {
                 let Some(image) = image.content.clone() else {
                     return vec![];
                 };
@@ -83,85 +66,41 @@ impl PreparedLight {
     fn finite(light: &Light, origin: DVec3) -> Option<Self> {
         let local = |position: [f64; 3]| DVec3::from(position) - origin;
         Some(match *light {
-            Light::Point {
-                position,
-                power,
-                intensity,
-                radius,
-            } => {
-                let intensity = intensity.map(Vec3::from).unwrap_or_else(|| {
-                    Vec3::from(power.unwrap_or_default()) / (4.0 * std::f32::consts::PI)
-                });
+            Light::Point { position, power, intensity, radius } => {
+                let intensity = intensity
+                    .map(Vec3::from)
+                    .unwrap_or_else(|| Vec3::from(power.unwrap_or_default()) / (4.0 * std::f32::consts::PI));
                 Self::Point(PointLight::new(local(position), intensity, radius))
             }
-            Light::Spot {
-                position,
-                direction,
-                power,
-                intensity,
-                inner,
-                outer,
-            } => {
+            Light::Spot { position, direction, power, intensity, inner, outer } => {
                 let spot = SpotLight::new(local(position), direction.into(), inner, outer);
                 Self::Spot(match intensity {
                     Some(intensity) => spot.with_intensity(intensity.into()),
                     None => spot.with_power(power.unwrap_or_default().into()),
                 })
             }
-            Light::Rectangle {
-                position,
-                u,
-                v,
-                radiance,
-                two_sided,
-            } => {
+            Light::Rectangle { position, u, v, radiance, two_sided } => {
                 let edges = [u.into(), v.into()];
-                Self::Rectangle(RectangleLight::new(
-                    local(position),
-                    edges,
-                    radiance.into(),
-                    two_sided,
-                ))
+                Self::Rectangle(RectangleLight::new(local(position), edges, radiance.into(), two_sided))
             }
-            Light::Disk {
-                position,
-                direction,
-                radius,
-                radiance,
-                two_sided,
-            } => Self::Disk(DiskLight::new(
-                local(position),
-                direction.into(),
-                radius,
-                radiance.into(),
-                two_sided,
-            )),
-            Light::Ies {
-                ref profile,
-                position,
-                direction,
-                front,
-                power,
-            } => {
+            Light::Disk { position, direction, radius, radiance, two_sided } => {
+                Self::Disk(DiskLight::new(local(position), direction.into(), radius, radiance.into(), two_sided))
+            }
+            Light::Ies { ref profile, position, direction, front, power } => {
                 // `validate` has refused missing files.
                 let profile = profile.content.clone()?;
                 let (position, direction) = (local(position), direction.into());
                 let (front, power) = (front.map(DVec3::from), power.map(Vec3::from));
                 Self::Ies(IesLight::new(position, direction, front, profile, power))
             }
-            Light::Sun { .. }
-            | Light::Sky { .. }
-            | Light::Preetham { .. }
-            | Light::Environment { .. } => return None,
+            Light::Sun { .. } | Light::Sky { .. } | Light::Preetham { .. } | Light::Environment { .. } => return None,
         })
     }
 
     pub fn is_infinite(&self) -> bool {
         match self {
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => true,
-            Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => {
-                false
-            }
+            Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => false,
         }
     }
 
@@ -185,9 +124,7 @@ impl PreparedLight {
             Self::Sun(sun) => (sun.radiance(direction), sun.pdf(direction)),
             Self::GradientSky(sky) => (sky.radiance(direction), sky.pdf(normal, direction)),
             Self::Environment(environment) => environment.radiance_and_pdf(direction),
-            Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => {
-                (Vec3::ZERO, 0.0)
-            }
+            Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => (Vec3::ZERO, 0.0),
         }
     }
 

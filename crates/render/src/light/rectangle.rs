@@ -56,12 +56,7 @@ impl RectangleLight {
 
     pub fn bounds(&self) -> LightBounds {
         let [u, v] = self.edges;
-        let corners = [
-            self.corner,
-            self.corner + u,
-            self.corner + v,
-            self.corner + u + v,
-        ];
+        let corners = [self.corner, self.corner + u, self.corner + v, self.corner + u + v];
         let intensity = self.radiance.as_dvec3() * self.area;
         LightBounds::planar(&corners, self.normal, intensity.as_vec3(), self.two_sided)
     }
@@ -151,12 +146,7 @@ pub(crate) struct SampleRectangle<'a, const N: usize> {
 impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
     #[inline(always)]
     fn run(self) {
-        let Self {
-            light: area,
-            points,
-            random,
-            out,
-        } = self;
+        let Self { light: area, points, random, out } = self;
         // Copies on the stack can be kept in registers.
         let (points, random, mut lanes) = (*points, *random, LightLiSamples::<N>::default());
         lanes.set_radiance(area.radiance);
@@ -213,15 +203,7 @@ impl SphericalRectangle {
         let n = [-tilt(y[0]), tilt(x[1]), tilt(y[1]), -tilt(x[0])];
         let g = [0, 1, 2, 3].map(|i: usize| (-n[i] * n[(i + 1) % 4]).acos());
         let k = TAU - g[2] - g[3];
-        Self {
-            axes: [ex, ey, ez],
-            x,
-            y,
-            z,
-            b: [n[0], n[2]],
-            k,
-            angle: g[0] + g[1] - k,
-        }
+        Self { axes: [ex, ey, ez], x, y, z, b: [n[0], n[2]], k, angle: g[0] + g[1] - k }
     }
 
     fn sample(&self, point: DVec3, [s, t]: [f64; 2]) -> DVec3 {
@@ -232,11 +214,8 @@ impl SphericalRectangle {
         let d = (x * x + self.z * self.z).sqrt();
         let [h0, h1] = self.y.map(|y| y / (d * d + y * y).sqrt());
         let h = h0 + t * (h1 - h0);
-        let y = if h * h < 1.0 - 1e-12 {
-            (h * d / (1.0 - h * h).sqrt()).clamp(self.y[0], self.y[1])
-        } else {
-            self.y[1]
-        };
+        let y =
+            if h * h < 1.0 - 1e-12 { (h * d / (1.0 - h * h).sqrt()).clamp(self.y[0], self.y[1]) } else { self.y[1] };
         let [ex, ey, ez] = self.axes;
         point + ex * x + ey * y + ez * self.z
     }
@@ -261,17 +240,10 @@ mod tests {
                 let at = (lane * 3 + axis) as f64;
                 at.sin() * [1.0, 8.0, 1.0, 1e4][lane % 4] + f64::from(lane == 5 && axis == 2)
             };
-            let points: Vec3xN<f64, N> =
-                [0, 1, 2].map(|axis| std::array::from_fn(|lane| points(lane, axis)));
-            let random = [7.0, 11.0]
-                .map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
+            let points: Vec3xN<f64, N> = [0, 1, 2].map(|axis| std::array::from_fn(|lane| points(lane, axis)));
+            let random = [7.0, 11.0].map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
             let mut found = LightLiSamples::default();
-            dispatch_simd(SampleRectangle {
-                light: &area,
-                points: &points,
-                random: &random,
-                out: &mut found,
-            });
+            dispatch_simd(SampleRectangle { light: &area, points: &points, random: &random, out: &mut found });
             for (lane, (&x, &y)) in random[0].iter().zip(&random[1]).enumerate() {
                 let point = get_lane(&points, lane).into();
                 let alone = area.sample(point, [x, y]);

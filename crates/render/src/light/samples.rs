@@ -36,10 +36,7 @@ pub(crate) struct LightRandom {
 
 impl From<[f32; 2]> for LightRandom {
     fn from(random: [f32; 2]) -> Self {
-        Self {
-            random,
-            environment: None,
-        }
+        Self { random, environment: None }
     }
 }
 
@@ -68,13 +65,7 @@ impl EnvironmentSample {
 impl LightLiSample {
     /// Sample of a delta light: `irradiance` on a surface that faces the light.
     pub(super) fn from_delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
-        Self {
-            direction: direction.as_vec3(),
-            p_light: end,
-            radiance: irradiance.as_vec3(),
-            pdf: 1.0,
-            is_delta: true,
-        }
+        Self { direction: direction.as_vec3(), p_light: end, radiance: irradiance.as_vec3(), pdf: 1.0, is_delta: true }
     }
 
     /// Sample of a light with an extent; `None` if the density leaves float32.
@@ -126,8 +117,7 @@ impl<const N: usize> LightLiSamples<N> {
     pub fn get_lane(&self, lane: usize) -> Option<LightLiSample> {
         (self.pdf[lane] > 0.0).then(|| LightLiSample {
             direction: get_lane(&self.direction, lane).into(),
-            p_light: Some(DVec3::from(get_lane(&self.p_light, lane)))
-                .filter(|end| end.x < f64::INFINITY),
+            p_light: Some(DVec3::from(get_lane(&self.p_light, lane))).filter(|end| end.x < f64::INFINITY),
             radiance: get_lane(&self.radiance, lane).into(),
             pdf: self.pdf[lane],
             is_delta: self.is_delta[lane],

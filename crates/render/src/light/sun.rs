@@ -28,11 +28,7 @@ impl SunLight {
         // A facing surface receives the integral of the cosine over the cone, pi sin^2.
         let sin2 = if sin2 < MIN_SIN2 { 0.0 } else { sin2 };
         let radiance = (sin2 > 0.0).then(|| (irradiance.as_dvec3() / (PI * sin2)).as_vec3());
-        Self {
-            cone: DirectionCone::new(towards, sin2),
-            irradiance,
-            radiance: radiance.unwrap_or_default(),
-        }
+        Self { cone: DirectionCone::new(towards, sin2), irradiance, radiance: radiance.unwrap_or_default() }
     }
 
     pub fn is_point(&self) -> bool {
@@ -42,22 +38,10 @@ impl SunLight {
     pub fn sample(&self, random: [f32; 2]) -> LightLiSample {
         let delta = self.is_point();
         LightLiSample {
-            direction: if delta {
-                self.cone.axis.as_vec3()
-            } else {
-                self.cone.sample(random).as_vec3()
-            },
+            direction: if delta { self.cone.axis.as_vec3() } else { self.cone.sample(random).as_vec3() },
             p_light: None,
-            radiance: if delta {
-                self.irradiance
-            } else {
-                self.radiance
-            },
-            pdf: if delta {
-                1.0
-            } else {
-                (1.0 / self.cone.solid_angle()) as f32
-            },
+            radiance: if delta { self.irradiance } else { self.radiance },
+            pdf: if delta { 1.0 } else { (1.0 / self.cone.solid_angle()) as f32 },
             is_delta: delta,
         }
     }
@@ -71,10 +55,6 @@ impl SunLight {
     }
 
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        if !self.is_point() && self.cone.contains(direction.as_dvec3()) {
-            self.radiance
-        } else {
-            Vec3::ZERO
-        }
+        if !self.is_point() && self.cone.contains(direction.as_dvec3()) { self.radiance } else { Vec3::ZERO }
     }
 }

@@ -41,10 +41,7 @@ pub(crate) struct AnisotropicAlbedo {
 
 impl AnisotropicAlbedo {
     pub fn new(ggx: &Ggx) -> Self {
-        let (low, high) = (
-            ggx.alpha_x.min(ggx.alpha_y).max(MIN_TABLE_ALPHA),
-            ggx.alpha_x.max(ggx.alpha_y).min(1.0),
-        );
+        let (low, high) = (ggx.alpha_x.min(ggx.alpha_y).max(MIN_TABLE_ALPHA), ggx.alpha_x.max(ggx.alpha_y).min(1.0));
         let strength = ((high - low) / (1.0 - low)).max(0.0).sqrt();
         let position = |value: f32, count: usize| {
             let position = value.clamp(0.0, 1.0) * (count - 1) as f32;
@@ -83,31 +80,20 @@ impl AnisotropicAlbedo {
             let [a, b] = [turn, turn + 1].map(|turn| interpolate(&table[turn], direction.z));
             a + (b - a) * between
         };
-        (
-            self.interpolate(|block| of(&block.all)),
-            self.interpolate(|block| of(&block.f0)),
-        )
+        (self.interpolate(|block| of(&block.all)), self.interpolate(|block| of(&block.f0)))
     }
 
     /// The cosine-weighted means over the hemisphere.
     pub fn mean_albedo(&self) -> (f32, f32) {
-        (
-            self.interpolate(|block| block.all_mean),
-            self.interpolate(|block| block.f0_mean),
-        )
+        (self.interpolate(|block| block.all_mean), self.interpolate(|block| block.f0_mean))
     }
 }
 
 impl AlbedoBlock {
     fn new(row: usize, column: usize) -> Self {
-        let low = (row as f32 / (ROUGHNESS_ROWS - 1) as f32)
-            .powi(2)
-            .max(MIN_TABLE_ALPHA);
+        let low = (row as f32 / (ROUGHNESS_ROWS - 1) as f32).powi(2).max(MIN_TABLE_ALPHA);
         let strength = column as f32 / (ANISOTROPY_COLUMNS - 1) as f32;
-        let ggx = Ggx {
-            alpha_x: low + (1.0 - low) * strength * strength,
-            alpha_y: low,
-        };
+        let ggx = Ggx { alpha_x: low + (1.0 - low) * strength * strength, alpha_y: low };
         let mut block = Self {
             all: [[0.0; COSINE_STEPS]; AZIMUTH_STEPS],
             f0: [[0.0; COSINE_STEPS]; AZIMUTH_STEPS],
@@ -141,11 +127,7 @@ fn hemisphere_mean_of(table: &[[f32; COSINE_STEPS]; AZIMUTH_STEPS]) -> f32 {
         weights[turn] += (turn as f64 + 1.0 - position) / AZIMUTHS as f64;
         weights[turn + 1] += (position - turn as f64) / AZIMUTHS as f64;
     }
-    table
-        .iter()
-        .zip(weights)
-        .map(|(row, weight)| weight * f64::from(hemisphere_mean(row)))
-        .sum::<f64>() as f32
+    table.iter().zip(weights).map(|(row, weight)| weight * f64::from(hemisphere_mean(row))).sum::<f64>() as f32
 }
 
 fn albedo(ggx: &Ggx, v: Vec3) -> (f32, f32) {

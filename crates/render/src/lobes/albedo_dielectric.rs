@@ -8,8 +8,8 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use crate::lobes::albedo_grid::{
-    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of_column, ggx_of_row, hemisphere_mean,
-    mean_over_visible_normals, roughness_row, table_position,
+    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of_column, ggx_of_row, hemisphere_mean, mean_over_visible_normals,
+    roughness_row, table_position,
 };
 use crate::lobes::fresnel::{Fresnel, reflect, refract, refracted_cosine, schlick_weight};
 use crate::lobes::ggx::Ggx;
@@ -59,11 +59,7 @@ pub(crate) struct EnergyLoss<'a> {
 impl DielectricAlbedo {
     /// `ior` is the index of the inside relative to the outside.
     pub fn new(ior: f32, curve: FresnelModel) -> Self {
-        Self {
-            ior,
-            fresnel_model: curve,
-            rows: [const { OnceLock::new() }; ROUGHNESS_ROWS],
-        }
+        Self { ior, fresnel_model: curve, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS] }
     }
 
     /// True if this table is that of an interface with this relative index.
@@ -74,11 +70,7 @@ impl DielectricAlbedo {
     pub(crate) fn at_roughness(&self, ggx: &Ggx) -> EnergyLoss<'_> {
         let (low, between) = roughness_row(ggx);
         let row = |i: usize| &**self.rows[i].get_or_init(|| Box::new(self.row(i)));
-        EnergyLoss {
-            rows: [row(low), row(low + 1)],
-            fraction: between,
-            fresnel_model: self.fresnel_model,
-        }
+        EnergyLoss { rows: [row(low), row(low + 1)], fraction: between, fresnel_model: self.fresnel_model }
     }
 
     fn row(&self, row: usize) -> DielectricAlbedoRow {
@@ -92,10 +84,7 @@ impl DielectricAlbedo {
                 let of = |part: usize| hemisphere_mean(&kept.map(|parts| parts[part][term]));
                 of(0) + of(1)
             };
-            SideAlbedo {
-                mean_loss: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)],
-                albedo: kept,
-            }
+            SideAlbedo { mean_loss: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)], albedo: kept }
         }))
     }
 
@@ -104,14 +93,12 @@ impl DielectricAlbedo {
         if ggx.effectively_smooth() {
             return self.facet_albedo(cosine, eta, 1.0, 1.0);
         }
-        let kept =
-            mean_over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], |v, h| {
-                let up = reflect(v, h).map_or(0.0, |l| ggx.g_given_g1(v, l));
-                let down = refract(v, h, eta)
-                    .map_or(0.0, |l| ggx.g_given_g1(v, Vec3::new(l.x, l.y, -l.z)));
-                let [[a, b, c], [d, e, f]] = self.facet_albedo(v.dot(h), eta, up, down);
-                [a, b, c, d, e, f]
-            });
+        let kept = mean_over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], |v, h| {
+            let up = reflect(v, h).map_or(0.0, |l| ggx.g_given_g1(v, l));
+            let down = refract(v, h, eta).map_or(0.0, |l| ggx.g_given_g1(v, Vec3::new(l.x, l.y, -l.z)));
+            let [[a, b, c], [d, e, f]] = self.facet_albedo(v.dot(h), eta, up, down);
+            [a, b, c, d, e, f]
+        });
         let [a, b, c, d, e, f] = kept;
         [[a, b, c], [d, e, f]]
     }
@@ -159,11 +146,7 @@ impl EnergyLoss<'_> {
     }
 
     #[inline(always)]
-    fn interpolate(
-        &self,
-        (f0, f90): (Vec3, Vec3),
-        of: impl Fn(&DielectricAlbedoRow, usize) -> f32,
-    ) -> Vec3 {
+    fn interpolate(&self, (f0, f90): (Vec3, Vec3), of: impl Fn(&DielectricAlbedoRow, usize) -> f32) -> Vec3 {
         let [low, high] = self.rows;
         let term = |term| {
             let low = of(low, term);

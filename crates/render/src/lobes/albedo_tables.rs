@@ -13,8 +13,8 @@ use glam::Vec3;
 
 use crate::lobes::albedo_anisotropic::AnisotropicAlbedo;
 use crate::lobes::albedo_grid::{
-    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of_column, ggx_of_row, hemisphere_mean,
-    mean_over_visible_normals, roughness_row, table_position,
+    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of_column, ggx_of_row, hemisphere_mean, mean_over_visible_normals,
+    roughness_row, table_position,
 };
 use crate::lobes::fresnel::{reflect, schlick_weight};
 use crate::lobes::ggx::Ggx;
@@ -66,10 +66,7 @@ impl AlbedoRow {
     #[inline(always)]
     pub fn new(ggx: &Ggx) -> Self {
         let (row, fraction) = roughness_row(ggx);
-        Self {
-            row: row as u32,
-            fraction,
-        }
+        Self { row: row as u32, fraction }
     }
 
     /// The pair at a cosine.
@@ -186,17 +183,12 @@ impl Albedo {
 
 impl AlbedoTables {
     fn new() -> Self {
-        let mut tables = Self {
-            entries: [[0.0; 2]; TABLE_ENTRIES],
-            means: [[0.0; 2]; ROUGHNESS_ROWS],
-        };
+        let mut tables = Self { entries: [[0.0; 2]; TABLE_ENTRIES], means: [[0.0; 2]; ROUGHNESS_ROWS] };
         // Rows are independent: every core fills some.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let share = ROUGHNESS_ROWS.div_ceil(cores);
         let rows = &mut tables.entries[..ROUGHNESS_ROWS * COSINE_STEPS];
-        let shares = rows
-            .chunks_mut(share * COSINE_STEPS)
-            .zip(tables.means.chunks_mut(share));
+        let shares = rows.chunks_mut(share * COSINE_STEPS).zip(tables.means.chunks_mut(share));
         std::thread::scope(|scope| {
             for (first, (entries, means)) in shares.enumerate() {
                 scope.spawn(move || {

@@ -25,20 +25,16 @@ impl BatchKind {
     pub fn from_material(material: &Material) -> Self {
         let is_bare = material.normal_map.is_none() && material.emission.value == [0.0; 3];
         match &material.model {
-            MaterialModel::Phong {
-                diffuse, specular, ..
-            } if *specular == [0.0; 3] && is_bare => Self::Diffuse(*diffuse),
+            MaterialModel::Phong { diffuse, specular, .. } if *specular == [0.0; 3] && is_bare => {
+                Self::Diffuse(*diffuse)
+            }
             MaterialModel::Metal(metal) if !is_smooth(metal.roughness) => Self::Glossy,
             MaterialModel::Metal(_) if is_bare => Self::Specular,
-            MaterialModel::Glass(glass) if is_smooth(glass.roughness) => {
-                match is_bare && !is_dispersive(material) {
-                    true => Self::Specular,
-                    false => Self::General,
-                }
-            }
-            MaterialModel::Glass(glass) if !glass.thin && glass.dispersion == 0.0 => {
-                Self::RoughDielectric
-            }
+            MaterialModel::Glass(glass) if is_smooth(glass.roughness) => match is_bare && !is_dispersive(material) {
+                true => Self::Specular,
+                false => Self::General,
+            },
+            MaterialModel::Glass(glass) if !glass.thin && glass.dispersion == 0.0 => Self::RoughDielectric,
             MaterialModel::Principled(p) => Self::from_principled(p, is_bare),
             _ => Self::General,
         }
@@ -46,8 +42,7 @@ impl BatchKind {
 
     fn from_principled(p: &Principled, is_bare: bool) -> Self {
         let strengths = [&p.diffuse_transmission, &p.iridescence, &p.anisotropy];
-        let is_simple =
-            strengths.iter().all(|strength| strength.value == 0.0) && p.dispersion == 0.0;
+        let is_simple = strengths.iter().all(|strength| strength.value == 0.0) && p.dispersion == 0.0;
         let is_interface_only = p.clearcoat.value == 0.0 && p.sheen_color.value == [0.0; 3];
         let is_smooth = is_smooth(p.roughness.value);
         let is_clear = p.transmission.value == 1.0 && p.metallic.value == 0.0 && is_smooth;
@@ -96,16 +91,11 @@ pub(crate) fn is_dispersive(material: &Material) -> bool {
 /// The albedo tables of a material that refracts: one for each colour where their indices differ.
 pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
     let (index, dispersion, fresnel_model) = match &material.model {
-        MaterialModel::Glass(glass) if !glass.thin => {
-            (glass.ior, glass.dispersion, FresnelModel::Exact)
-        }
-        MaterialModel::Principled(p) if has_interior(p) => {
-            (p.ior, p.dispersion, FresnelModel::Schlick)
-        }
+        MaterialModel::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, FresnelModel::Exact),
+        MaterialModel::Principled(p) if has_interior(p) => (p.ior, p.dispersion, FresnelModel::Schlick),
         _ => return vec![],
     };
-    let table =
-        |channel| DielectricAlbedo::new(ior_of_channel(index, dispersion, channel), fresnel_model);
+    let table = |channel| DielectricAlbedo::new(ior_of_channel(index, dispersion, channel), fresnel_model);
     match is_dispersive(material) {
         true => [0, 1, 2].map(|channel| table(Some(channel))).into(),
         false => vec![table(None)],
@@ -120,8 +110,9 @@ pub(crate) fn interior_absorption(material: &Material) -> Option<Vec3> {
             (is_passed && p.thickness.value > 0.0)
                 .then(|| absorption_coefficient(p.attenuation_color, p.attenuation_distance))
         }
-        MaterialModel::Glass(glass) => (!glass.thin)
-            .then(|| absorption_coefficient(glass.attenuation_color, glass.attenuation_distance)),
+        MaterialModel::Glass(glass) => {
+            (!glass.thin).then(|| absorption_coefficient(glass.attenuation_color, glass.attenuation_distance))
+        }
         MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => None,
     }
 }
@@ -129,12 +120,8 @@ pub(crate) fn interior_absorption(material: &Material) -> Option<Vec3> {
 /// The index of refraction in the interior of a material, for a colour channel.
 pub(crate) fn interior_ior(material: &Material, channel: Option<usize>) -> f32 {
     match &material.model {
-        MaterialModel::Glass(glass) if !glass.thin => {
-            ior_of_channel(glass.ior, glass.dispersion, channel)
-        }
-        MaterialModel::Principled(p) if has_interior(p) => {
-            ior_of_channel(p.ior, p.dispersion, channel)
-        }
+        MaterialModel::Glass(glass) if !glass.thin => ior_of_channel(glass.ior, glass.dispersion, channel),
+        MaterialModel::Principled(p) if has_interior(p) => ior_of_channel(p.ior, p.dispersion, channel),
         _ => 1.0,
     }
 }

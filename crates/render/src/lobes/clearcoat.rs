@@ -41,10 +41,7 @@ impl Clearcoat {
     #[inline(always)]
     pub fn albedo(&self, tables: &AlbedoTables, cosine: f32) -> f32 {
         let row = AlbedoRow::new(&self.ggx);
-        let (albedo, [mean, _]) = (
-            row.albedo_at(tables, cosine.max(0.0)),
-            row.mean_albedo(tables),
-        );
+        let (albedo, [mean, _]) = (row.albedo_at(tables, cosine.max(0.0)), row.mean_albedo(tables));
         self.weight * Albedo::new(F0_F90, albedo, mean).single_scatter.x
     }
 
@@ -64,11 +61,7 @@ impl Clearcoat {
         let (f0, f90) = F0_F90;
         let value = schlick(f0, f90, facets.cosine).x * facets.weight * self.weight;
         let is_lit = !self.ggx.effectively_smooth() & (wi.z > 0.0) & (wo.z > 0.0);
-        if is_lit {
-            (value, facets.pdf)
-        } else {
-            (0.0, 0.0)
-        }
+        if is_lit { (value, facets.pdf) } else { (0.0, 0.0) }
     }
 
     /// Samples a direction; the coat is sampled with `probability`. `wo` is local to the coat.
@@ -77,11 +70,7 @@ impl Clearcoat {
         let is_specular = self.ggx.effectively_smooth();
         let wm = self.ggx.sample_wm(wo, random);
         let reflected = 2.0 * wo.dot(wm) * wm - wo;
-        let wi = if is_specular {
-            Vec3::new(-wo.x, -wo.y, wo.z)
-        } else {
-            reflected
-        };
+        let wi = if is_specular { Vec3::new(-wo.x, -wo.y, wo.z) } else { reflected };
         let direction = self.frame.to_world(wi);
         let is_above = self.frame.geometric.dot(direction) > 0.0;
         let (f0, f90) = F0_F90;
@@ -105,11 +94,7 @@ mod tests {
         // Layers below receive what the albedo leaves.
         for (roughness, cosine) in [(0.5f32, 0.9f32), (0.5, 0.5), (0.8, 0.7), (0.8, 0.3)] {
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-            let coat = Clearcoat {
-                weight: 0.6,
-                ggx: Ggx::isotropic(roughness),
-                frame: seen_from(view),
-            };
+            let coat = Clearcoat { weight: 0.6, ggx: Ggx::isotropic(roughness), frame: seen_from(view) };
             let sent = over_the_hemisphere(|light| coat.eval(coat.wo(), light).0);
             let ratio = sent / f64::from(coat.albedo(albedo_tables(), cosine));
             assert!((ratio - 1.0).abs() < 4e-3, "{roughness}, {cosine}: {ratio}");

@@ -16,22 +16,13 @@ pub(crate) enum Fresnel {
         eta: Option<f32>,
     },
     /// Schlick's approximation, with a thin film on a fraction `weight` of the surface.
-    ThinFilm {
-        thin_film: ThinFilm,
-        f0: Vec3,
-        f90: Vec3,
-        weight: f32,
-    },
+    ThinFilm { thin_film: ThinFilm, f0: Vec3, f90: Vec3, weight: f32 },
     /// Fresnel's equations for unpolarised light, by the index of the far side relative to the near side.
     Dielectric(f32),
     /// A pane of two parallel interfaces with all reflections between them, by the index of the pane.
     ThinDielectric(f32),
     /// Fresnel's equations for conductors, times a colour.
-    Conductor {
-        ior: Vec3,
-        extinction: Vec3,
-        tint: Vec3,
-    },
+    Conductor { ior: Vec3, extinction: Vec3, tint: Vec3 },
 }
 
 impl Fresnel {
@@ -42,19 +33,12 @@ impl Fresnel {
                 None => schlick(f0, f90, cosine),
                 Some(eta) => schlick_two_sided(f0, f90, cosine, eta),
             },
-            Self::ThinFilm {
-                thin_film,
-                f0,
-                f90,
-                weight,
-            } => schlick(f0, f90, cosine).lerp(thin_film.reflectance(cosine, f0), weight),
+            Self::ThinFilm { thin_film, f0, f90, weight } => {
+                schlick(f0, f90, cosine).lerp(thin_film.reflectance(cosine, f0), weight)
+            }
             Self::Dielectric(eta) => Vec3::splat(dielectric(cosine, eta)),
             Self::ThinDielectric(eta) => Vec3::splat(thin_dielectric(dielectric(cosine, eta))),
-            Self::Conductor {
-                ior,
-                extinction,
-                tint,
-            } => tint * conductors(cosine, ior, extinction),
+            Self::Conductor { ior, extinction, tint } => tint * conductors(cosine, ior, extinction),
         }
     }
 
@@ -91,10 +75,7 @@ pub(crate) fn thinner_side_cosine(cosine: f32, eta: f32) -> (f32, bool) {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
     let transmitted = (1.0 - sin2).sqrt();
     let is_inside = eta < 1.0;
-    (
-        if is_inside { transmitted } else { cosine },
-        is_inside & (sin2 >= 1.0),
-    )
+    (if is_inside { transmitted } else { cosine }, is_inside & (sin2 >= 1.0))
 }
 
 /// The factor that Schlick's approximation applies to f0; f90 has the rest.
@@ -143,13 +124,7 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
     let t = n2 - k2 - s2;
     let a2b2 = (t * t + 4.0 * n2 * k2).sqrt();
     // (a2b2 + t) / 2, in the form that does not cancel.
-    let a = if t > 0.0 {
-        (a2b2 + t) / 2.0
-    } else {
-        2.0 * n2 * k2 / (a2b2 - t)
-    }
-    .max(0.0)
-    .sqrt();
+    let a = if t > 0.0 { (a2b2 + t) / 2.0 } else { 2.0 * n2 * k2 / (a2b2 - t) }.max(0.0).sqrt();
     let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
     let perpendicular = (t1 - t2) / (t1 + t2);
     let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);

@@ -30,10 +30,7 @@ impl Ggx {
     /// The isotropic distribution of a width.
     #[inline(always)]
     pub fn from_alpha(alpha: f32) -> Self {
-        Self {
-            alpha_x: alpha,
-            alpha_y: alpha,
-        }
+        Self { alpha_x: alpha, alpha_y: alpha }
     }
 
     /// True for a mirror.
@@ -122,11 +119,7 @@ impl MicrofacetEval {
     pub fn reflection(ggx: &Ggx, wo: Vec3, wi: Vec3) -> Self {
         let wm = (wo + wi).normalize_or(Vec3::Z);
         let shape = ggx.d(wm) / (4.0 * wo.z);
-        Self {
-            cosine: wo.dot(wm),
-            weight: shape * ggx.g(wo, wi),
-            pdf: shape * ggx.g1(wo),
-        }
+        Self { cosine: wo.dot(wm), weight: shape * ggx.g(wo, wi), pdf: shape * ggx.g1(wo) }
     }
 
     /// Microfacets that refract, all zero where no microfacet does. `eta` is the index of the side of `wi` relative to
@@ -144,11 +137,7 @@ impl MicrofacetEval {
         Self {
             cosine: if is_none { 1.0 } else { cosine },
             weight: if is_none { 0.0 } else { shape * jacobian },
-            pdf: if is_none {
-                0.0
-            } else {
-                ggx.pdf(wo, wm) * eta * eta * jacobian
-            },
+            pdf: if is_none { 0.0 } else { ggx.pdf(wo, wm) * eta * eta * jacobian },
         }
     }
 }

@@ -26,19 +26,13 @@ impl PhongLobe {
     /// The exponent of a model with a specular lobe.
     pub fn shininess(reflectance: &MaterialModel) -> Option<f32> {
         match *reflectance {
-            MaterialModel::Phong {
-                specular,
-                shininess,
-                ..
-            } if specular != [0.0; 3] => Some(shininess),
+            MaterialModel::Phong { specular, shininess, .. } if specular != [0.0; 3] => Some(shininess),
             _ => None,
         }
     }
 
     pub fn new(shininess: f32) -> Self {
-        let albedo = std::array::from_fn(|i| {
-            albedo(f64::from(shininess), i as f64 / ALBEDO_STEPS as f64) as f32
-        });
+        let albedo = std::array::from_fn(|i| albedo(f64::from(shininess), i as f64 / ALBEDO_STEPS as f64) as f32);
         Self { shininess, albedo }
     }
 

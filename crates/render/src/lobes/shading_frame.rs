@@ -22,23 +22,13 @@ impl ShadingFrame {
     #[inline]
     pub fn new(geometric: Vec3, normal: Vec3, wo: Vec3) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
-        Self {
-            geometric,
-            normal,
-            tangent,
-            bitangent,
-            wo,
-        }
+        Self { geometric, normal, tangent, bitangent, wo }
     }
 
     /// A world direction in local coordinates.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
-        Vec3::new(
-            self.tangent.dot(v),
-            self.bitangent.dot(v),
-            self.normal.dot(v),
-        )
+        Vec3::new(self.tangent.dot(v), self.bitangent.dot(v), self.normal.dot(v))
     }
 
     /// The frame with its own normal bent towards the viewer, and an arbitrary tangent.
@@ -78,12 +68,7 @@ impl ShadingFrame {
 
     #[inline(always)]
     fn with_axes(&self, normal: Vec3, tangent: Vec3) -> Self {
-        Self {
-            normal,
-            tangent,
-            bitangent: normal.cross(tangent),
-            ..*self
-        }
+        Self { normal, tangent, bitangent: normal.cross(tangent), ..*self }
     }
 
     /// A local direction in world coordinates.
@@ -108,14 +93,9 @@ pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let x = (4.0 * turns - quarter as f32) * FRAC_PI_2;
     let x2 = x * x;
     let sin = ((-1.951_529_6e-4 * x2 + 8.332_161e-3) * x2 - 1.666_665_5e-1) * x2 * x + x;
-    let cos =
-        ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
+    let cos = ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
     // Selected: a branch would be mispredicted half of the time.
-    let (sin, cos) = if quarter & 1 == 0 {
-        (sin, cos)
-    } else {
-        (cos, sin)
-    };
+    let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, sin) };
     let signed = |x: f32, quarter: u32| f32::from_bits(x.to_bits() ^ (quarter & 2) << 30);
     (signed(sin, quarter), signed(cos, quarter + 1))
 }
@@ -128,11 +108,7 @@ pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     // Up to an eighth of a turn; above tan(pi / 8) from there.
     let ratio = if more > 0.0 { less / more } else { 0.0 };
     let far = ratio > 0.414_213_57;
-    let t = if far {
-        (ratio - 1.0) / (ratio + 1.0)
-    } else {
-        ratio
-    };
+    let t = if far { (ratio - 1.0) / (ratio + 1.0) } else { ratio };
     let t2 = t * t;
     let series = ((8.053_744_5e-2 * t2 - 1.387_768_6e-1) * t2 + 1.997_771_1e-1) * t2 - 3.333_295e-1;
     let turns = (series * t2 * t + t) * (0.5 / PI) + if far { 0.125 } else { 0.0 };
@@ -170,12 +146,7 @@ mod tests {
                 assert!(off.min(1.0 - off) < 1.5e-7, "{turns}: {off}");
             }
         }
-        for (y, x, turns) in [
-            (0.0, 0.0, 0.0),
-            (2.0, 0.0, 0.25),
-            (0.0, -3.0, 0.5),
-            (-1.0, 0.0, 0.75),
-        ] {
+        for (y, x, turns) in [(0.0, 0.0, 0.0), (2.0, 0.0, 0.25), (0.0, -3.0, 0.5), (-1.0, 0.0, 0.75)] {
             assert_eq!(atan2_turns(y, x), turns);
         }
     }

@@ -77,11 +77,7 @@ fn lambda(alpha: f32, cosine: f32) -> f32 {
     let d = mix(-1.97760, -1.27393);
     let e = mix(-4.32054, -4.85967);
     let curve = |x: f32| a / (1.0 + b * x.powf(c)) + d * x + e;
-    if cosine < 0.5 {
-        curve(cosine).exp()
-    } else {
-        (2.0 * curve(0.5) - curve(1.0 - cosine)).exp()
-    }
+    if cosine < 0.5 { curve(cosine).exp() } else { (2.0 * curve(0.5) - curve(1.0 - cosine)).exp() }
 }
 
 fn albedo(roughness: f32, cosine: f32) -> f32 {
@@ -108,10 +104,7 @@ mod tests {
     use crate::bsdf::tests::over_the_hemisphere;
 
     fn white(roughness: f32) -> Sheen {
-        Sheen {
-            color: Vec3::ONE,
-            roughness,
-        }
+        Sheen { color: Vec3::ONE, roughness }
     }
 
     #[test]
@@ -137,10 +130,7 @@ mod tests {
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             let sent = over_the_hemisphere(|light| sheen.eval(view, light).x);
             let said = f64::from(sheen.albedo_color(cosine).x);
-            assert!(
-                (sent / said - 1.0).abs() < 4e-3,
-                "{roughness}, {cosine}: {sent}, {said}"
-            );
+            assert!((sent / said - 1.0).abs() < 4e-3, "{roughness}, {cosine}: {sent}, {said}");
             let sum = said + f64::from(sheen.base_transmittance(cosine));
             assert!((sum - 1.0).abs() < 1e-6, "{roughness}, {cosine}: {sum}");
         }

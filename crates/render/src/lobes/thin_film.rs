@@ -73,13 +73,11 @@ fn sensitivity(difference: f32, shift: Vec3) -> Vec3 {
         let damping = (-phase * phase * variance).exp();
         value * (TAU * variance).sqrt() * (position * phase + shift).cos() * damping
     };
-    let x = gaussian(5.4856e-13, 1.6810e6, 4.3278e9, shift.x)
-        + gaussian(9.7470e-14, 2.2399e6, 4.5282e9, shift.x);
+    let x = gaussian(5.4856e-13, 1.6810e6, 4.3278e9, shift.x) + gaussian(9.7470e-14, 2.2399e6, 4.5282e9, shift.x);
     let y = gaussian(4.4201e-13, 1.7953e6, 9.3046e9, shift.y);
     let z = gaussian(5.2481e-13, 2.2084e6, 6.6121e9, shift.z);
     let rec709_from_xyz = Mat3::from_cols_array(&[
-        3.2404542, -0.969_266, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.041_556,
-        1.0572252,
+        3.2404542, -0.969_266, 0.0556434, -1.5371385, 1.8760108, -0.2040259, -0.4985314, 0.041_556, 1.0572252,
     ]);
     rec709_from_xyz * (Vec3::new(x, y, z) / 1.0685e-7)
 }
@@ -93,10 +91,7 @@ mod tests {
     #[test]
     fn a_thick_film_reflects_as_two_surfaces_do() {
         // Light that is out of step adds up: R1 + T1 R2 T1 / (1 - R1 R2), over the reflections between both.
-        let film = ThinFilm {
-            ior: 1.4,
-            thickness: 1e6,
-        };
+        let film = ThinFilm { ior: 1.4, thickness: 1e6 };
         for cosine in [1.0f32, 0.7, 0.3] {
             let inner = (1.0 - (1.0 - cosine * cosine) / (1.4 * 1.4)).sqrt();
             let schlick = |f0: f32, cosine: f32| f0 + (1.0 - f0) * (1.0 - cosine).powi(5);
@@ -107,10 +102,7 @@ mod tests {
                 first + (1.0 - first).powi(2) * second / (1.0 - first * second)
             });
             let ratio = film.reflectance(cosine, BASE) / Vec3::from(expected);
-            assert!(
-                (ratio - 1.0).abs().max_element() < 1e-3,
-                "{cosine}: {ratio}"
-            );
+            assert!((ratio - 1.0).abs().max_element() < 1e-3, "{cosine}: {ratio}");
         }
     }
 }

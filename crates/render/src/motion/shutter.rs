@@ -53,11 +53,7 @@ impl<'a> ShutterSlices<'a> {
         let (motion, clock) = (camera.motion()?, world.time?);
         let readout = motion.readout();
         let few = world.node_tree.is_none() && world.objects.len() <= FINE_MAX_OBJECTS;
-        let slices = if readout > 0.0 && few {
-            ROLLING_TIME_SLICES
-        } else {
-            TIME_SLICES
-        };
+        let slices = if readout > 0.0 && few { ROLLING_TIME_SLICES } else { TIME_SLICES };
         (motion.total_duration() > 0.0 && world.is_animated()).then(|| Self {
             world,
             reference: still,
@@ -81,11 +77,7 @@ impl<'a> ShutterSlices<'a> {
     }
 
     /// World in the middle of a slice.
-    pub fn world_in_slice(
-        &self,
-        slice: usize,
-        control: &Control,
-    ) -> Result<&Arc<PreparedWorld>, RenderError> {
+    pub fn world_in_slice(&self, slice: usize, control: &Control) -> Result<&Arc<PreparedWorld>, RenderError> {
         let place = &self.slices[slice];
         if let Some(world) = place.get() {
             return Ok(world);
@@ -142,23 +134,11 @@ impl<'a> ShutterSlices<'a> {
     ///
     /// # Errors
     /// [`RenderError::World`] if the worlds would take too much memory.
-    pub fn all_row_worlds(
-        &self,
-        camera: &Camera,
-        control: &Control,
-    ) -> Result<Vec<Arc<PreparedWorld>>, RenderError> {
+    pub fn all_row_worlds(&self, camera: &Camera, control: &Control) -> Result<Vec<Arc<PreparedWorld>>, RenderError> {
         let middle = |[x, y, ..]: [u32; 4]| camera.pixel_center_of(x, y);
         let [width, height] = camera.size();
-        let mut rows: Vec<_> = self
-            .rows_of(camera, [0, 0, width, height])
-            .into_iter()
-            .map(middle)
-            .collect();
-        rows.sort_by(|a, b| {
-            camera
-                .line_fraction(*a)
-                .total_cmp(&camera.line_fraction(*b))
-        });
+        let mut rows: Vec<_> = self.rows_of(camera, [0, 0, width, height]).into_iter().map(middle).collect();
+        rows.sort_by(|a, b| camera.line_fraction(*a).total_cmp(&camera.line_fraction(*b)));
         let count = rows.len();
         let objects = OBJECT_BYTES * self.world.objects.len();
         let taken = AtomicUsize::new(count * objects);
@@ -183,18 +163,12 @@ impl<'a> ShutterSlices<'a> {
 
     /// Approximate memory of the meshes that a row's world does not share.
     fn deforming_bytes(&self, then: &PreparedWorld) -> usize {
-        let objects = then
-            .geometry
-            .instances
-            .iter()
-            .zip(&self.reference.geometry.instances);
+        let objects = then.geometry.instances.iter().zip(&self.reference.geometry.instances);
         let deforming: HashMap<_, _> = objects
             .filter(|(now, still)| !Arc::ptr_eq(&now.mesh, &still.mesh))
             .map(|(now, _)| (Arc::as_ptr(&now.mesh), &now.mesh.mesh))
             .collect();
-        let of_mesh = |mesh: &&Arc<Mesh>| {
-            VERTEX_BYTES * mesh.vertices.len() + TRIANGLE_BYTES * mesh.triangles.len()
-        };
+        let of_mesh = |mesh: &&Arc<Mesh>| VERTEX_BYTES * mesh.vertices.len() + TRIANGLE_BYTES * mesh.triangles.len();
         deforming.values().map(of_mesh).sum::<usize>()
     }
 
@@ -204,19 +178,12 @@ impl<'a> ShutterSlices<'a> {
     }
 
     fn scene_at(&self, since_middle: f64) -> Result<World, RenderError> {
-        let clock = WorldTime {
-            time: self.clock.time + since_middle,
-            ..self.clock
-        };
+        let clock = WorldTime { time: self.clock.time + since_middle, ..self.clock };
         let world = self.world.at_time(clock);
         world.map_err(|error| RenderError::World(error.to_string()))
     }
 
-    fn prepare_at(
-        &self,
-        since_middle: f64,
-        control: &Control,
-    ) -> Result<Arc<PreparedWorld>, RenderError> {
+    fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
         let world = self.scene_at(since_middle)?;
         let moved = PreparedWorld::advance_world(&world, self.world, self.reference, control)?;
         Ok(Arc::new(moved))

@@ -63,9 +63,7 @@ impl Geometry {
     /// Nearest hit of every ray in float64.
     pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let merged = self.flattened.scene.get().and_then(Option::as_ref);
-        merged
-            .unwrap_or(&self.scene)
-            .closest_exact(rays, self, hits);
+        merged.unwrap_or(&self.scene).closest_exact(rays, self, hits);
     }
 
     /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many
@@ -75,10 +73,7 @@ impl Geometry {
         let of_object = |object: &PreparedInstance| {
             let (mesh, place) = (&object.mesh, object.world_from_mesh);
             let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
-            (
-                middle,
-                place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0,
-            )
+            (middle, place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0)
         };
         let boxes: Vec<(DVec3, DVec3)> = self.instances.iter().map(of_object).collect();
         let near = |(i, &(middle, half)): (usize, &(DVec3, DVec3))| {
@@ -117,22 +112,12 @@ impl Geometry {
             }
             let before = u32::try_from(vertices.len()).ok()?;
             firsts.push(u32::try_from(triangles.len()).ok()?);
-            triangles.extend(
-                self.instance_triangles(i)
-                    .iter()
-                    .map(|t| t.map(|i| before + i)),
-            );
+            triangles.extend(self.instance_triangles(i).iter().map(|t| t.map(|i| before + i)));
             let local = |&vertex| {
                 let vertex = object.world_from_mesh.transform_point3(vertex);
                 (vertex - self.origin).as_vec3().to_array()
             };
-            vertices.par_extend(
-                mesh.mesh
-                    .vertices
-                    .par_iter()
-                    .with_min_len(1 << 14)
-                    .map(local),
-            );
+            vertices.par_extend(mesh.mesh.vertices.par_iter().with_min_len(1 << 14).map(local));
         }
         Scene::flattened(&vertices, &triangles, firsts, self.origin.to_array()).ok()
     }
@@ -160,15 +145,11 @@ mod tests {
         let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
         let ball = world.add_mesh(primitive::sphere(0.5, 3).unwrap());
         let material = world.add_material(Material::default()).unwrap();
-        let stretched =
-            DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0));
+        let stretched = DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0));
         for (mesh, place) in [
             (floor, DAffine3::IDENTITY),
             (ball, DAffine3::from_translation(DVec3::new(-0.8, 0.0, 0.5))),
-            (
-                ball,
-                DAffine3::from_translation(DVec3::new(0.8, 0.5, 0.6)) * stretched,
-            ),
+            (ball, DAffine3::from_translation(DVec3::new(0.8, 0.5, 0.6)) * stretched),
         ] {
             let object = Object::new("", mesh, vec![material], place);
             world.add_object(object).unwrap();
@@ -187,22 +168,15 @@ mod tests {
         let prepared = prepare(&world, None);
         let triangles = prepared.geometry.triangle_count() as u64;
         assert_eq!(triangles, 2 + 2 * 1280);
-        let few = prepared
-            .geometry
-            .scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
+        let few = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
         assert!(std::ptr::eq(few, &prepared.geometry.scene));
-        let many = prepared
-            .geometry
-            .scene_for_samples(SAMPLES_TO_PAY * triangles);
+        let many = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
         // Kept while nothing moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
-        assert!(Arc::ptr_eq(
-            &lit.geometry.flattened,
-            &prepared.geometry.flattened
-        ));
+        assert!(Arc::ptr_eq(&lit.geometry.flattened, &prepared.geometry.flattened));
         let mut moved = world.clone();
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
@@ -213,16 +187,9 @@ mod tests {
             object.world_from_mesh.translation.z += 4.0 * i as f64;
         }
         let apart = prepare(&apart, None);
-        let few = apart
-            .geometry
-            .scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
+        let few = apart.geometry.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
         assert!(std::ptr::eq(few, &apart.geometry.scene));
-        assert!(
-            apart
-                .geometry
-                .scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles)
-                .is_single_level()
-        );
+        assert!(apart.geometry.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles).is_single_level());
     }
 
     #[test]
@@ -240,14 +207,7 @@ mod tests {
                     let (pool, prepared) = (&pool, &prepared);
                     scope.spawn(move || {
                         std::thread::sleep(std::time::Duration::from_millis(turn));
-                        pool.install(|| {
-                            assert!(
-                                prepared
-                                    .geometry
-                                    .scene_for_samples(u64::MAX)
-                                    .is_single_level()
-                            )
-                        });
+                        pool.install(|| assert!(prepared.geometry.scene_for_samples(u64::MAX).is_single_level()));
                     });
                 }
             });
@@ -267,10 +227,8 @@ mod tests {
         let (eye, target) = (DVec3::new(0.5, -3.0, 2.0), DVec3::new(0.0, 0.0, 0.4));
         let (size, center) = ([120, 80], PixelCenter::Integer);
         let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
-        let settings = Settings {
-            channels: vec![Channel::Instance, Channel::Triangle, Channel::Position],
-            ..Settings::default()
-        };
+        let settings =
+            Settings { channels: vec![Channel::Instance, Channel::Triangle, Channel::Position], ..Settings::default() };
         let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
         let (pixels, triangles) = (120 * 80, prepared.geometry.triangle_count() as u64);
         let without = picture();
@@ -279,14 +237,7 @@ mod tests {
         }
         assert!(prepared.geometry.flattened.scene.get().is_none());
         let with = picture();
-        assert!(
-            prepared
-                .geometry
-                .flattened
-                .scene
-                .get()
-                .is_some_and(Option::is_some)
-        );
+        assert!(prepared.geometry.flattened.scene.get().is_some_and(Option::is_some));
         assert!(without.planes[..2] == with.planes[..2]);
         match &with.planes[0].1 {
             ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
@@ -304,19 +255,9 @@ mod tests {
         let mut world = world();
         let scale = DAffine3::from_scale(DVec3::splat(100.0));
         world.objects[0].world_from_mesh = scale;
-        assert!(
-            prepare(&world, None)
-                .geometry
-                .scene_for_samples(u64::MAX)
-                .is_single_level()
-        );
+        assert!(prepare(&world, None).geometry.scene_for_samples(u64::MAX).is_single_level());
         world.objects[0].world_from_mesh = scale * scale;
-        assert!(
-            !prepare(&world, None)
-                .geometry
-                .scene_for_samples(u64::MAX)
-                .is_single_level()
-        );
+        assert!(!prepare(&world, None).geometry.scene_for_samples(u64::MAX).is_single_level());
     }
 
     #[test]
@@ -327,12 +268,8 @@ mod tests {
         let (eye, target) = (DVec3::new(0.5, -5.0, 3.0), DVec3::new(0.0, 0.0, 0.4));
         let (size, center) = ([60, 40], PixelCenter::Integer);
         let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
-        let settings = Settings {
-            integrator: Integrator::Path,
-            max_depth: Some(4),
-            samples: 32,
-            ..Settings::default()
-        };
+        let settings =
+            Settings { integrator: Integrator::Path, max_depth: Some(4), samples: 32, ..Settings::default() };
         let picture = |world: &PreparedWorld| {
             let frame = crate::render(world, &camera, &settings, &Control::new()).unwrap();
             match &frame.planes[0].1 {
@@ -350,20 +287,12 @@ mod tests {
         assert!(picture(&prepare(&world, Some(&away))) == merged);
         // Two-level scene.
         let mut apart = prepare(&world, None);
-        apart.geometry.flattened = Arc::new(FlattenedScene {
-            scene: None.into(),
-            ..FlattenedScene::default()
-        });
+        apart.geometry.flattened = Arc::new(FlattenedScene { scene: None.into(), ..FlattenedScene::default() });
         assert!(!apart.geometry.scene_for_samples(u64::MAX).is_single_level());
         let apart = picture(&apart);
-        let same = merged
-            .iter()
-            .zip(&apart)
-            .filter(|(a, b)| (**a - **b).abs() < 1e-5)
-            .count();
+        let same = merged.iter().zip(&apart).filter(|(a, b)| (**a - **b).abs() < 1e-5).count();
         assert!(same * 100 > 98 * merged.len(), "{same} of {}", merged.len());
-        let mean =
-            |data: &[f32]| data.iter().map(|v| f64::from(*v)).sum::<f64>() / data.len() as f64;
+        let mean = |data: &[f32]| data.iter().map(|v| f64::from(*v)).sum::<f64>() / data.len() as f64;
         assert!((mean(&merged) / mean(&apart) - 1.0).abs() < 1e-3);
     }
 }

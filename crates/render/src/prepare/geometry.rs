@@ -96,11 +96,7 @@ impl Geometry {
             origin: (start + moved * direction).as_vec3().to_array(),
             direction: direction.as_vec3().to_array(),
             // Rounding must not extend a finite limit.
-            t_max: if t_max.is_finite() {
-                (t_max - moved) as f32
-            } else {
-                t_max as f32
-            },
+            t_max: if t_max.is_finite() { (t_max - moved) as f32 } else { t_max as f32 },
         };
         (ray, moved)
     }
@@ -113,8 +109,7 @@ impl Geometry {
 
 impl ExactTriangles for Geometry {
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
-        self.corners(instance, triangle)
-            .map(|corner| corner.to_array())
+        self.corners(instance, triangle).map(|corner| corner.to_array())
     }
 }
 
@@ -134,9 +129,9 @@ pub(crate) fn build_instances(
     let instances = objects.iter().map(|object| object.bvh_instance(origin));
     let scene = Scene::build(instances.collect(), origin.to_array());
     let scene = scene.map_err(|error| match error {
-        BuildError::NonFinite { what } => RenderError::World(format!(
-            "{what} is placed where float32 does not reach: keep coordinates below 1e30"
-        )),
+        BuildError::NonFinite { what } => {
+            RenderError::World(format!("{what} is placed where float32 does not reach: keep coordinates below 1e30"))
+        }
         other => RenderError::World(other.to_string()),
     })?;
     Ok((objects, scene))

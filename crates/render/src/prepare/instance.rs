@@ -46,10 +46,7 @@ impl ErrorBounds {
     /// Columns of both parts.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
-        let Self {
-            per_point: of_point,
-            per_mesh: of_mesh,
-        } = self;
+        let Self { per_point: of_point, per_mesh: of_mesh } = self;
         [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
     }
 
@@ -93,8 +90,7 @@ impl PreparedInstance {
     /// Bound, per axis, on float32 errors of the instance and of rays that start up to `reach` from the scene's
     /// origin.
     pub fn error_extent(&self, reach: f64) -> DVec3 {
-        let rounding =
-            self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
+        let rounding = self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
@@ -106,10 +102,7 @@ impl PreparedInstance {
             let row = linear.row(i);
             [row.x, row.y, row.z, place[i]].map(|value| value as f32)
         };
-        Instance {
-            bvh: self.mesh.bvh.clone(),
-            world_from_mesh: [row(0), row(1), row(2)],
-        }
+        Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [row(0), row(1), row(2)] }
     }
 }
 
@@ -117,43 +110,28 @@ impl PreparedInstance {
 pub(crate) fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3) -> [DVec3; 2] {
     let corner = |i: u32| {
         let pick = |axis: usize| {
-            if i >> axis & 1 == 1 {
-                mesh.upper[axis]
-            } else {
-                mesh.lower[axis]
-            }
+            if i >> axis & 1 == 1 { mesh.upper[axis] } else { mesh.lower[axis] }
         };
         world_from_mesh.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
     };
     let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    (0..8)
-        .map(corner)
-        .fold(nothing, |[l, u], c| [l.min(c), u.max(c)])
+    (0..8).map(corner).fold(nothing, |[l, u], c| [l.min(c), u.max(c)])
 }
 
 /// World-space boxes that cover all instances, padded by the float32 errors of rays that start within `reach` of the
 /// scene's origin.
-pub(crate) fn object_bounds(
-    objects: &[PreparedInstance],
-    origin: DVec3,
-    reach: f64,
-) -> Vec<[DVec3; 2]> {
+pub(crate) fn object_bounds(objects: &[PreparedInstance], origin: DVec3, reach: f64) -> Vec<[DVec3; 2]> {
     let each = (MAX_BOXES / objects.len().max(1)).max(1);
     let boxes = objects.iter().flat_map(|object| {
         let blur = object.error_extent(reach);
         let place = object.world_from_mesh;
-        object
-            .mesh
-            .bvh
-            .bounding_boxes(each)
-            .into_iter()
-            .map(move |corners| {
-                let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-                let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
-                let half = place.matrix3.abs() * ((upper - lower) / 2.0);
-                let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
-                [middle - half - pad, middle + half + pad]
-            })
+        object.mesh.bvh.bounding_boxes(each).into_iter().map(move |corners| {
+            let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+            let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
+            let half = place.matrix3.abs() * ((upper - lower) / 2.0);
+            let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
+            [middle - half - pad, middle + half + pad]
+        })
     });
     if objects.len() <= MAX_BOXES {
         return boxes.collect();

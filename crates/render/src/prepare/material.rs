@@ -30,11 +30,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
     let mut lobe = |material: &Material| {
         let shininess = PhongLobe::shininess(&material.model)?;
         let known = lobes.entry(shininess.to_bits());
-        Some(
-            known
-                .or_insert_with(|| Arc::new(PhongLobe::new(shininess)))
-                .clone(),
-        )
+        Some(known.or_insert_with(|| Arc::new(PhongLobe::new(shininess))).clone())
     };
     materials
         .iter()

@@ -36,18 +36,14 @@ pub(crate) fn prepare_meshes(
     previous: &[&Arc<PreparedMesh>],
     control: &Control,
 ) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
-    let known: HashMap<*const Mesh, &Arc<PreparedMesh>> = previous
-        .iter()
-        .map(|&mesh| (Arc::as_ptr(&mesh.mesh), mesh))
-        .collect();
+    let known: HashMap<*const Mesh, &Arc<PreparedMesh>> =
+        previous.iter().map(|&mesh| (Arc::as_ptr(&mesh.mesh), mesh)).collect();
     let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
     let mut missing = vec![];
     for object in &world.objects {
         let index = object.mesh;
         if meshes[index].is_none() {
-            meshes[index] = known
-                .get(&Arc::as_ptr(&world.meshes[index]))
-                .map(|&mesh| mesh.clone());
+            meshes[index] = known.get(&Arc::as_ptr(&world.meshes[index])).map(|&mesh| mesh.clone());
             if meshes[index].is_none() {
                 missing.push(index);
             }
@@ -83,15 +79,12 @@ pub(crate) fn prepare_meshes(
 
 impl PreparedMesh {
     fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
-        mesh.validate()
-            .map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
+        mesh.validate().map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
         let (lower, upper) = mesh.bounds().unwrap_or_default();
         let center = lower + (upper - lower) / 2.0;
         let vertices = center_vertices(&mesh, center);
-        let bvh = Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build {
-            mesh: index,
-            source,
-        })?;
+        let bvh =
+            Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })?;
         Ok(Self {
             mesh,
             built_cost: bvh.sah_cost(),
@@ -119,8 +112,7 @@ impl PreparedMesh {
         let (lower, upper) = mesh.bounds().filter(|_| same)?;
         let center = lower + (upper - lower) / 2.0;
         let mut bvh = Bvh::clone(&self.bvh);
-        bvh.refit(&center_vertices(mesh, center), &mesh.triangles)
-            .ok()?;
+        bvh.refit(&center_vertices(mesh, center), &mesh.triangles).ok()?;
         (bvh.sah_cost() <= MAX_REFIT_COST_RATIO * self.built_cost).then(|| Self {
             mesh: mesh.clone(),
             built_cost: self.built_cost,
@@ -136,7 +128,5 @@ impl PreparedMesh {
 /// Float32 vertices relative to `center`.
 fn center_vertices(mesh: &Mesh, center: DVec3) -> Vec<[f32; 3]> {
     let vertices = mesh.vertices.par_iter().with_min_len(1 << 14);
-    vertices
-        .map(|&vertex| (vertex - center).as_vec3().to_array())
-        .collect()
+    vertices.map(|&vertex| (vertex - center).as_vec3().to_array()).collect()
 }

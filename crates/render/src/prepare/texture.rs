@@ -22,10 +22,7 @@ pub(crate) struct PreparedTexture {
 }
 
 /// Prepares the textures of a world; textures of `before` keep their mip maps.
-pub(crate) fn prepare_textures(
-    world: &World,
-    before: Option<&[Arc<PreparedTexture>]>,
-) -> Vec<Arc<PreparedTexture>> {
+pub(crate) fn prepare_textures(world: &World, before: Option<&[Arc<PreparedTexture>]>) -> Vec<Arc<PreparedTexture>> {
     let known = before.unwrap_or_default();
     let prepare = |(i, texture): (usize, &Arc<Texture>)| match known.get(i) {
         // Textures are only ever appended.
@@ -37,10 +34,7 @@ pub(crate) fn prepare_textures(
 
 impl PreparedTexture {
     pub fn new(texture: Arc<Texture>) -> Self {
-        Self {
-            texture,
-            levels: OnceLock::new(),
-        }
+        Self { texture, levels: OnceLock::new() }
     }
 
     /// Value at a point.
@@ -52,11 +46,7 @@ impl PreparedTexture {
     pub fn mean(&self, uv: [f32; 2], axes: [Vec2; 2]) -> [f32; 4] {
         let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
         let [p, q] = axes.map(|axis| (axis * size).length());
-        let (long, major, minor) = if p >= q {
-            (axes[0], p, q)
-        } else {
-            (axes[1], q, p)
-        };
+        let (long, major, minor) = if p >= q { (axes[0], p, q) } else { (axes[1], q, p) };
         // Non-finite coordinates are left to the texture's sampler.
         if self.texture.sampler.mip.is_none() || !(major > 1.0 && major.is_finite()) {
             return self.lookup(uv);
@@ -91,10 +81,7 @@ impl PreparedTexture {
 
 /// Mip map with bilinear filtering.
 fn mip_levels(texture: &Texture) -> Vec<Texture> {
-    let sampler = TextureSampler {
-        magnification: TexelFilter::Linear,
-        ..texture.sampler
-    };
+    let sampler = TextureSampler { magnification: TexelFilter::Linear, ..texture.sampler };
     let levels = texture.image.mip_map().into_iter();
     levels.map(|image| Texture { image, sampler }).collect()
 }
@@ -106,14 +93,8 @@ mod tests {
     use super::*;
 
     fn gray(size: [u32; 2], of: impl Fn(u32, u32) -> f32) -> Image {
-        let texels = (0..size[0] * size[1])
-            .map(|i| [of(i % size[0], i / size[0]); 4])
-            .collect();
-        Image {
-            name: String::new(),
-            size,
-            texels: Texels::Float(texels),
-        }
+        let texels = (0..size[0] * size[1]).map(|i| [of(i % size[0], i / size[0]); 4]).collect();
+        Image { name: String::new(), size, texels: Texels::Float(texels) }
     }
 
     #[test]
@@ -121,17 +102,11 @@ mod tests {
         let image = gray([64, 64], |x, y| ((x + y) % 2) as f32);
         let texture = PreparedTexture::new(Arc::new(Texture {
             image: Arc::new(image),
-            sampler: TextureSampler {
-                mip: Some(TexelFilter::Linear),
-                ..TextureSampler::default()
-            },
+            sampler: TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() },
         }));
         let at = [10.5 / 64.0, 20.5 / 64.0];
         assert_eq!(texture.mean(at, [Vec2::splat(1e-4); 2])[0], 0.0);
-        for axes in [
-            [Vec2::X * 0.2, Vec2::Y * 0.2],
-            [Vec2::X * 0.4, Vec2::Y * 0.03],
-        ] {
+        for axes in [[Vec2::X * 0.2, Vec2::Y * 0.2], [Vec2::X * 0.4, Vec2::Y * 0.03]] {
             let found = texture.mean(at, axes)[0];
             assert!((found - 0.5).abs() < 0.01, "{found}");
         }

@@ -31,9 +31,7 @@ pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
             (open, volume)
         })
         .collect();
-    let open = parts
-        .iter()
-        .fold(0u64, |sum, part| sum.wrapping_add(part.0));
+    let open = parts.iter().fold(0u64, |sum, part| sum.wrapping_add(part.0));
     let volume: f64 = parts.iter().map(|part| part.1).sum();
     open == 0 && volume > 0.0
 }

@@ -76,9 +76,7 @@ impl PreparedWorld {
             origin,
             radius,
             object_bounds: object_bounds(&instances, origin, MAX_ORIGIN_RADII * radius),
-            dielectric_bounds: with_pool(threads, || {
-                closed_dielectric_bounds(&instances, &materials, origin)
-            })?,
+            dielectric_bounds: with_pool(threads, || closed_dielectric_bounds(&instances, &materials, origin))?,
             instances,
             materials,
             has_transparency: has_transparency(world),
@@ -88,16 +86,9 @@ impl PreparedWorld {
         if let Some(previous) = previous.filter(|previous| geometry.has_same_instances(previous)) {
             geometry.flattened = previous.flattened.clone();
         }
-        let guiding = Guiding {
-            caustic_casters: find_caustic_casters(&geometry),
-            caustic_maps: OnceLock::new(),
-        };
+        let guiding = Guiding { caustic_casters: find_caustic_casters(&geometry), caustic_maps: OnceLock::new() };
         let lighting = with_pool(threads, || Lighting::new(world, &geometry))?;
-        Ok(Self {
-            geometry,
-            lighting,
-            guiding,
-        })
+        Ok(Self { geometry, lighting, guiding })
     }
 
     /// Prepares `world`, the state of `before` at another time, in the current thread pool. `reference` is `before`
@@ -141,8 +132,7 @@ impl PreparedWorld {
             caustic_maps: vec![].into(),
         };
         let before_lighting = &reference.lighting;
-        let emits =
-            before_lighting.lights.has_emissive_triangles() || world.materials != before.materials;
+        let emits = before_lighting.lights.has_emissive_triangles() || world.materials != before.materials;
         let lighting = match emits || world.lights != before.lights {
             true => Lighting::new(world, &geometry),
             false => Lighting {
@@ -150,11 +140,7 @@ impl PreparedWorld {
                 default_lights: before_lighting.default_lights.clone(),
             },
         };
-        Ok(Self {
-            geometry,
-            lighting,
-            guiding,
-        })
+        Ok(Self { geometry, lighting, guiding })
     }
 
     /// Number of instances whose BVH `other` shares.
@@ -162,9 +148,7 @@ impl PreparedWorld {
         let mesh = |instance: &PreparedInstance| Arc::as_ptr(&instance.mesh);
         let theirs: HashSet<_> = other.geometry.instances.iter().map(mesh).collect();
         let instances = self.geometry.instances.iter();
-        instances
-            .filter(|instance| theirs.contains(&mesh(instance)))
-            .count()
+        instances.filter(|instance| theirs.contains(&mesh(instance))).count()
     }
 
     /// BVH of an object's mesh: the same `Arc` as long as the mesh is the same.
@@ -185,10 +169,7 @@ impl Lighting {
             true => world.lights.is_empty(),
             false => lights.count() == 0,
         };
-        Self {
-            lights,
-            default_lights: unlit.then(|| build(&default_lights(world.up))),
-        }
+        Self { lights, default_lights: unlit.then(|| build(&default_lights(world.up))) }
     }
 }
 

@@ -30,20 +30,12 @@ pub(crate) fn statistic(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 pub(crate) fn limit(freedom: f64, tests: usize) -> f64 {
     let p = 1.0 - 0.99f64.powf(1.0 / tests as f64);
     // Normal quantile by bisection of the tail.
-    let tail = |z: f64| {
-        (0..20_000)
-            .map(|i| (-(z + f64::from(i) * 1e-3).powi(2) / 2.0).exp() * 1e-3)
-            .sum::<f64>()
-            / TAU.sqrt()
-    };
+    let tail =
+        |z: f64| (0..20_000).map(|i| (-(z + f64::from(i) * 1e-3).powi(2) / 2.0).exp() * 1e-3).sum::<f64>() / TAU.sqrt();
     let (mut low, mut high) = (0.0, 10.0);
     for _ in 0..60 {
         let middle = (low + high) / 2.0;
-        if tail(middle) > p {
-            low = middle
-        } else {
-            high = middle
-        }
+        if tail(middle) > p { low = middle } else { high = middle }
     }
     let k = 2.0 / (9.0 * freedom);
     freedom * (1.0 - k + low * k.sqrt()).powi(3)

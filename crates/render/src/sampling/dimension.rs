@@ -73,11 +73,7 @@ impl Dimension {
     /// Index of the dimension, unique within a path until 2^25 vertices.
     #[inline(always)]
     pub(crate) fn index(self) -> u32 {
-        let at = |bounce: u32, pair: u32| {
-            DIMENSIONS_PER_BOUNCE
-                .wrapping_mul(bounce.wrapping_add(1))
-                .wrapping_add(pair)
-        };
+        let at = |bounce: u32, pair: u32| DIMENSIONS_PER_BOUNCE.wrapping_mul(bounce.wrapping_add(1)).wrapping_add(pair);
         match self {
             Dimension::PixelFilter => 0,
             Dimension::AmbientOcclusion => 1,
@@ -99,9 +95,7 @@ impl Dimension {
             // The first group includes the pixel position.
             let key = match first {
                 0 => Dimension::PixelFilter.index(),
-                _ => DIMENSIONS_PER_BOUNCE
-                    .wrapping_mul(first)
-                    .wrapping_add(DIMENSIONS_PER_BOUNCE - 1),
+                _ => DIMENSIONS_PER_BOUNCE.wrapping_mul(first).wrapping_add(DIMENSIONS_PER_BOUNCE - 1),
             };
             DimensionGroup {
                 key,
@@ -113,11 +107,7 @@ impl Dimension {
             Dimension::Bsdf(bounce) => of(bounce, 0),
             Dimension::Light(bounce, 0) => of(bounce, 1),
             Dimension::LobeAndLight(bounce) => of(bounce, 2),
-            _ => DimensionGroup {
-                key: self.index(),
-                mixing_row: MIXING_MATRICES[0],
-                low_bits: 0,
-            },
+            _ => DimensionGroup { key: self.index(), mixing_row: MIXING_MATRICES[0], low_bits: 0 },
         }
     }
 }

@@ -18,10 +18,7 @@ pub(crate) struct DirectionCone {
 impl DirectionCone {
     /// Returns the cone with this squared sine of the half angle, at most a quarter turn.
     pub fn new(axis: DVec3, sin2: f64) -> Self {
-        Self {
-            axis,
-            one_minus_cos: sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()),
-        }
+        Self { axis, one_minus_cos: sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()) }
     }
 
     /// Samples a direction uniformly (P. Shirley, C. Wang and K. Zimmerman, "Monte Carlo techniques for direct

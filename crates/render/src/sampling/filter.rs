@@ -30,9 +30,7 @@ impl FilterSampler {
         match filter {
             Filter::Box => Self::Box,
             Filter::BlackmanHarris => Self::Tabulated(
-                (0..=TABLE_INTERVALS)
-                    .map(|i| blackman_harris_cdf(i as f64 / TABLE_INTERVALS as f64) as f32)
-                    .collect(),
+                (0..=TABLE_INTERVALS).map(|i| blackman_harris_cdf(i as f64 / TABLE_INTERVALS as f64) as f32).collect(),
             ),
         }
     }
@@ -68,14 +66,9 @@ mod tests {
     fn moments(filter: Filter) -> (f64, f64) {
         let prepared = FilterSampler::new(filter);
         let n = 1 << 16;
-        let offsets: Vec<f64> = (0..n)
-            .map(|i| prepared.sample([(i as f32 + 0.5) / n as f32; 2])[0])
-            .collect();
+        let offsets: Vec<f64> = (0..n).map(|i| prepared.sample([(i as f32 + 0.5) / n as f32; 2])[0]).collect();
         let mean = offsets.iter().sum::<f64>() / f64::from(n);
-        (
-            mean,
-            offsets.iter().map(|x| x * x).sum::<f64>() / f64::from(n),
-        )
+        (mean, offsets.iter().map(|x| x * x).sum::<f64>() / f64::from(n))
     }
 
     #[test]
@@ -85,8 +78,7 @@ mod tests {
         // Variance of the window by quadrature of its definition.
         let window = |x: f64| {
             let turn = std::f64::consts::TAU * (x / WINDOW_WIDTH + 0.5);
-            0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos()
-                - 0.01168 * (3.0 * turn).cos()
+            0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos() - 0.01168 * (3.0 * turn).cos()
         };
         let (mut sum, mut square) = (0.0, 0.0);
         for i in 0..10_000 {

@@ -26,21 +26,13 @@ pub(crate) struct PiecewiseConstant2D {
 
 impl PiecewiseConstant2D {
     /// Builds the distribution; `None` if every cell is black. At most 2^16 columns and rows.
-    pub fn new(
-        [columns, rows]: [usize; 2],
-        brightness: impl Fn(usize, usize) -> f64,
-    ) -> Option<Self> {
-        let edges: Vec<f64> = (0..=rows)
-            .map(|row| (PI * row as f64 / rows as f64).cos())
-            .collect();
+    pub fn new([columns, rows]: [usize; 2], brightness: impl Fn(usize, usize) -> f64) -> Option<Self> {
+        let edges: Vec<f64> = (0..=rows).map(|row| (PI * row as f64 / rows as f64).cos()).collect();
         let mut across = Vec::with_capacity((columns + 1) * rows);
         let mut across_hints = Vec::with_capacity(columns.div_ceil(CELLS_PER_BUCKET) * rows);
         let mut sums = Vec::with_capacity(rows);
         for row in 0..rows {
-            let sum = running_sum(
-                (0..columns).map(|column| brightness(column, row)),
-                &mut across,
-            );
+            let sum = running_sum((0..columns).map(|column| brightness(column, row)), &mut across);
             build_guide_table(&across[row * (columns + 1)..], &mut across_hints);
             sums.push(sum * (edges[row] - edges[row + 1]));
         }
@@ -69,12 +61,7 @@ impl PiecewiseConstant2D {
     /// the cosine of the zenith angle. Runs stage by stage over all lanes, so that each stage prefetches what the next
     /// one reads.
     #[inline(always)]
-    pub fn sample_many<const N: usize>(
-        &self,
-        random: &[[f32; 2]],
-        u: &mut [f64; N],
-        cos_theta: &mut [f64; N],
-    ) {
+    pub fn sample_many<const N: usize>(&self, random: &[[f32; 2]], u: &mut [f64; N], cos_theta: &mut [f64; N]) {
         let (mut rows, mut cells) = ([0; N], [0; N]);
         for (lane, &[x, y]) in random.iter().enumerate().take(N) {
             let first = guide_index(&self.marginal_guide, y);
@@ -140,11 +127,7 @@ fn running_sum(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) 
         sums.push(sum);
     }
     into.extend(sums.iter().enumerate().map(|(i, &part)| {
-        let share = if sum > 0.0 {
-            part / sum
-        } else {
-            i as f64 / count as f64
-        };
+        let share = if sum > 0.0 { part / sum } else { i as f64 / count as f64 };
         share as f32
     }));
     sum
@@ -199,11 +182,7 @@ fn find_interval(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
         }
     }
     let (low, high) = (f64::from(sums[cell]), f64::from(sums[cell + 1]));
-    let inside = if high > low {
-        (f64::from(x) - low) / (high - low)
-    } else {
-        0.5
-    };
+    let inside = if high > low { (f64::from(x) - low) / (high - low) } else { 0.5 };
     (cell, inside.clamp(0.0, 1.0))
 }
 

@@ -39,16 +39,8 @@ const BLOCK_BITS: u32 = 4;
 /// simulated annealing such that the first 2^k points of all pixels of a 2^m by 2^m square form a (0, k + 2 m, 2)-net
 /// in base 2 as often as possible: always in 2 by 2 pixels up to 1024 samples, in 4 by 4 and 8 by 8 pixels up to 256,
 /// and nearly in 16 by 16.
-const MORTON_XOR: [u32; 2 * BLOCK_BITS as usize] = [
-    0x2d90_0b6d,
-    0x43a8_86db,
-    0x8b78_3cf3,
-    0xdf03_2f3c,
-    0x58ab_d213,
-    0x3cfd_f321,
-    0xba1a_e440,
-    0xed0e_3de3,
-];
+const MORTON_XOR: [u32; 2 * BLOCK_BITS as usize] =
+    [0x2d90_0b6d, 0x43a8_86db, 0x8b78_3cf3, 0xdf03_2f3c, 0x58ab_d213, 0x3cfd_f321, 0xba1a_e440, 0xed0e_3de3];
 
 impl Sampler {
     #[cfg(test)]
@@ -76,10 +68,7 @@ impl Sampler {
 
     /// Returns the sampler of another sample of the same pixel.
     pub fn with_sample(self, sample: u32) -> Self {
-        Self {
-            sample: sample.reverse_bits(),
-            ..self
-        }
+        Self { sample: sample.reverse_bits(), ..self }
     }
 
     /// Returns the sampler of another sample of the same pixel, distributed over independent replications: sample s
@@ -87,16 +76,8 @@ impl Sampler {
     pub fn with_replication(self, sample: u32, sequences: u32) -> Self {
         let key = splitmix64(u64::from(sample % sequences) + 1);
         let [low, high] = [key as u32, (key >> 32) as u32];
-        let Self {
-            block: [a, b],
-            quad,
-            ..
-        } = self;
-        Self {
-            block: [a ^ low, b ^ high],
-            quad: quad ^ low,
-            ..self.with_sample(sample / sequences)
-        }
+        let Self { block: [a, b], quad, .. } = self;
+        Self { block: [a ^ low, b ^ high], quad: quad ^ low, ..self.with_sample(sample / sequences) }
     }
 
     /// Returns two numbers in [0, 1).
@@ -110,8 +91,7 @@ impl Sampler {
     /// does not improve.
     #[inline]
     pub fn get_1d_random(&self, number: u32) -> f32 {
-        let pixel =
-            splitmix64(u64::from(self.block[0]) << 32 | u64::from(self.morton_bits ^ number));
+        let pixel = splitmix64(u64::from(self.block[0]) << 32 | u64::from(self.morton_bits ^ number));
         (splitmix64(pixel ^ u64::from(self.sample)) >> 40) as f32 * (1.0 / (1 << 24) as f32)
     }
 
@@ -164,11 +144,7 @@ impl Sampler {
         &self,
         shuffled: u32,
         number: u32,
-        DimensionGroup {
-            mixing_row: mixed,
-            low_bits: low,
-            ..
-        }: DimensionGroup,
+        DimensionGroup { mixing_row: mixed, low_bits: low, .. }: DimensionGroup,
     ) -> [f32; 2] {
         let above = (shuffled >> MIXING_BITS) ^ golden_ratio_sequence(number);
         let mut index = shuffled ^ lowbias32(above) & low;
@@ -202,13 +178,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
     fn run(self) {
         // Four registers: each number is a chain of some forty multiplications, and independent chains overlap.
         const LANES: usize = 64;
-        let Self {
-            samplers,
-            mut which,
-            key,
-            pairs,
-            mut out,
-        } = self;
+        let Self { samplers, mut which, key, pairs, mut out } = self;
         out.iter_mut().for_each(|out| out.clear());
         loop {
             // Structure of arrays.
@@ -217,12 +187,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
             while count < LANES
                 && let Some(at) = which.next()
             {
-                let Sampler {
-                    block: [a, b],
-                    quad,
-                    morton_bits: place,
-                    sample,
-                } = samplers[at];
+                let Sampler { block: [a, b], quad, morton_bits: place, sample } = samplers[at];
                 for (field, value) in fields.iter_mut().zip([a, b, quad, place, sample]) {
                     field[count] = value;
                 }
@@ -230,12 +195,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
             }
             let sampler = |i: usize| {
                 let [a, b, quad, place, sample] = [0, 1, 2, 3, 4].map(|k: usize| fields[k][i]);
-                Sampler {
-                    block: [a, b],
-                    quad,
-                    morton_bits: place,
-                    sample,
-                }
+                Sampler { block: [a, b], quad, morton_bits: place, sample }
             };
             let mut shuffled = [0; LANES];
             for (i, shuffled) in shuffled.iter_mut().enumerate() {
@@ -318,10 +278,7 @@ fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
 #[inline(always)]
 fn permute_base4_digit(place: u32, random: u32) -> u32 {
     // The digit's bits in place, and swapped.
-    let (here, there) = (
-        place & 0xc000_0000,
-        place << 1 & 0x8000_0000 | place >> 1 & 0x4000_0000,
-    );
+    let (here, there) = (place & 0xc000_0000, place << 1 & 0x8000_0000 | place >> 1 & 0x4000_0000);
     let (low, high) = (0x8000_0000, 0x4000_0000);
     let once = there ^ here & high;
     let twice = there ^ here & low;

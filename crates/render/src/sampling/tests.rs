@@ -46,9 +46,7 @@ fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
             }
             let mut cells = [0; 16];
             for point in &points {
-                let at = |cell, (&x, bits): (&f32, u32)| {
-                    cell << bits | (x * (1 << bits) as f32) as usize
-                };
+                let at = |cell, (&x, bits): (&f32, u32)| cell << bits | (x * (1 << bits) as f32) as usize;
                 cells[point.iter().zip(bits).fold(0, at)] += 1;
             }
             even += cells.iter().filter(|&&count| count == samples / 16).count();
@@ -83,27 +81,14 @@ fn two_pairs_of_a_group_fill_four_dimensions() {
 #[test]
 fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
     for pairs in [
-        [
-            Dimension::PixelFilter,
-            Dimension::Bsdf(0),
-            Dimension::Bsdf(1),
-        ],
-        [
-            Dimension::LobeAndLight(0),
-            Dimension::LobeAndLight(1),
-            Dimension::LobeAndLight(2),
-        ],
-        [
-            Dimension::Bsdf(4),
-            Dimension::Light(5, 0),
-            Dimension::LobeAndLight(6),
-        ],
+        [Dimension::PixelFilter, Dimension::Bsdf(0), Dimension::Bsdf(1)],
+        [Dimension::LobeAndLight(0), Dimension::LobeAndLight(1), Dimension::LobeAndLight(2)],
+        [Dimension::Bsdf(4), Dimension::Light(5, 0), Dimension::LobeAndLight(6)],
     ] {
         let mut met = vec![false; 1 << 12];
         for sample in 0..1 << 14 {
             let sampler = Sampler::new(1, 0, [4, 5], sample);
-            let cell =
-                |cell, &pair: &Dimension| cell << 4 | (sampler.get_2d(pair)[0] * 16.0) as usize;
+            let cell = |cell, &pair: &Dimension| cell << 4 | (sampler.get_2d(pair)[0] * 16.0) as usize;
             met[pairs.iter().fold(0, cell)] = true;
         }
         // 1024 samples fill as many of the 4096 cells, and the next samples mostly others.
@@ -129,26 +114,18 @@ fn batch_equals_scalar() {
     let samplers: Vec<_> = (0..50).map(|x| Sampler::new(4, 0, [x, 2], x / 3)).collect();
     let which = || (0..50).filter(|i| i % 7 != 3);
     let mut out = vec![[2.0; 2]];
-    for pair in [
-        Dimension::PixelFilter,
-        Dimension::Bsdf(3),
-        Dimension::Light(0, 63),
-    ] {
+    for pair in [Dimension::PixelFilter, Dimension::Bsdf(3), Dimension::Light(0, 63)] {
         Sampler::get_2d_many(&samplers, which(), [pair], [&mut out]);
         let alone: Vec<_> = which().map(|i| samplers[i].get_2d(pair)).collect();
         assert_eq!(out, alone);
     }
-    assert!(
-        (0..1000)
-            .all(|i| reverse_bits(splitmix64(i) as u32) == (splitmix64(i) as u32).reverse_bits())
-    );
+    assert!((0..1000).all(|i| reverse_bits(splitmix64(i) as u32) == (splitmix64(i) as u32).reverse_bits()));
 }
 
 #[test]
 fn pixels_pairs_frames_and_seeds_are_independent() {
     let base = (5, 2, [10, 20], 3, Dimension::PixelFilter);
-    let of =
-        |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).get_2d(pair);
+    let of = |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).get_2d(pair);
     let others = [
         (6, 2, [10, 20], 3, Dimension::PixelFilter),
         (5, 3, [10, 20], 3, Dimension::PixelFilter),
@@ -167,20 +144,12 @@ fn pixels_pairs_frames_and_seeds_are_independent() {
         f64::from(at(i) * at(i + 1))
     };
     let covariance = (0..n).map(product).sum::<f64>() / f64::from(n);
-    assert!(
-        covariance.abs() < 4.0 / 12.0 / f64::from(n).sqrt(),
-        "{covariance}"
-    );
+    assert!(covariance.abs() < 4.0 / 12.0 / f64::from(n).sqrt(), "{covariance}");
 }
 
 #[test]
 fn the_pixels_of_a_square_share_a_net() {
-    for (side, corner, bits) in [
-        (2, [0, 0], 10),
-        (2, [70, 202], 10),
-        (4, [8, 60], 8),
-        (8, [72, 24], 8),
-    ] {
+    for (side, corner, bits) in [(2, [0, 0], 10), (2, [70, 202], 10), (4, [8, 60], 8), (8, [72, 24], 8)] {
         for samples in (0..=bits).map(|k| 1 << k) {
             let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
             let points: Vec<_> = pixels
@@ -195,10 +164,7 @@ fn the_pixels_of_a_square_share_a_net() {
                     cells[(y * rows as f32) as usize * columns + column] += 1;
                 }
                 let even = cells.iter().all(|&count| count == 1);
-                assert!(
-                    even,
-                    "{samples} samples, {columns} columns of {side} by {side}"
-                );
+                assert!(even, "{samples} samples, {columns} columns of {side} by {side}");
             }
         }
     }
@@ -226,17 +192,13 @@ fn together(side: u32, samples: u32, mean: f64, f: impl Fn(&Sampler) -> f64) -> 
 
 #[test]
 fn errors_of_neighbouring_pixels_cancel() {
-    let [product, disk] = [
-        |[x, y]: [f32; 2]| f64::from(x * y),
-        |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0)),
-    ];
+    let [product, disk] =
+        [|[x, y]: [f32; 2]| f64::from(x * y), |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0))];
     // The mean of exp(-3 |x - y|) over the square, cubed.
     let mean = (2.0 / 3.0 - 2.0 / 9.0 * (1.0 - (-3f64).exp())).powi(3);
     for samples in [1, 4, 7, 16] {
         let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
-            together(side, samples, mean, |sampler| {
-                f(sampler.get_2d(Dimension::PixelFilter))
-            })
+            together(side, samples, mean, |sampler| f(sampler.get_2d(Dimension::PixelFilter)))
         };
         // Sample counts that are no power of two are less well stratified.
         let most = if samples == 7 { 0.9 } else { 0.1 };

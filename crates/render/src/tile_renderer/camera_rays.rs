@@ -59,15 +59,7 @@ impl TileRenderer<'_> {
     /// Generates and traces the rays of the batch, in float32.
     pub(crate) fn trace_batch(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
         let PixelLists { pixels, batch, .. } = &scratch.lists;
-        let RayBatchBuffers {
-            rays,
-            hits,
-            origins,
-            directions,
-            samplers,
-            offsets,
-            ..
-        } = &mut scratch.rays;
+        let RayBatchBuffers { rays, hits, origins, directions, samplers, offsets, .. } = &mut scratch.rays;
         rays.clear();
         origins.clear();
         directions.clear();
@@ -81,24 +73,14 @@ impl TileRenderer<'_> {
             last = Some((i, of_pixel));
             self.sampler_for(of_pixel, sample)
         }));
-        Sampler::get_2d_many(
-            samplers,
-            0..samplers.len(),
-            [Dimension::PixelFilter],
-            [offsets],
-        );
+        Sampler::get_2d_many(samplers, 0..samplers.len(), [Dimension::PixelFilter], [offsets]);
         let pinhole = self.camera.pinhole();
-        if let Some(pinhole) =
-            pinhole.filter(|at| !world.geometry.is_far(at.center - world.geometry.origin))
-        {
+        if let Some(pinhole) = pinhole.filter(|at| !world.geometry.is_far(at.center - world.geometry.origin)) {
             let start = pinhole.center - world.geometry.origin;
             origins.resize(batch.len(), start);
             dispatch_simd(GeneratePinholeRays {
                 pinhole,
-                pixels: batch
-                    .iter()
-                    .zip(&*offsets)
-                    .map(|(&(i, _), &offset)| self.film_position(pixels[i], offset)),
+                pixels: batch.iter().zip(&*offsets).map(|(&(i, _), &offset)| self.film_position(pixels[i], offset)),
                 origin: start,
                 rays,
                 directions,
@@ -106,9 +88,7 @@ impl TileRenderer<'_> {
         } else {
             for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
                 let (lens, part) = self.lens_and_time(sampler);
-                let ray =
-                    self.camera
-                        .generate_ray(self.film_position(pixels[i], offset), lens, part);
+                let ray = self.camera.generate_ray(self.film_position(pixels[i], offset), lens, part);
                 let (origin, direction) = (ray.origin, ray.direction);
                 rays.push(world.geometry.local_ray(origin, direction, f64::INFINITY).0);
                 origins.push(origin - world.geometry.origin);
@@ -117,8 +97,7 @@ impl TileRenderer<'_> {
         }
         // Every hit is written; earlier values do not matter.
         hits.resize(rays.len(), Hit::MISS);
-        self.scene_of(world)
-            .closest(rays, hits, Coherence::Coherent);
+        self.scene_of(world).closest(rays, hits, Coherence::Coherent);
     }
 
     /// Image coordinates of a sample, from its random numbers of [`Dimension::PixelFilter`].
@@ -147,11 +126,7 @@ impl TileRenderer<'_> {
 
     /// Sampler of a pixel's sample with this index.
     pub(crate) fn sampler_for(&self, of_pixel: Sampler, sample: u32) -> Sampler {
-        if self.needs.error {
-            of_pixel.with_replication(sample, REPLICATIONS)
-        } else {
-            of_pixel.with_sample(sample)
-        }
+        if self.needs.error { of_pixel.with_replication(sample, REPLICATIONS) } else { of_pixel.with_sample(sample) }
     }
 }
 
@@ -183,8 +158,7 @@ impl<P: Iterator<Item = DVec2>> WithSimd for GeneratePinholeRays<'_, P> {
                 let direction = self.pinhole.direction(DVec2::new(x[lane], y[lane]));
                 set_lane(&mut directions, lane, direction.as_vec3().to_array());
             }
-            self.directions
-                .extend((0..count).map(|lane| Vec3::from(get_lane(&directions, lane))));
+            self.directions.extend((0..count).map(|lane| Vec3::from(get_lane(&directions, lane))));
             self.rays.extend((0..count).map(|lane| Ray {
                 origin,
                 direction: get_lane(&directions, lane),

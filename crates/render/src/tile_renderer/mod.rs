@@ -123,10 +123,7 @@ impl<'a> TileRenderer<'a> {
         let geometry = &world.geometry;
         let needs = RenderNeeds::new(settings, camera, geometry);
         // A slice of the shutter's time is seen by few rays: a flattened scene of its own does not pay.
-        let many = needs.samples
-            && needs.color
-            && settings.integrator.traces_secondary_rays()
-            && shutter.is_none();
+        let many = needs.samples && needs.color && settings.integrator.traces_secondary_rays() && shutter.is_none();
         let [width, height] = camera.size().map(u64::from);
         if needs.center_rays && shutter.is_none() {
             geometry.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
@@ -174,21 +171,11 @@ impl<'a> TileRenderer<'a> {
 
     /// Batches of rays per tile.
     pub fn batches_per_tile(&self) -> usize {
-        usize::from(self.needs.center_rays)
-            + if self.needs.samples {
-                self.settings.samples as usize
-            } else {
-                0
-            }
+        usize::from(self.needs.center_rays) + if self.needs.samples { self.settings.samples as usize } else { 0 }
     }
 
     /// Traces and shades all rays of a tile.
-    pub fn trace(
-        &self,
-        tile: &Tile,
-        scratch: &mut ThreadScratch,
-        control: &Control,
-    ) -> Result<(), RenderError> {
+    pub fn trace(&self, tile: &Tile, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         self.begin_tile(tile, scratch, control)?;
         if !self.needs.samples {
             return Ok(());
@@ -204,11 +191,7 @@ impl<'a> TileRenderer<'a> {
             taken = until;
             barrier = barrier.saturating_mul(2);
             if let Some(noise) = self.settings.noise {
-                let ThreadScratch {
-                    lists: PixelLists { active, .. },
-                    estimator,
-                    ..
-                } = &mut *scratch;
+                let ThreadScratch { lists: PixelLists { active, .. }, estimator, .. } = &mut *scratch;
                 // Each pixel stops by itself, so that the result does not depend on the tile.
                 active.retain(|&pixel| estimator.error(pixel) > noise);
                 if active.is_empty() {
@@ -220,9 +203,7 @@ impl<'a> TileRenderer<'a> {
         if let Some(noise) = self.settings.noise {
             let pixels = 0..scratch.lists.pixels.len();
             let estimator = &scratch.estimator;
-            let samples = pixels
-                .map(|pixel| u64::from(estimator.samples(pixel)))
-                .sum();
+            let samples = pixels.map(|pixel| u64::from(estimator.samples(pixel))).sum();
             let noisy = |&&pixel: &&usize| estimator.error(pixel) > noise;
             let noisy_pixels = scratch.lists.active.iter().filter(noisy).count() as u64;
             self.stats.add_samples(samples, noisy_pixels);
@@ -254,10 +235,7 @@ impl<'a> TileRenderer<'a> {
         for block in tile.blocks() {
             let mask = self.screen_mask.as_ref();
             let traced = mask.is_none_or(|(mask, _)| mask.covers(&block));
-            blocks.push(PixelBlock {
-                block,
-                first_pixel: traced.then_some(pixels.len()),
-            });
+            blocks.push(PixelBlock { block, first_pixel: traced.then_some(pixels.len()) });
             if traced {
                 block.push_rows(pixels);
             }
@@ -266,12 +244,7 @@ impl<'a> TileRenderer<'a> {
     }
 
     /// Resets the buffers for a tile and traces its centre rays if needed.
-    pub fn begin_tile(
-        &self,
-        tile: &Tile,
-        scratch: &mut ThreadScratch,
-        control: &Control,
-    ) -> Result<(), RenderError> {
+    pub fn begin_tile(&self, tile: &Tile, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         self.collect_pixels(tile, scratch);
         let count = scratch.lists.pixels.len();
         scratch.estimator.reset(count, self.needs.error);
@@ -292,29 +265,17 @@ impl<'a> TileRenderer<'a> {
     }
 
     /// Traces the centre rays if needed.
-    fn trace_center_rays(
-        &self,
-        scratch: &mut ThreadScratch,
-        control: &Control,
-    ) -> Result<(), RenderError> {
+    fn trace_center_rays(&self, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         scratch.truth.pixel_worlds.clear();
         if !self.needs.center_rays {
             return Ok(());
         }
         match self.shutter {
-            Some(shutter) if shutter.is_rolling() => {
-                self.trace_center_rays_by_row(shutter, scratch, control)
-            }
+            Some(shutter) if shutter.is_rolling() => self.trace_center_rays_by_row(shutter, scratch, control),
             _ => {
                 let (geometry, pixels) = (&self.world.geometry, &scratch.lists.pixels);
                 let center_rays = &mut scratch.truth.center_rays;
-                center_rays.trace(
-                    geometry,
-                    self.camera,
-                    pixels,
-                    self.settings,
-                    self.needs.skip_transparent,
-                );
+                center_rays.trace(geometry, self.camera, pixels, self.settings, self.needs.skip_transparent);
                 Ok(())
             }
         }
@@ -322,19 +283,8 @@ impl<'a> TileRenderer<'a> {
 
     /// Uses the centre rays of the active pixels as their first samples.
     fn center_rays_as_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
-        let PixelLists {
-            pixels,
-            active,
-            batch,
-            ..
-        } = &mut scratch.lists;
-        let RayBatchBuffers {
-            hits,
-            origins,
-            directions,
-            samplers,
-            ..
-        } = &mut scratch.rays;
+        let PixelLists { pixels, active, batch, .. } = &mut scratch.lists;
+        let RayBatchBuffers { hits, origins, directions, samplers, .. } = &mut scratch.rays;
         let center_rays = &scratch.truth.center_rays;
         let rays = || active.iter().map(|&i| &center_rays.rays[i]);
         hits.clear();
@@ -344,74 +294,33 @@ impl<'a> TileRenderer<'a> {
         directions.clear();
         directions.extend(rays().map(|ray| DVec3::from(ray.direction).as_vec3()));
         samplers.clear();
-        samplers.extend(
-            active
-                .iter()
-                .map(|&i| self.sampler_for(self.sampler_for_pixel(pixels[i]), 0)),
-        );
+        samplers.extend(active.iter().map(|&i| self.sampler_for(self.sampler_for_pixel(pixels[i]), 0)));
         batch.clear();
         batch.extend(active.iter().map(|&i| (i, 0)));
     }
 
     /// Shades the batch and adds the radiance to the estimators.
-    fn shade(
-        &self,
-        world: &PreparedWorld,
-        scratch: &mut ThreadScratch,
-        control: &Control,
-    ) -> Result<(), RenderError> {
+    fn shade(&self, world: &PreparedWorld, scratch: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         self.count_samples(world, scratch);
         if !self.needs.color {
             return Ok(());
         }
-        let RayBatchBuffers {
-            hits,
-            origins,
-            directions,
-            samplers,
-            paths,
-            radiance,
-            misses,
-            ..
-        } = &mut scratch.rays;
+        let RayBatchBuffers { hits, origins, directions, samplers, paths, radiance, misses, .. } = &mut scratch.rays;
         radiance.clear();
         radiance.resize(hits.len(), Vec3::ZERO);
         misses.clear();
         misses.resize(hits.len(), false);
-        let batch = CameraRayBatch {
-            scene: self.scene_of(world),
-            ray_cone: self.cone,
-            origins,
-            directions,
-            hits,
-            samplers,
-        };
-        integrator::radiance(
-            world,
-            self.settings,
-            &batch,
-            control,
-            paths,
-            (radiance, misses),
-        )?;
+        let batch =
+            CameraRayBatch { scene: self.scene_of(world), ray_cone: self.cone, origins, directions, hits, samplers };
+        integrator::radiance(world, self.settings, &batch, control, paths, (radiance, misses))?;
         self.add_radiance(scratch);
         Ok(())
     }
 
     /// Counts the samples of the batch, and those that hit the same instance as their pixel's centre ray.
     fn count_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
-        let RayBatchBuffers {
-            hits,
-            origins,
-            directions,
-            ..
-        } = &scratch.rays;
-        let RenderNeeds {
-            samples,
-            coverage,
-            skip_transparent,
-            ..
-        } = self.needs;
+        let RayBatchBuffers { hits, origins, directions, .. } = &scratch.rays;
+        let RenderNeeds { samples, coverage, skip_transparent, .. } = self.needs;
         let behind = match skip_transparent && samples && coverage {
             true => world.geometry.visible_instances(origins, directions, hits),
             false => vec![],
@@ -427,14 +336,7 @@ impl<'a> TileRenderer<'a> {
 
     /// Adds the radiance of the batch to the estimators, vignetted and clamped.
     fn add_radiance(&self, scratch: &mut ThreadScratch) {
-        let ThreadScratch {
-            lists,
-            rays: RayBatchBuffers {
-                radiance, misses, ..
-            },
-            estimator,
-            ..
-        } = scratch;
+        let ThreadScratch { lists, rays: RayBatchBuffers { radiance, misses, .. }, estimator, .. } = scratch;
         for (&(pixel, _), _) in lists.batch.iter().zip(misses).filter(|(_, miss)| **miss) {
             estimator.add_miss(pixel);
         }

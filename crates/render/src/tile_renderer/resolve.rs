@@ -30,8 +30,7 @@ impl TileRenderer<'_> {
         let mut rotations = vec![];
         if self.camera.motion().is_some() {
             let pixels = scratch.lists.pixels.iter();
-            rotations
-                .extend(pixels.map(|&pixel| self.camera.rotation_at(self.pixel_center(pixel))));
+            rotations.extend(pixels.map(|&pixel| self.camera.rotation_at(self.pixel_center(pixel))));
         }
         let center_rays = &scratch.truth.center_rays;
         let truth = ChannelReader::new(
@@ -41,10 +40,7 @@ impl TileRenderer<'_> {
             self.camera.r(),
             &rotations,
         );
-        let background = self
-            .screen_mask
-            .as_ref()
-            .map_or(&[][..], |(_, pixel)| pixel);
+        let background = self.screen_mask.as_ref().map_or(&[][..], |(_, pixel)| pixel);
         let mut corners = TriangleCache::new(None);
         let write = |channel: Channel, rows: &mut RowWriter| {
             use Channel as C;
@@ -100,10 +96,7 @@ impl TileRenderer<'_> {
             }
             TileTask::Background(tile, count) => {
                 control.check()?;
-                let background = self
-                    .screen_mask
-                    .as_ref()
-                    .map_or(&[][..], |(_, pixel)| pixel);
+                let background = self.screen_mask.as_ref().map_or(&[][..], |(_, pixel)| pixel);
                 film.fill(tile, background);
                 control.advance_by(count * self.batches_per_tile());
             }

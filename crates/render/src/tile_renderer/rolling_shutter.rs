@@ -20,28 +20,12 @@ impl TileRenderer<'_> {
         control: &Control,
     ) -> Result<(), RenderError> {
         let pixels = &scratch.lists.pixels;
-        let GroundTruthBuffers {
-            center_rays,
-            pixel_worlds,
-            row_worlds,
-        } = &mut scratch.truth;
+        let GroundTruthBuffers { center_rays, pixel_worlds, row_worlds } = &mut scratch.truth;
         for &pixel in pixels {
             let (center, capacity) = (self.pixel_center(pixel), 2 * TILE_SIZE as usize);
-            pixel_worlds.push(shutter.cached_row_world(
-                self.camera,
-                center,
-                row_worlds,
-                capacity,
-                control,
-            )?);
+            pixel_worlds.push(shutter.cached_row_world(self.camera, center, row_worlds, capacity, control)?);
         }
-        center_rays.trace_per_world(
-            pixel_worlds,
-            self.camera,
-            pixels,
-            self.settings,
-            self.needs.skip_transparent,
-        );
+        center_rays.trace_per_world(pixel_worlds, self.camera, pixels, self.settings, self.needs.skip_transparent);
         Ok(())
     }
 
@@ -59,10 +43,7 @@ impl TileRenderer<'_> {
         let mut groups: Vec<(Arc<PreparedWorld>, Vec<usize>)> = Vec::new();
         for &i in &all {
             let world = &scratch.truth.pixel_worlds[i];
-            match groups
-                .iter_mut()
-                .find(|(other, _)| Arc::ptr_eq(other, world))
-            {
+            match groups.iter_mut().find(|(other, _)| Arc::ptr_eq(other, world)) {
                 Some((_, pixels)) => pixels.push(i),
                 None => groups.push((world.clone(), vec![i])),
             }
@@ -85,10 +66,7 @@ impl TileRenderer<'_> {
         let mut slices: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
         for (i, sample) in std::mem::take(&mut scratch.lists.batch) {
             let sampler = self.sampler_for(self.sampler_for_pixel(scratch.lists.pixels[i]), sample);
-            let pixel = self.film_position(
-                scratch.lists.pixels[i],
-                sampler.get_2d(Dimension::PixelFilter),
-            );
+            let pixel = self.film_position(scratch.lists.pixels[i], sampler.get_2d(Dimension::PixelFilter));
             let (_, part) = self.lens_and_time(&sampler);
             let slice = shutter.slice_index(self.camera, pixel, part);
             slices.entry(slice).or_default().push((i, sample));

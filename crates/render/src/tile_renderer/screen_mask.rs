@@ -30,8 +30,7 @@ pub(crate) struct ScreenMask {
 impl ScreenMask {
     /// Mask of a region; `None` if it is unknown or covers every block.
     pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
-        let straight =
-            matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
+        let straight = matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
         if !straight || camera.aperture().is_some() || camera.motion().is_some() {
             return None;
         }
@@ -54,8 +53,7 @@ impl ScreenMask {
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
             let columns = first.x as usize / RAY_BLOCK as usize..width.div_ceil(RAY_BLOCK) as usize;
             for row in first.y as usize / RAY_BLOCK as usize..height.div_ceil(RAY_BLOCK) as usize {
-                if let Some(seen) = mask.covered[row * across..][..across].get_mut(columns.clone())
-                {
+                if let Some(seen) = mask.covered[row * across..][..across].get_mut(columns.clone()) {
                     seen.fill(true);
                 }
             }
@@ -65,8 +63,7 @@ impl ScreenMask {
 
     /// True if any object can project to a block of [`Tile::blocks`].
     pub fn covers(&self, block: &Tile) -> bool {
-        let [column, row] =
-            [block.x - self.first_pixel[0], block.y - self.first_pixel[1]].map(|at| at / RAY_BLOCK);
+        let [column, row] = [block.x - self.first_pixel[0], block.y - self.first_pixel[1]].map(|at| at / RAY_BLOCK);
         self.covered[row as usize * self.blocks_per_row + column as usize]
     }
 }
@@ -82,9 +79,7 @@ enum ScreenBounds {
 /// Bounds of a box's projection; `None` if unknown.
 fn project_bounds(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
     let k = camera.k();
-    let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y)
-        .abs()
-        .max_element();
+    let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y).abs().max_element();
     let (mut lower, mut upper) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let mut behind = 0;
     for corner in 0..8 {
@@ -94,8 +89,7 @@ fn project_bounds(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
         if camera.center() == Center::Point {
             let way = point - camera.c();
             depth = camera.r().row(2).dot(way);
-            let grazing =
-                MIN_DEPTH_RATIO * way.length() + EPS64 * (point.length() + camera.c().length());
+            let grazing = MIN_DEPTH_RATIO * way.length() + EPS64 * (point.length() + camera.c().length());
             if depth < -grazing {
                 behind += 1;
                 continue;
@@ -114,10 +108,7 @@ fn project_bounds(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
     }
     let first = camera.pixel_center_of(0, 0);
     match behind {
-        0 => Some(ScreenBounds::Rect([
-            lower - first - PIXEL_MARGIN,
-            upper - first + PIXEL_MARGIN,
-        ])),
+        0 => Some(ScreenBounds::Rect([lower - first - PIXEL_MARGIN, upper - first + PIXEL_MARGIN])),
         8 => Some(ScreenBounds::Behind),
         _ => None,
     }
@@ -143,10 +134,7 @@ mod tests {
 
     impl Random {
         fn next(&mut self) -> f64 {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         }
 
@@ -186,8 +174,7 @@ mod tests {
         let [forward, side] = [(target - from).normalize(), random.point()];
         let right = forward.cross(side).normalize();
         let r = DMat3::from_cols(right, forward.cross(right), forward).transpose();
-        let focal =
-            80.0 * (distance / prepared.geometry.radius).max(0.3) * 10f64.powf(random.next());
+        let focal = 80.0 * (distance / prepared.geometry.radius).max(0.3) * 10f64.powf(random.next());
         let mut k = DMat3::from_diagonal(DVec3::new(focal, 1.3 * focal, 1.0));
         k.y_axis.x = 0.2 * focal * random.next();
         (k.z_axis.x, k.z_axis.y) = (41.0 + 30.0 * random.next(), 30.0);
@@ -215,9 +202,7 @@ mod tests {
         for round in 0..240 {
             let mut world = world(random, [0.0, 1e4][round / 2 % 2]);
             if round % 3 == 0 {
-                world
-                    .add_light(Light::uniform_sky([0.3, 0.2, 0.1]))
-                    .unwrap();
+                world.add_light(Light::uniform_sky([0.3, 0.2, 0.1])).unwrap();
             }
             let mut prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
             let camera = camera(random, &prepared);
@@ -232,20 +217,13 @@ mod tests {
                 region: (round % 4 == 0).then_some([5, 3, 70, 50]),
                 ..Settings::default()
             };
-            let render = |world: &PreparedWorld| {
-                bits(&crate::render(world, &camera, &settings, &Control::new()).unwrap())
-            };
+            let render =
+                |world: &PreparedWorld| bits(&crate::render(world, &camera, &settings, &Control::new()).unwrap());
             let region = settings.region.unwrap_or([0, 0, 83, 61]);
-            let mask = ScreenMask::new(
-                &prepared.geometry.object_bounds,
-                &prepared.geometry.camera_outside(&camera),
-                region,
-            );
+            let mask =
+                ScreenMask::new(&prepared.geometry.object_bounds, &prepared.geometry.camera_outside(&camera), region);
             let quick = render(&prepared);
-            prepared
-                .geometry
-                .object_bounds
-                .push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
+            prepared.geometry.object_bounds.push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
             assert!(ScreenMask::new(&prepared.geometry.object_bounds, &camera, region).is_none());
             assert!(quick == render(&prepared), "round {round}");
             let seen = mask.map_or(vec![true], |mask| mask.covered);
@@ -253,10 +231,7 @@ mod tests {
             shown += usize::from(!seen.contains(&false));
             mixed += usize::from(seen.contains(&true) && seen.contains(&false));
         }
-        assert!(
-            left_out > 10 && shown > 10 && mixed > 100,
-            "{left_out} {shown} {mixed}"
-        );
+        assert!(left_out > 10 && shown > 10 && mixed > 100, "{left_out} {shown} {mixed}");
     }
 
     #[test]
@@ -271,16 +246,9 @@ mod tests {
         let k = DMat3::from_cols_array(&[100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 40.0, 30.0, 1.0]);
         let size = [80, 60];
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
-        let mask = ScreenMask::new(
-            &prepared.geometry.object_bounds,
-            &camera.unwrap(),
-            [0, 0, 80, 60],
-        )
-        .unwrap();
+        let mask = ScreenMask::new(&prepared.geometry.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
         // The image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
-        let seen: Vec<_> = (0..mask.covered.len())
-            .filter(|&i| mask.covered[i])
-            .collect();
+        let seen: Vec<_> = (0..mask.covered.len()).filter(|&i| mask.covered[i]).collect();
         assert_eq!(seen, [0, 1, 10, 11]);
     }
 }

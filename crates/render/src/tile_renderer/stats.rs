@@ -47,10 +47,7 @@ impl RenderStats {
             notices.push(notice);
         }
         if of(&self.rejected) > 0 {
-            notices.push(format!(
-                "{} samples were too bright for float32 and count as black",
-                of(&self.rejected)
-            ));
+            notices.push(format!("{} samples were too bright for float32 and count as black", of(&self.rejected)));
         }
         if let Some(limit) = settings.clamp
             && of(&self.clamped) > 0

@@ -11,16 +11,8 @@ use raycam_scene::{Camera, Light, Material, MaterialModel, Mesh, PixelCenter, Wo
 /// The lecture's material.
 pub fn material(color: [f32; 3], diffuse: f32, specular: f32, shininess: f32) -> Material {
     let specular = [specular; 3];
-    let reflectance = MaterialModel::Phong {
-        diffuse,
-        specular,
-        shininess,
-    };
-    Material {
-        color,
-        model: reflectance,
-        ..Material::default()
-    }
+    let reflectance = MaterialModel::Phong { diffuse, specular, shininess };
+    Material { color, model: reflectance, ..Material::default() }
 }
 
 /// Adds an object with a material of its own.
@@ -35,21 +27,12 @@ pub fn add(world: &mut World, mesh: Mesh, material: Material, world_from_mesh: D
 pub fn plane(size: f64, albedo: f32) -> World {
     let mut world = World::default();
     let mesh = primitive::plane([size, size]).unwrap();
-    add(
-        &mut world,
-        mesh,
-        material([1.0; 3], albedo, 0.0, 1.0),
-        DAffine3::IDENTITY,
-    );
+    add(&mut world, mesh, material([1.0; 3], albedo, 0.0, 1.0), DAffine3::IDENTITY);
     world
 }
 
 pub fn look_at(eye: DVec3, target: DVec3, fov: f64, size: [u32; 2]) -> Camera {
-    let up = if (target - eye).normalize().z.abs() > 0.99 {
-        DVec3::Y
-    } else {
-        DVec3::Z
-    };
+    let up = if (target - eye).normalize().z.abs() > 0.99 { DVec3::Y } else { DVec3::Z };
     let k = intrinsics_from_fov(fov, size, PixelCenter::Integer).unwrap();
     Camera::look_at(eye, target, up, k, size, PixelCenter::Integer).unwrap()
 }
@@ -101,50 +84,20 @@ pub fn bits(frame: &Frame) -> Vec<(Channel, Vec<u64>)> {
 pub fn still_life() -> World {
     let mut world = World::default();
     let ground = primitive::plane([12.0, 12.0]).unwrap();
-    add(
-        &mut world,
-        ground,
-        material([0.7, 0.6, 0.5], 0.8, 0.0, 1.0),
-        DAffine3::IDENTITY,
-    );
+    add(&mut world, ground, material([0.7, 0.6, 0.5], 0.8, 0.0, 1.0), DAffine3::IDENTITY);
     let ball = primitive::sphere(1.0, 3).unwrap();
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 1.0));
-    add(
-        &mut world,
-        ball,
-        material([0.8, 0.1, 0.1], 0.7, 0.3, 40.0),
-        place,
-    );
+    add(&mut world, ball, material([0.8, 0.1, 0.1], 0.7, 0.3, 40.0), place);
     let mut ring = primitive::torus(0.8, 0.25, 32).unwrap();
     ring.normals = None;
     let count = ring.triangles.len();
-    ring.face_colors = Some(
-        (0..count)
-            .map(|i| [i as f32 / count as f32, 0.5, 0.2])
-            .collect(),
-    );
+    ring.face_colors = Some((0..count).map(|i| [i as f32 / count as f32, 0.5, 0.2]).collect());
     let place = DAffine3::from_translation(DVec3::new(-2.0, 0.3, 0.25));
-    add(
-        &mut world,
-        ring,
-        material([1.0; 3], 0.9, 0.1, 8.0),
-        DAffine3::from_rotation_x(0.4) * place,
-    );
-    let sun = Light::Sun {
-        direction: [-1.0, 0.5, -2.0],
-        irradiance: [2.0, 1.9, 1.7],
-        angular_diameter: 0.0,
-    };
+    add(&mut world, ring, material([1.0; 3], 0.9, 0.1, 8.0), DAffine3::from_rotation_x(0.4) * place);
+    let sun = Light::Sun { direction: [-1.0, 0.5, -2.0], irradiance: [2.0, 1.9, 1.7], angular_diameter: 0.0 };
     world.add_light(sun).unwrap();
-    let bulb = Light::Point {
-        position: [2.0, -2.0, 3.0],
-        power: Some([90.0; 3]),
-        intensity: None,
-        radius: 0.3,
-    };
+    let bulb = Light::Point { position: [2.0, -2.0, 3.0], power: Some([90.0; 3]), intensity: None, radius: 0.3 };
     world.add_light(bulb).unwrap();
-    world
-        .add_light(Light::uniform_sky([0.1, 0.12, 0.2]))
-        .unwrap();
+    world.add_light(Light::uniform_sky([0.1, 0.12, 0.2])).unwrap();
     world
 }

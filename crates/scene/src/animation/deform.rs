@@ -116,28 +116,18 @@ impl MorphTarget {
             *vertex += Vec3::from_array(*by).as_dvec3() * f64::from(weight);
         }
         let plus = |value: &mut [f32], by: &[f32]| {
-            value
-                .iter_mut()
-                .zip(by)
-                .for_each(|(value, by)| *value += weight * by);
+            value.iter_mut().zip(by).for_each(|(value, by)| *value += weight * by);
         };
         let normals = mesh.normals.iter_mut().flatten();
-        normals
-            .zip(self.normals.iter().flatten())
-            .for_each(|(value, by)| plus(value, by));
+        normals.zip(self.normals.iter().flatten()).for_each(|(value, by)| plus(value, by));
         let tangents = mesh.tangents.iter_mut().flatten();
-        tangents
-            .zip(self.tangents.iter().flatten())
-            .for_each(|(value, by)| plus(value, by));
+        tangents.zip(self.tangents.iter().flatten()).for_each(|(value, by)| plus(value, by));
         let uvs = mesh.uvs.iter_mut().flatten();
-        uvs.zip(self.uvs.iter().flatten())
-            .for_each(|(value, by)| plus(value, by));
+        uvs.zip(self.uvs.iter().flatten()).for_each(|(value, by)| plus(value, by));
         let colors = mesh.vertex_colors.iter_mut().flatten();
-        colors
-            .zip(self.colors.iter().flatten())
-            .for_each(|(value, by)| {
-                plus(value, by);
-                *value = value.map(|v| v.clamp(0.0, 1.0));
-            });
+        colors.zip(self.colors.iter().flatten()).for_each(|(value, by)| {
+            plus(value, by);
+            *value = value.map(|v| v.clamp(0.0, 1.0));
+        });
     }
 }

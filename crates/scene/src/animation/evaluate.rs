@@ -3,8 +3,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::animation::{
-    AnimatedMaterial, AnimationTarget, Node, NodeCamera, NodeLight, NodeObject, NodeTree, Skin,
-    Transform,
+    AnimatedMaterial, AnimationTarget, Node, NodeCamera, NodeLight, NodeObject, NodeTree, Skin, Transform,
 };
 use crate::camera::Camera;
 use crate::error::SceneError;
@@ -28,9 +27,7 @@ impl NodeTree {
         let (mut materials, mut lights) = (self.materials.clone(), self.lights.clone());
         let mut cameras = self.cameras.clone();
         for channel in channels.iter().flat_map(|animation| &animation.channels) {
-            let value = channel
-                .sampler
-                .evaluate(moment.map_or(0.0, |(_, time)| time));
+            let value = channel.sampler.evaluate(moment.map_or(0.0, |(_, time)| time));
             if value.len() < channel.target.component_count() {
                 continue;
             }
@@ -82,31 +79,19 @@ impl NodeTree {
     }
 
     /// True if joints and morph weights of a mesh are the same in two states.
-    pub(crate) fn same_deformation(
-        &self,
-        mount: &NodeObject,
-        a: &EvaluatedNodes,
-        b: &EvaluatedNodes,
-    ) -> bool {
+    pub(crate) fn same_deformation(&self, mount: &NodeObject, a: &EvaluatedNodes, b: &EvaluatedNodes) -> bool {
         let joints = mount.skin.map_or(&[][..], |skin| &self.skins[skin].joints);
         a.weights[mount.node] == b.weights[mount.node]
-            && joints
-                .iter()
-                .all(|&joint| a.world_from_node[joint] == b.world_from_node[joint])
+            && joints.iter().all(|&joint| a.world_from_node[joint] == b.world_from_node[joint])
     }
 
     /// The mesh of an object that bends.
     pub(crate) fn deformed_mesh(&self, mount: &NodeObject, pose: &EvaluatedNodes) -> Option<Mesh> {
         let shape = mount.deformable.as_ref()?;
         let joints: Option<Vec<_>> = mount.skin.map(|skin| {
-            let Skin {
-                joints,
-                inverse_bind,
-            } = &self.skins[skin];
+            let Skin { joints, inverse_bind } = &self.skins[skin];
             let pairs = joints.iter().zip(inverse_bind);
-            pairs
-                .map(|(&joint, inverse)| pose.world_from_node[joint] * *inverse)
-                .collect()
+            pairs.map(|(&joint, inverse)| pose.world_from_node[joint] * *inverse).collect()
         });
         Some(shape.deform(&pose.weights[mount.node], joints.as_deref()))
     }
@@ -123,9 +108,7 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
                 *rotation = turn.normalize();
             }
         }
-        (Transform::Trs { scale, .. }, AnimationTarget::Scale(_)) => {
-            *scale = DVec3::from_slice(value)
-        }
+        (Transform::Trs { scale, .. }, AnimationTarget::Scale(_)) => *scale = DVec3::from_slice(value),
         (_, AnimationTarget::Weights(_)) => {
             node.weights = value.iter().map(|&v| v as f32).collect();
         }
@@ -136,10 +119,7 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
 }
 
 /// The camera with the same picture, on a node; as it is where the node flattens it.
-pub(crate) fn camera_at_node(
-    camera: &Camera,
-    world_from_node: DAffine3,
-) -> Result<Camera, SceneError> {
+pub(crate) fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera, SceneError> {
     let Some(world_from_camera) = camera_axes(world_from_node) else {
         return Ok(camera.clone());
     };

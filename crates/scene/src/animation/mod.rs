@@ -78,11 +78,9 @@ impl Transform {
     pub fn parent_from_node(&self) -> DAffine3 {
         match self {
             Self::Matrix(matrix) => *matrix,
-            Self::Trs {
-                translation,
-                rotation,
-                scale,
-            } => DAffine3::from_scale_rotation_translation(*scale, *rotation, *translation),
+            Self::Trs { translation, rotation, scale } => {
+                DAffine3::from_scale_rotation_translation(*scale, *rotation, *translation)
+            }
         }
     }
 }
@@ -128,10 +126,7 @@ pub struct Animation {
 impl Animation {
     /// The time of its last keyframe, in seconds.
     pub fn duration(&self) -> f64 {
-        let ends = self
-            .channels
-            .iter()
-            .map(|channel| channel.sampler.end_time());
+        let ends = self.channels.iter().map(|channel| channel.sampler.end_time());
         ends.fold(0.0, f64::max)
     }
 }
@@ -178,11 +173,7 @@ impl AnimationTarget {
             Self::Light(_, LightProperty::Color) => 3,
             Self::Material(
                 _,
-                P::EmissionColor
-                | P::SpecularColor
-                | P::AttenuationColor
-                | P::SheenColor
-                | P::DiffuseTransmissionColor,
+                P::EmissionColor | P::SpecularColor | P::AttenuationColor | P::SheenColor | P::DiffuseTransmissionColor,
             ) => 3,
             Self::Material(_, P::Uv(_, UvProperty::Offset | UvProperty::Scale)) => 2,
             _ => 1,

@@ -62,9 +62,7 @@ impl NodeLight {
         let mut light = self.base;
         match &mut light {
             Light::Sun { irradiance, .. } => *irradiance = rgb,
-            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
-                *intensity = Some(rgb)
-            }
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity = Some(rgb),
             _ => {}
         }
         light
@@ -122,11 +120,7 @@ pub(crate) fn move_light(light: &mut Light, place: DVec3, along: Option<DVec3>) 
             }
         }
         Light::Point { position, .. } => *position = place.to_array(),
-        Light::Spot {
-            position,
-            direction,
-            ..
-        } => {
+        Light::Spot { position, direction, .. } => {
             *position = place.to_array();
             if let Some(along) = along {
                 *direction = along.to_array();

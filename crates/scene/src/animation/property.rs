@@ -9,10 +9,7 @@ use crate::texture::TextureSlot;
 
 /// A property of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[allow(
-    missing_docs,
-    reason = "the names are those of the fields of `Material` and `Principled`"
-)]
+#[allow(missing_docs, reason = "the names are those of the fields of `Material` and `Principled`")]
 pub enum MaterialProperty {
     /// With opacity: four numbers.
     BaseColor,
@@ -51,10 +48,7 @@ pub enum MaterialProperty {
 
 /// A texture of a material, by what it is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[allow(
-    missing_docs,
-    reason = "the names are those of the fields of `Material` and `Principled`"
-)]
+#[allow(missing_docs, reason = "the names are those of the fields of `Material` and `Principled`")]
 pub enum TextureSlotKind {
     BaseColor,
     MetallicRoughness,
@@ -104,11 +98,7 @@ impl UvTransform {
     pub fn image_from_mesh(&self) -> [[f32; 3]; 2] {
         let (sin, cos) = self.rotation.sin_cos();
         let ([x, y], [width, height]) = (self.offset, self.scale);
-        [
-            [cos * width, sin * height, x],
-            [-sin * width, cos * height, y],
-        ]
-        .map(|row| row.map(|v| v as f32))
+        [[cos * width, sin * height, x], [-sin * width, cos * height, y]].map(|row| row.map(|v| v as f32))
     }
 }
 
@@ -133,8 +123,7 @@ impl AnimatedMaterial {
         let first = value.first().map_or(0.0, |&v| v as f32);
         let share = first.clamp(0.0, 1.0);
         let positive = first.max(0.0);
-        let color: [f32; 3] =
-            std::array::from_fn(|i| value.get(i).map_or(0.0, |&v| v.max(0.0) as f32));
+        let color: [f32; 3] = std::array::from_fn(|i| value.get(i).map_or(0.0, |&v| v.max(0.0) as f32));
         let shares = color.map(|v| v.min(1.0));
         let base = &mut self.base;
         match property {
@@ -172,12 +161,7 @@ impl AnimatedMaterial {
             }
             property => {
                 if let Some(principled) = base.model.as_principled_mut() {
-                    set_principled(
-                        principled,
-                        property,
-                        (first, share, positive),
-                        (color, shares),
-                    );
+                    set_principled(principled, property, (first, share, positive), (color, shares));
                 }
             }
         }
@@ -249,11 +233,7 @@ fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut 
         T::BaseColor => return material.texture.iter_mut().collect(),
         T::Emission => return material.emission.texture.iter_mut().collect(),
         T::Normal => {
-            return material
-                .normal_map
-                .iter_mut()
-                .map(|n| &mut n.texture)
-                .collect();
+            return material.normal_map.iter_mut().map(|n| &mut n.texture).collect();
         }
         T::Occlusion => {
             let occlusion = material.occlusion.iter_mut();
@@ -266,19 +246,11 @@ fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut 
     };
     let slot = match texture {
         T::MetallicRoughness => {
-            let both = p
-                .metallic
-                .texture
-                .iter_mut()
-                .chain(p.roughness.texture.iter_mut());
+            let both = p.metallic.texture.iter_mut().chain(p.roughness.texture.iter_mut());
             return both.collect();
         }
         T::ClearcoatNormal => {
-            return p
-                .clearcoat_normal
-                .iter_mut()
-                .map(|n| &mut n.texture)
-                .collect();
+            return p.clearcoat_normal.iter_mut().map(|n| &mut n.texture).collect();
         }
         T::Specular => &mut p.specular.texture,
         T::SpecularColor => &mut p.specular_color.texture,

@@ -59,13 +59,7 @@ impl AnimationSampler {
                 parts * width
             ));
         }
-        Ok(Self {
-            times,
-            values,
-            width,
-            interpolation,
-            rotation,
-        })
+        Ok(Self { times, values, width, interpolation, rotation })
     }
 
     /// The time of the last keyframe.

@@ -43,19 +43,12 @@ impl Aperture {
             return fail(format!("focus is {focus}: expected a finite distance > 0"));
         }
         if blades != 0 && !BLADES.contains(&blades) {
-            return fail(format!(
-                "{blades} blades: expected 3 to 64, or 0 for a round opening"
-            ));
+            return fail(format!("{blades} blades: expected 3 to 64, or 0 for a round opening"));
         }
         if !rotation.is_finite() {
             return fail(format!("rotation is {rotation}: expected finite degrees"));
         }
-        Ok(Self {
-            radius,
-            focus,
-            blades,
-            rotation,
-        })
+        Ok(Self { radius, focus, blades, rotation })
     }
 
     /// Radius of a round opening, or of a polygon's corners.
@@ -80,12 +73,7 @@ impl Aperture {
 
     /// The point at which light enters the opening, for a unit direction in camera axes and two numbers in 0..1, and the unit
     /// direction of the light there.
-    pub(super) fn bend_ray(
-        &self,
-        direction: DVec3,
-        lens: &Lens,
-        numbers: [f64; 2],
-    ) -> (DVec3, DVec3) {
+    pub(super) fn bend_ray(&self, direction: DVec3, lens: &Lens, numbers: [f64; 2]) -> (DVec3, DVec3) {
         let at = self.sample_point(numbers).extend(0.0);
         let (opening, sharp) = if lens.is_planar() {
             (at, direction * (self.focus / direction.z))

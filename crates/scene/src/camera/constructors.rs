@@ -21,31 +21,15 @@ impl Camera {
     /// # Errors
     /// [`SceneError::Camera`] where a value is not finite, `k` is not such a matrix, `r` is further than 1e-6 from a
     /// rotation (nearer ones become the nearest rotation), or the size is 0 or beyond [`MAX_SIDE`] and [`MAX_PIXELS`].
-    pub fn new(
-        k: DMat3,
-        r: DMat3,
-        c: DVec3,
-        size: [u32; 2],
-        pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    pub fn new(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self, SceneError> {
         check_size(size)?;
         let k = validated_intrinsics(k)?;
         let r = validated_rotation(r)?;
         if !c.is_finite() {
-            return Err(SceneError::Camera(format!(
-                "the camera centre {c} is not finite"
-            )));
+            return Err(SceneError::Camera(format!("the camera centre {c} is not finite")));
         }
         let p = camera_matrix(k, r, c, Center::Point)?;
-        Ok(Self::from_parts(
-            k,
-            r,
-            c,
-            p,
-            size,
-            pixel_center,
-            Center::Point,
-        ))
+        Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Point))
     }
 
     /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and Zisserman,
@@ -56,11 +40,7 @@ impl Camera {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where a value is not finite or the rank is below 3.
-    pub fn from_matrix(
-        matrix: [[f64; 4]; 3],
-        size: [u32; 2],
-        pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
+    pub fn from_matrix(matrix: [[f64; 4]; 3], size: [u32; 2], pixel_center: PixelCenter) -> Result<Self, SceneError> {
         check_size(size)?;
         let decompose::DecomposedMatrix { k, r, c, p, center } = decompose::decompose(matrix)?;
         let k = match center {
@@ -68,10 +48,7 @@ impl Camera {
             _ => k,
         };
         let r = validated_rotation(r)?;
-        Ok(Self {
-            matrix: Some(matrix),
-            ..Self::from_parts(k, r, c, p, size, pixel_center, center)
-        })
+        Ok(Self { matrix: Some(matrix), ..Self::from_parts(k, r, c, p, size, pixel_center, center) })
     }
 
     /// An orthographic camera: parallel rays along the third row of `r` (camera_from_world), from the plane through `c`.
@@ -90,20 +67,10 @@ impl Camera {
         check_size(size)?;
         let (k, r) = (validated_intrinsics(k)?, validated_rotation(r)?);
         if !c.is_finite() {
-            return Err(SceneError::Camera(format!(
-                "the location {c} is not finite"
-            )));
+            return Err(SceneError::Camera(format!("the location {c} is not finite")));
         }
         let p = camera_matrix(k, r, c, Center::Plane)?;
-        Ok(Self::from_parts(
-            k,
-            r,
-            c,
-            p,
-            size,
-            pixel_center,
-            Center::Plane,
-        ))
+        Ok(Self::from_parts(k, r, c, p, size, pixel_center, Center::Plane))
     }
 
     /// Without lens, aperture and motion.
@@ -138,10 +105,7 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::new`], and angles that are not finite.
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "the six numbers of a pose have names of their own"
-    )]
+    #[allow(clippy::too_many_arguments, reason = "the six numbers of a pose have names of their own")]
     pub fn from_pose(
         location: DVec3,
         roll: f64,
@@ -153,19 +117,10 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self, SceneError> {
         if ![roll, pitch, yaw].iter().all(|v| v.is_finite()) {
-            return Err(SceneError::Camera(format!(
-                "roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite"
-            )));
+            return Err(SceneError::Camera(format!("roll {roll}, pitch {pitch}, yaw {yaw}: angles must be finite")));
         }
-        let world_from_body =
-            rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
-        Self::new(
-            k,
-            rotation::CAMERA_FROM_BODY * world_from_body.transpose(),
-            location,
-            size,
-            pixel_center,
-        )
+        let world_from_body = rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
+        Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), location, size, pixel_center)
     }
 
     /// A camera at `eye` that sees `target` at its principal point, with `up_vector` upwards in the picture.
@@ -191,13 +146,7 @@ impl Camera {
                 )
             })
         })?;
-        Self::new(
-            k,
-            rotation::CAMERA_FROM_BODY * world_from_body.transpose(),
-            eye,
-            size,
-            pixel_center,
-        )
+        Self::new(k, rotation::CAMERA_FROM_BODY * world_from_body.transpose(), eye, size, pixel_center)
     }
 
     /// A camera from OpenCV's extrinsics: a rotation vector (axis times angle in radians) and `t = -R C`.
@@ -212,9 +161,7 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self, SceneError> {
         if !(rvec.is_finite() && t.is_finite()) {
-            return Err(SceneError::Camera(format!(
-                "rotation vector {rvec} and translation {t} must be finite"
-            )));
+            return Err(SceneError::Camera(format!("rotation vector {rvec} and translation {t} must be finite")));
         }
         let r = DMat3::from_quat(DQuat::from_scaled_axis(rvec));
         Self::new(k, r, -(r.transpose() * t), size, pixel_center)
@@ -237,17 +184,7 @@ impl Camera {
             )));
         }
         let world_from_gl = DMat3::from_mat4(world_from_camera);
-        let world_from_cv = DMat3::from_cols(
-            world_from_gl.x_axis,
-            -world_from_gl.y_axis,
-            -world_from_gl.z_axis,
-        );
-        Self::new(
-            k,
-            world_from_cv.transpose(),
-            world_from_camera.w_axis.truncate(),
-            size,
-            pixel_center,
-        )
+        let world_from_cv = DMat3::from_cols(world_from_gl.x_axis, -world_from_gl.y_axis, -world_from_gl.z_axis);
+        Self::new(k, world_from_cv.transpose(), world_from_camera.w_axis.truncate(), size, pixel_center)
     }
 }

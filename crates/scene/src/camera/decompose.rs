@@ -24,14 +24,9 @@ pub struct DecomposedMatrix {
 /// Decomposes `P = s K R [I | -C]` for whatever scale and sign s.
 pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
-        return Err(SceneError::Camera(format!(
-            "P = {p:?}: every value must be finite"
-        )));
+        return Err(SceneError::Camera(format!("P = {p:?}: every value must be finite")));
     }
-    let largest = p
-        .iter()
-        .flat_map(|row| &row[..3])
-        .fold(0.0, |a: f64, v| a.max(v.abs()));
+    let largest = p.iter().flat_map(|row| &row[..3]).fold(0.0, |a: f64, v| a.max(v.abs()));
     if largest == 0.0 {
         return decompose_parallel(p);
     }
@@ -75,17 +70,9 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     let t1 = (p[0][3] - k.y_axis.x * t2 - k.z_axis.x * t3) / k.x_axis.x;
     let c = -(r.transpose() * DVec3::new(t1, t2, t3));
     if !(c.is_finite() && k.is_finite()) {
-        return Err(SceneError::Camera(format!(
-            "P = {p:?}: its numbers are too far apart to say where its centre is"
-        )));
+        return Err(SceneError::Camera(format!("P = {p:?}: its numbers are too far apart to say where its centre is")));
     }
-    Ok(DecomposedMatrix {
-        k,
-        r,
-        c,
-        p,
-        center: Center::Point,
-    })
+    Ok(DecomposedMatrix { k, r, c, p, center: Center::Point })
 }
 
 /// Decomposes `P = H [r1 0; r2 0; 0 0 0 1]`, where d = r1 x r2 is the null vector of its left 3x3 part M and H a
@@ -93,9 +80,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
 fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     let rank = numerical_rank(p);
     if rank < 3 {
-        return Err(SceneError::Camera(format!(
-            "P = {p:?} has rank {rank}: a camera matrix has rank 3"
-        )));
+        return Err(SceneError::Camera(format!("P = {p:?} has rank {rank}: a camera matrix has rank 3")));
     }
     let [m1, m2, m3] = p.map(|row| DVec3::new(row[0], row[1], row[2]));
     let p4 = DVec3::from_array(p.map(|row| row[3]));
@@ -108,22 +93,14 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> 
         let r2 = m2 / b;
         let once = m1 - m1.dot(r2) * r2;
         let r1 = (once - once.dot(r2) * r2).normalize();
-        let k = DMat3::from_cols(
-            DVec3::new(m1.dot(r1), 0.0, 0.0),
-            DVec3::new(m1.dot(r2), b, 0.0),
-            p4,
-        );
+        let k = DMat3::from_cols(DVec3::new(m1.dot(r1), 0.0, 0.0), DVec3::new(m1.dot(r2), b, 0.0), p4);
         return decomposed_parallel(p, k, r1, r2, scale);
     }
     // The null vector is at right angles to all rows: their largest cross product.
     let unit = |v: DVec3| v.try_normalize().unwrap_or_default();
     let (u1, u2, u3) = (unit(m1), unit(m2), unit(m3));
     let crosses = [u2.cross(u3), u3.cross(u1), u1.cross(u2)];
-    let largest =
-        crosses.into_iter().fold(
-            DVec3::ZERO,
-            |a, b| if b.length() > a.length() { b } else { a },
-        );
+    let largest = crosses.into_iter().fold(DVec3::ZERO, |a, b| if b.length() > a.length() { b } else { a });
     let forward = unit(largest);
     let r1 = forward.any_orthonormal_vector();
     let r2 = forward.cross(r1);
@@ -133,11 +110,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> 
     let at = h.inverse() * DVec3::Z;
     let w = h.row(2).dot(at) / at.z;
     let mirrored = h.determinant() / (w * w * w) < 0.0;
-    let (r1, h) = if mirrored {
-        (-r1, h * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)))
-    } else {
-        (r1, h)
-    };
+    let (r1, h) = if mirrored { (-r1, h * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))) } else { (r1, h) };
     decomposed_parallel(p, h * (1.0 / m3.length()), r1, r2, m3.length())
 }
 
@@ -154,24 +127,14 @@ fn decomposed_parallel(
             "P = {p:?} has its centre at infinity, and its numbers are too far apart to say where"
         )));
     }
-    Ok(DecomposedMatrix {
-        k,
-        r,
-        c: DVec3::ZERO,
-        p: p.map(|row| row.map(|v| v / scale)),
-        center: Center::Infinity,
-    })
+    Ok(DecomposedMatrix { k, r, c: DVec3::ZERO, p: p.map(|row| row.map(|v| v / scale)), center: Center::Infinity })
 }
 
 /// The numerical rank, by Gram-Schmidt with pivoting on rows of unit length.
 fn numerical_rank(p: [[f64; 4]; 3]) -> usize {
     let mut rows = p.map(|row| {
         let scale = row.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-        if scale == 0.0 {
-            DVec4::ZERO
-        } else {
-            DVec4::from_array(row.map(|v| v / scale)).normalize()
-        }
+        if scale == 0.0 { DVec4::ZERO } else { DVec4::from_array(row.map(|v| v / scale)).normalize() }
     });
     for rank in 0..3 {
         let mut longest = rank;

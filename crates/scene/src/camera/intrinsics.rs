@@ -10,11 +10,7 @@ use crate::error::SceneError;
 ///
 /// # Errors
 /// [`SceneError::Camera`] where the field of view is not between 0 and 180 degrees.
-pub fn intrinsics_from_fov(
-    fov_vertical: f64,
-    size: [u32; 2],
-    pixel_center: PixelCenter,
-) -> Result<DMat3, SceneError> {
+pub fn intrinsics_from_fov(fov_vertical: f64, size: [u32; 2], pixel_center: PixelCenter) -> Result<DMat3, SceneError> {
     if !(fov_vertical > 0.0 && fov_vertical < 180.0) {
         return Err(SceneError::Camera(format!(
             "a vertical field of view of {fov_vertical}: expected degrees between 0 and 180, both excluded"
@@ -27,11 +23,7 @@ pub fn intrinsics_from_fov(
 /// Intrinsics with square pixels of a focal length in pixels, the principal point at the image's centre.
 pub fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: PixelCenter) -> DMat3 {
     let [cx, cy] = size.map(|side| f64::from(side) / 2.0 - 0.5 + pixel_center.offset());
-    DMat3::from_cols(
-        DVec3::new(focal, 0.0, 0.0),
-        DVec3::new(0.0, focal, 0.0),
-        DVec3::new(cx, cy, 1.0),
-    )
+    DMat3::from_cols(DVec3::new(focal, 0.0, 0.0), DVec3::new(0.0, focal, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
 /// Intrinsics of parallel rays from half the width and height that they see, in units of the world.
@@ -44,18 +36,11 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
 
 /// `k / K[2][2]`, or what is wrong with it.
 pub fn validated_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
-    let fail = |message: String| {
-        Err(SceneError::Camera(format!(
-            "K = {}: {message}",
-            format_matrix(k)
-        )))
-    };
+    let fail = |message: String| Err(SceneError::Camera(format!("K = {}: {message}", format_matrix(k))));
     if !k.is_finite() {
         return fail("every value must be finite".into());
     }
-    let below = [k.x_axis.y, k.x_axis.z, k.y_axis.z]
-        .into_iter()
-        .fold(0.0, |a: f64, v| a.max(v.abs()));
+    let below = [k.x_axis.y, k.x_axis.z, k.y_axis.z].into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
     if below > 1e-12 * k.z_axis.z.abs() {
         return fail("it must be upper triangular, [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]; is it transposed?".into());
     }
@@ -65,9 +50,7 @@ pub fn validated_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
     let s = k.z_axis.z;
     let (fx, fy) = (k.x_axis.x / s, k.y_axis.y / s);
     if fx == 0.0 || fy == 0.0 {
-        return fail(format!(
-            "focal lengths must be greater than 0, got {fx} and {fy}; K is not invertible"
-        ));
+        return fail(format!("focal lengths must be greater than 0, got {fx} and {fy}; K is not invertible"));
     }
     if fx < 0.0 || fy < 0.0 {
         return fail(format!(

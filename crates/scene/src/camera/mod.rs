@@ -20,8 +20,8 @@ pub use self::aperture::Aperture;
 pub use self::center::Center;
 pub use self::intrinsics::{intrinsics_from_extent, intrinsics_from_focal, intrinsics_from_fov};
 pub use self::lens::{
-    Division, DoubleSphere, Eucm, Fisheye, Fov, Lens, LensModel, Omni, OpenCv, PrismFisheye,
-    colmap_from_lens, lens_from_colmap,
+    Division, DoubleSphere, Eucm, Fisheye, Fov, Lens, LensModel, Omni, OpenCv, PrismFisheye, colmap_from_lens,
+    lens_from_colmap,
 };
 pub use self::pixel_center::PixelCenter;
 pub use self::projection::{CameraRay, Pinhole};
@@ -108,9 +108,7 @@ impl Camera {
     /// Roll, pitch and yaw in degrees (see [`rotation::rpy_from_rotation`] for straight up and down).
     pub fn roll_pitch_yaw(&self, up: Up) -> [f64; 3] {
         let world_from_body = self.r.transpose() * rotation::CAMERA_FROM_BODY;
-        rotation::rpy_from_rotation(
-            rotation::world_from_reference(up).transpose() * world_from_body,
-        )
+        rotation::rpy_from_rotation(rotation::world_from_reference(up).transpose() * world_from_body)
     }
 
     /// The pixel coordinates of the centre of a pixel.

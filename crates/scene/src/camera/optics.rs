@@ -18,11 +18,7 @@ impl Camera {
         if self.center != Center::Point && lens != Lens::Pinhole {
             return Err(parallel_rays_error("a lens"));
         }
-        Ok(Self {
-            lens,
-            undistort_table: UndistortTable::default(),
-            ..self
-        })
+        Ok(Self { lens, undistort_table: UndistortTable::default(), ..self })
     }
 
     /// The same camera with an aperture, or with a pinhole.
@@ -66,14 +62,8 @@ impl Camera {
             self.clone().at_pose(pose.r, pose.c)?;
         }
         let middle = motion.mid_exposure_pose();
-        let still = Self {
-            motion: None,
-            ..self
-        };
-        Ok(Self {
-            motion: Some(motion),
-            ..still.at_pose(middle.r, middle.c)?
-        })
+        let still = Self { motion: None, ..self };
+        Ok(Self { motion: Some(motion), ..still.at_pose(middle.r, middle.c)? })
     }
 
     /// The same camera at another pose: camera_from_world, and its centre. A moving camera moves along.
@@ -88,26 +78,14 @@ impl Camera {
             return Ok(moved);
         }
         if !c.is_finite() {
-            return Err(SceneError::Camera(format!(
-                "the camera centre {c} is not finite"
-            )));
+            return Err(SceneError::Camera(format!("the camera centre {c} is not finite")));
         }
         let motion = self.motion.as_ref().map(|motion| {
             // The rotation that takes the world as seen from the old pose to the world as seen from the new one.
             let turn = r.transpose() * self.r;
-            motion.map_poses(|pose| Pose {
-                r: pose.r * turn.transpose(),
-                c: c + turn * (pose.c - self.c),
-            })
+            motion.map_poses(|pose| Pose { r: pose.r * turn.transpose(), c: c + turn * (pose.c - self.c) })
         });
-        Ok(Self {
-            r,
-            c,
-            p: camera_matrix(self.k, r, c, self.center)?,
-            matrix: None,
-            motion,
-            ..self.clone()
-        })
+        Ok(Self { r, c, p: camera_matrix(self.k, r, c, self.center)?, matrix: None, motion, ..self.clone() })
     }
 
     /// The same camera with other intrinsics and another size of its picture.
@@ -137,10 +115,7 @@ impl Camera {
             Center::Infinity => (center - self.c).dot(self.forward()) - 1.5 * radius,
             _ => 0.0,
         };
-        Self {
-            ray_start_depth: start,
-            ..self.clone()
-        }
+        Self { ray_start_depth: start, ..self.clone() }
     }
 
     /// The depth at which rays start: 0 but for [`Camera::with_ray_origins_outside`].

@@ -84,10 +84,7 @@ impl Camera {
 
     #[inline]
     fn pose(&self) -> Pose {
-        Pose {
-            r: self.r,
-            c: self.c,
-        }
+        Pose { r: self.r, c: self.c }
     }
 
     /// The pose when the line of a pixel is at a part of its exposure.
@@ -95,9 +92,7 @@ impl Camera {
     fn pose_at(&self, pixel: DVec2, part: f64) -> Pose {
         match &self.motion {
             None => self.pose(),
-            Some(motion) => {
-                motion.pose_at(motion.line_time(self.offset_from_corner(pixel), self.size, part))
-            }
+            Some(motion) => motion.pose_at(motion.line_time(self.offset_from_corner(pixel), self.size, part)),
         }
     }
 
@@ -123,11 +118,7 @@ impl Camera {
     }
 
     /// Looks for the line, from 0 to 1, that shows the point where it is itself.
-    fn project_rolling(
-        &self,
-        motion: &ShutterMotion,
-        point: impl Fn(f64) -> DVec3,
-    ) -> (DVec2, bool) {
+    fn project_rolling(&self, motion: &ShutterMotion, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         let seen_at = |line: f64| {
             let time = line * motion.readout() + 0.5 * motion.exposure();
             let (pixel, seen) = self.project_from(&motion.pose_at(time), point(line));
@@ -217,10 +208,7 @@ impl Camera {
     #[inline]
     fn ray_from(&self, pose: &Pose, pixel: DVec2) -> (DVec3, DVec3) {
         let (start, direction) = self.camera_space_ray(pixel);
-        (
-            pose.c + pose.r.transpose() * start,
-            (pose.r.transpose() * direction).normalize(),
-        )
+        (pose.c + pose.r.transpose() * start, (pose.r.transpose() * direction).normalize())
     }
 
     /// The same in camera axes; the direction has any length.
@@ -235,12 +223,8 @@ impl Camera {
         let direction = match &self.lens {
             Lens::Pinhole => image.extend(1.0),
             lens if lens.has_iterative_inverse() => {
-                let near = self
-                    .undistort_table
-                    .initial_guess(pixel, self.k, self.size, lens);
-                lens.undistort_plane(image, near)
-                    .and_then(|at| lens.plane_direction(at))
-                    .unwrap_or(DVec3::NAN)
+                let near = self.undistort_table.initial_guess(pixel, self.k, self.size, lens);
+                lens.undistort_plane(image, near).and_then(|at| lens.plane_direction(at)).unwrap_or(DVec3::NAN)
             }
             lens => lens.undistort(image).unwrap_or(DVec3::NAN),
         };
@@ -264,10 +248,7 @@ impl Camera {
         let chief = self.camera_space_ray(pixel).1.normalize();
         let (start, direction) = aperture.bend_ray(chief, &self.lens, lens);
         let world_from_camera = pose.r.transpose();
-        CameraRay {
-            origin: pose.c + world_from_camera * start,
-            direction: (world_from_camera * direction).normalize(),
-        }
+        CameraRay { origin: pose.c + world_from_camera * start, direction: (world_from_camera * direction).normalize() }
     }
 
     /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0 for a
@@ -281,9 +262,7 @@ impl Camera {
 
     /// Position of a pixel's line in the order of readout, from 0 to 1; 0.5 for a camera without a shutter.
     pub fn line_fraction(&self, pixel: DVec2) -> f64 {
-        self.motion.as_ref().map_or(0.5, |motion| {
-            motion.line_fraction(self.offset_from_corner(pixel), self.size)
-        })
+        self.motion.as_ref().map_or(0.5, |motion| motion.line_fraction(self.offset_from_corner(pixel), self.size))
     }
 
     /// The same pixel on the other side of a panorama that a sample has just left: it has no edge there.

@@ -36,11 +36,7 @@ impl Rig {
     /// # Errors
     /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the same
     /// name or one has none.
-    pub fn new(
-        name: impl Into<String>,
-        body: Pose,
-        mounts: Vec<NamedCamera>,
-    ) -> Result<Self, SceneError> {
+    pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self, SceneError> {
         let fail = |message: String| Err(SceneError::Camera(message));
         if mounts.is_empty() {
             return fail("a rig without cameras; expected at least one".into());
@@ -48,21 +44,14 @@ impl Rig {
         let mut names = HashSet::new();
         for NamedCamera { name, .. } in &mounts {
             if name.is_empty() || !names.insert(name) {
-                return fail(format!(
-                    "cameras of a rig have names of their own, and {name:?} is empty or there twice"
-                ));
+                return fail(format!("cameras of a rig have names of their own, and {name:?} is empty or there twice"));
             }
         }
         if !body.c.is_finite() {
             return fail(format!("the place {} of a rig is not finite", body.c));
         }
         let r = validated_rotation(body.r)?;
-        Ok(Self {
-            name: name.into(),
-            body: Pose { r, ..body },
-            motion: None,
-            mounts,
-        })
+        Ok(Self { name: name.into(), body: Pose { r, ..body }, motion: None, mounts })
     }
 
     /// The same rig moving while its cameras expose: `motion` is that of the body.
@@ -76,11 +65,7 @@ impl Rig {
                 mount.name
             )));
         }
-        let moving = Self {
-            body: motion.mid_exposure_pose(),
-            motion: Some(motion),
-            ..self
-        };
+        let moving = Self { body: motion.mid_exposure_pose(), motion: Some(motion), ..self };
         moving.cameras()?;
         Ok(moving)
     }
@@ -112,15 +97,9 @@ impl Rig {
     pub fn at_pose(&self, pose: Pose) -> Result<Self, SceneError> {
         let turn = validated_rotation(pose.r)?.transpose() * self.body.r;
         let motion = self.motion.as_ref().map(|motion| {
-            motion.map_poses(|then| Pose {
-                r: then.r * turn.transpose(),
-                c: pose.c + turn * (then.c - self.body.c),
-            })
+            motion.map_poses(|then| Pose { r: then.r * turn.transpose(), c: pose.c + turn * (then.c - self.body.c) })
         });
-        Ok(Self {
-            motion,
-            ..Self::new(self.name.clone(), pose, self.mounts.clone())?
-        })
+        Ok(Self { motion, ..Self::new(self.name.clone(), pose, self.mounts.clone())? })
     }
 
     /// The same rig under another name.
@@ -158,10 +137,7 @@ impl Camera {
         if *body == Pose::IDENTITY {
             return Ok(self.clone());
         }
-        let pose = body.compose(&Pose {
-            r: self.r(),
-            c: self.c(),
-        });
+        let pose = body.compose(&Pose { r: self.r(), c: self.c() });
         self.at_pose(pose.r, pose.c)
     }
 }

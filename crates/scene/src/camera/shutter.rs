@@ -34,17 +34,11 @@ pub struct Pose {
 
 impl Pose {
     /// At the origin, with the axes of the world.
-    pub const IDENTITY: Self = Self {
-        r: DMat3::IDENTITY,
-        c: DVec3::ZERO,
-    };
+    pub const IDENTITY: Self = Self { r: DMat3::IDENTITY, c: DVec3::ZERO };
 
     /// The pose in the world of something that this body carries; `mount` is its pose in the axes of the body.
     pub fn compose(&self, mount: &Self) -> Self {
-        Self {
-            r: mount.r * self.r,
-            c: self.c + self.r.transpose() * mount.c,
-        }
+        Self { r: mount.r * self.r, c: self.c + self.r.transpose() * mount.c }
     }
 }
 
@@ -99,21 +93,12 @@ impl ShutterMotion {
                 pair[1].0, pair[0].0
             ));
         }
-        Ok(Self {
-            exposure,
-            readout,
-            direction,
-            poses,
-            camera_from_body: None,
-        })
+        Ok(Self { exposure, readout, direction, poses, camera_from_body: None })
     }
 
     /// The motion of a camera that the moving body carries.
     pub fn with_camera_from_body(self, mount: Pose) -> Self {
-        Self {
-            camera_from_body: Some(mount),
-            ..self
-        }
+        Self { camera_from_body: Some(mount), ..self }
     }
 
     /// True if the camera stands still: it is an exposure, in which moving objects are blurred.
@@ -126,10 +111,7 @@ impl ShutterMotion {
     ///
     /// # Errors
     /// Those of the way.
-    pub fn resampled(
-        &self,
-        way: impl Fn(f64) -> Result<Pose, SceneError>,
-    ) -> Result<Self, SceneError> {
+    pub fn resampled(&self, way: impl Fn(f64) -> Result<Pose, SceneError>) -> Result<Self, SceneError> {
         let whole = self.total_duration();
         let steps = if whole > 0.0 { PATH_STEPS } else { 0 };
         let pose = |step: u32| {
@@ -138,10 +120,7 @@ impl ShutterMotion {
         };
         let poses = (0..=steps).map(pose).collect::<Result<_, SceneError>>()?;
         let moving = Self::new(self.exposure, self.readout, self.direction, poses)?;
-        Ok(Self {
-            camera_from_body: self.camera_from_body,
-            ..moving
-        })
+        Ok(Self { camera_from_body: self.camera_from_body, ..moving })
     }
 
     /// How long it takes until the last line closes, in seconds.
@@ -177,10 +156,7 @@ impl ShutterMotion {
     /// The same for poses that something has moved.
     pub fn map_poses(&self, moved: impl Fn(&Pose) -> Pose) -> Self {
         let poses = self.poses.iter().map(|(time, pose)| (*time, moved(pose)));
-        Self {
-            poses: poses.collect(),
-            ..self.clone()
-        }
+        Self { poses: poses.collect(), ..self.clone() }
     }
 
     /// The middle of all exposures: the pose that a moving camera calls its own.
@@ -191,8 +167,7 @@ impl ShutterMotion {
     /// The pose of the camera at a time.
     pub fn pose_at(&self, time: f64) -> Pose {
         let pose = self.body_pose(time);
-        self.camera_from_body
-            .map_or(pose, |mount| pose.compose(&mount))
+        self.camera_from_body.map_or(pose, |mount| pose.compose(&mount))
     }
 
     /// The pose at a time of the body that carries the camera, or of the camera itself.
@@ -212,10 +187,7 @@ impl ShutterMotion {
         // As a turn of the first pose, which a rotation of nothing leaves to the last digit.
         let turn = DQuat::from_mat3(&(to.r * from.r.transpose()));
         let part = DQuat::IDENTITY.offset_by(DQuat::IDENTITY.delta_to(turn) * s);
-        Pose {
-            r: DMat3::from_quat(part) * from.r,
-            c: from.c + s * (to.c - from.c),
-        }
+        Pose { r: DMat3::from_quat(part) * from.r, c: from.c + s * (to.c - from.c) }
     }
 
     /// When the line of a pixel is at a part of its exposure, 0.5 in the middle. `pixel` counts from the corner of the

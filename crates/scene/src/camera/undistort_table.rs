@@ -26,13 +26,7 @@ impl PartialEq for UndistortTable {
 impl UndistortTable {
     /// Near the point of the lens's undistorted plane that a pixel shows; nothing outside of the picture, and NaN at the
     /// end of the lens.
-    pub fn initial_guess(
-        &self,
-        pixel: DVec2,
-        k: DMat3,
-        size: [u32; 2],
-        lens: &Lens,
-    ) -> Option<DVec2> {
+    pub fn initial_guess(&self, pixel: DVec2, k: DMat3, size: [u32; 2], lens: &Lens) -> Option<DVec2> {
         let (cells, cell) = grid(size);
         let at = (pixel + 0.5) / cell + f64::from(BORDER_CELLS);
         let whole = at.floor();
@@ -42,10 +36,7 @@ impl UndistortTable {
         }
         let nodes = self.0.get_or_init(|| build_table(k, size, lens));
         let (left, top) = (whole.x as usize - 1, whole.y as usize - 1);
-        let (x, y) = (
-            lagrange_weights(at.x - whole.x),
-            lagrange_weights(at.y - whole.y),
-        );
+        let (x, y) = (lagrange_weights(at.x - whole.x), lagrange_weights(at.y - whole.y));
         let mut sum = DVec2::ZERO;
         for (row, y) in y.into_iter().enumerate() {
             let first = (top + row) * grid_nodes(cells[0]) + left;
@@ -71,12 +62,7 @@ fn grid_nodes(cells: u32) -> usize {
 /// The weights of the nodes -1, 0, 1 and 2 at 0 <= t < 1: the cubic polynomial through all four (Lagrange).
 fn lagrange_weights(t: f64) -> [f64; 4] {
     let (a, b, c) = (t + 1.0, t - 1.0, t - 2.0);
-    [
-        t * b * c / -6.0,
-        a * b * c / 2.0,
-        a * t * c / -2.0,
-        a * t * b / 6.0,
-    ]
+    [t * b * c / -6.0, a * b * c / 2.0, a * t * c / -2.0, a * t * b / 6.0]
 }
 
 fn build_table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
@@ -89,11 +75,7 @@ fn build_table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
             let pixel = node * cell - 0.5;
             let image = (inverse * pixel.extend(1.0)).truncate();
             // The node before is a start for this one.
-            let near = if column > 0 {
-                nodes.last().copied()
-            } else {
-                None
-            };
+            let near = if column > 0 { nodes.last().copied() } else { None };
             nodes.push(lens.undistort_plane(image, near).unwrap_or(DVec2::NAN));
         }
     }

@@ -11,12 +11,7 @@ pub const MAX_SIDE: u32 = 65_536;
 pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// The camera matrix.
-pub fn camera_matrix(
-    k: DMat3,
-    r: DMat3,
-    c: DVec3,
-    center: Center,
-) -> Result<[[f64; 4]; 3], SceneError> {
+pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f64; 4]; 3], SceneError> {
     let t = -(r * c);
     // [R | t], or its first two rows and 0 0 0 1.
     let pose = [0, 1, 2].map(|i| match (center, i) {
@@ -28,9 +23,7 @@ pub fn camera_matrix(
         (row.x * pose[0] + row.y * pose[1] + row.z * pose[2]).to_array()
     });
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
-        return Err(SceneError::Camera(
-            "K R [I | -C] overflows: K or the camera centre is too large".into(),
-        ));
+        return Err(SceneError::Camera("K R [I | -C] overflows: K or the camera centre is too large".into()));
     }
     Ok(p)
 }
@@ -53,12 +46,7 @@ pub fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
 
 /// The rotation nearest to `r`, which must be within 1e-6 of one.
 pub fn validated_rotation(r: DMat3) -> Result<DMat3, SceneError> {
-    let fail = |message: String| {
-        Err(SceneError::Camera(format!(
-            "R = {}: {message}",
-            format_matrix(r)
-        )))
-    };
+    let fail = |message: String| Err(SceneError::Camera(format!("R = {}: {message}", format_matrix(r))));
     if !r.is_finite() {
         return fail("every value must be finite".into());
     }
@@ -87,9 +75,7 @@ pub fn validated_rotation(r: DMat3) -> Result<DMat3, SceneError> {
 /// The largest entry of `|R Rᵀ - I|`.
 fn orthogonality_error(r: DMat3) -> f64 {
     let e = r * r.transpose() - DMat3::IDENTITY;
-    e.to_cols_array()
-        .into_iter()
-        .fold(0.0, |a: f64, v| a.max(v.abs()))
+    e.to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()))
 }
 
 /// A matrix as people write it.

@@ -26,20 +26,13 @@ impl Vignetting {
         if self.polynomial.iter().all(|v| v.is_finite()) {
             return Ok(());
         }
-        Err(SceneError::Camera(format!(
-            "vignetting: polynomial {:?} must be finite",
-            self.polynomial
-        )))
+        Err(SceneError::Camera(format!("vignetting: polynomial {:?} must be finite", self.polynomial)))
     }
 
     /// At a point of the image plane whose light has a direction, of unit length in camera axes.
     pub(super) fn factor(&self, image: DVec2, direction: DVec3) -> f64 {
         let s = image.length_squared();
-        let sum = self
-            .polynomial
-            .iter()
-            .rev()
-            .fold(0.0, |sum, a| (sum + a) * s);
+        let sum = self.polynomial.iter().rev().fold(0.0, |sum, a| (sum + a) * s);
         let cosine = if self.cos4 { direction.z.max(0.0) } else { 1.0 };
         (1.0 + sum).max(0.0) * cosine.powi(4)
     }

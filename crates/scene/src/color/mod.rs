@@ -9,26 +9,17 @@ pub type Rgb = [f32; 3];
 
 /// One sRGB channel in 0..=1 to linear (IEC 61966-2-1).
 pub fn linear_from_srgb(v: f32) -> f32 {
-    if v <= 0.04045 {
-        v / 12.92
-    } else {
-        ((v + 0.055) / 1.055).powf(2.4)
-    }
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
 /// One linear channel to sRGB in 0..=1 (IEC 61966-2-1); the argument is not clamped.
 pub fn srgb_from_linear(v: f32) -> f32 {
-    if v <= 0.003_130_8 {
-        v * 12.92
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    }
+    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// An 8-bit sRGB colour to linear.
 pub fn linear_from_srgb8(rgb: [u8; 3]) -> Rgb {
-    static LINEAR: LazyLock<[f32; 256]> =
-        LazyLock::new(|| std::array::from_fn(|v| linear_from_srgb(v as f32 / 255.0)));
+    static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|v| linear_from_srgb(v as f32 / 255.0)));
     rgb.map(|v| LINEAR[usize::from(v)])
 }
 
@@ -88,15 +79,7 @@ mod tests {
     #[test]
     fn the_table_is_the_curve() {
         let same = |v: f32| assert_eq!(srgb8_from_linear([v; 3]), [srgb_byte(v); 3], "{v:e}");
-        let odd = [
-            f32::NAN,
-            -f32::NAN,
-            f32::INFINITY,
-            f32::NEG_INFINITY,
-            -1.0,
-            -0.0,
-            0.0,
-        ];
+        let odd = [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -0.0, 0.0];
         let more = [f32::MIN_POSITIVE, 1e-40, TABLE_START, 1.0, 1.5, f32::MAX];
         odd.into_iter().chain(more).for_each(same);
         // Every number near where the byte changes, and many others.

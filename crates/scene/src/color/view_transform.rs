@@ -35,9 +35,7 @@ impl ViewTransform {
 
     /// The view of this name.
     pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Standard, Self::Agx, Self::PbrNeutral]
-            .into_iter()
-            .find(|view| view.name() == name)
+        [Self::Standard, Self::Agx, Self::PbrNeutral].into_iter().find(|view| view.name() == name)
     }
 
     /// The linear display value of linear radiance. `Standard` may return values outside of 0..=1.
@@ -81,11 +79,7 @@ fn pbr_neutral(rgb: Vec3) -> Vec3 {
     let rgb = rgb.max(Vec3::ZERO);
     let least = rgb.min_element();
     // Fresnel reflection of a dielectric under white light, which renders add to the base colour.
-    let offset = if least < 0.08 {
-        least - 6.25 * least * least
-    } else {
-        0.04
-    };
+    let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
     let rgb = rgb - offset;
     let peak = rgb.max_element();
     if peak < START {

@@ -16,16 +16,10 @@ pub struct FileRef<T> {
 impl<T> FileRef<T> {
     /// Something that is already there.
     pub fn loaded(file: impl Into<String>, content: Arc<T>) -> Self {
-        Self {
-            file: file.into(),
-            content: Some(content),
-        }
+        Self { file: file.into(), content: Some(content) }
     }
 
-    pub(crate) fn load<E>(
-        &mut self,
-        read: impl FnOnce(&str) -> Result<Arc<T>, E>,
-    ) -> Result<(), E> {
+    pub(crate) fn load<E>(&mut self, read: impl FnOnce(&str) -> Result<Arc<T>, E>) -> Result<(), E> {
         if self.content.is_none() {
             self.content = Some(read(&self.file)?);
         }

@@ -35,10 +35,7 @@ impl IesProfile {
             || self.horizontal[0] != 0.0
             || !(last == 0.0 || last == 90.0 || last >= 180.0)
         {
-            return fail(
-                "horizontal angles: expected increasing ones from 0 to 0, 90, 180 or up to 360"
-                    .into(),
-            );
+            return fail("horizontal angles: expected increasing ones from 0 to 0, 90, 180 or up to 360".into());
         }
         if self.candela.len() != self.vertical.len() * self.horizontal.len() {
             return fail(format!(
@@ -65,11 +62,7 @@ impl IesProfile {
         let around = horizontal.rem_euclid(360.0);
         let folded = match full {
             full if full <= 90.0 => {
-                let half = if around > 180.0 {
-                    360.0 - around
-                } else {
-                    around
-                };
+                let half = if around > 180.0 { 360.0 - around } else { around };
                 if half > 90.0 { 180.0 - half } else { half }
             }
             180.0 if around > 180.0 => 360.0 - around,
@@ -99,10 +92,7 @@ impl IesProfile {
 fn bracket(angles: &[f64], angle: f64) -> (usize, f64) {
     let index = angles.partition_point(|&a| a <= angle).saturating_sub(1);
     match angles.get(index + 1) {
-        Some(next) => (
-            index,
-            ((angle - angles[index]) / (next - angles[index])).clamp(0.0, 1.0),
-        ),
+        Some(next) => (index, ((angle - angles[index]) / (next - angles[index])).clamp(0.0, 1.0)),
         None => (index, 0.0),
     }
 }

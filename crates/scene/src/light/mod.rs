@@ -188,11 +188,6 @@ impl Light {
 
     /// An even sky.
     pub fn uniform_sky(radiance: [f32; 3]) -> Self {
-        Self::Sky {
-            radiance: Some(radiance),
-            zenith: None,
-            horizon: None,
-            ground: None,
-        }
+        Self::Sky { radiance: Some(radiance), zenith: None, horizon: None, ground: None }
     }
 }

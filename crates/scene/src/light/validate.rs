@@ -16,65 +16,33 @@ impl Light {
     /// angles out of range, both of two keys that exclude each other or none, a file that is not read.
     pub fn validate(&self) -> Validated {
         match self {
-            Self::Sun {
-                direction,
-                irradiance,
-                angular_diameter,
-            } => {
+            Self::Sun { direction, irradiance, angular_diameter } => {
                 check_direction("a sun", *direction, "the way its light travels")?;
                 check_rgb("irradiance", *irradiance)?;
                 let range = 0.0..180.0;
-                check_range(
-                    "a sun of angular_diameter",
-                    *angular_diameter,
-                    range,
-                    "0 <= degrees < 180",
-                )
+                check_range("a sun of angular_diameter", *angular_diameter, range, "0 <= degrees < 180")
             }
-            Self::Point {
-                position,
-                power,
-                intensity,
-                radius,
-            } => {
+            Self::Point { position, power, intensity, radius } => {
                 check_position("a point light", *position)?;
                 if !(radius.is_finite() && *radius >= 0.0) {
-                    return invalid(format!(
-                        "a point light of radius {radius}: expected a finite number >= 0"
-                    ));
+                    return invalid(format!("a point light of radius {radius}: expected a finite number >= 0"));
                 }
-                check_strength(
-                    "a point light",
-                    *power,
-                    *intensity,
-                    "intensity = power / 4π",
-                )
+                check_strength("a point light", *power, *intensity, "intensity = power / 4π")
             }
             Self::Spot { .. } => self.validate_spot(),
             Self::Rectangle { .. } | Self::Disk { .. } => self.validate_surface(),
             Self::Ies { .. } => self.validate_ies(),
             Self::Sky { .. } => self.validate_sky(),
-            Self::Preetham {
-                direction,
-                turbidity,
-                scale,
-            } => {
+            Self::Preetham { direction, turbidity, scale } => {
                 check_direction("daylight", *direction, "the way sunlight travels")?;
                 let range = 1.9..10.000_001;
-                check_range(
-                    "daylight of turbidity",
-                    *turbidity,
-                    range,
-                    "1.9 to 10, the model's range",
-                )?;
+                check_range("daylight of turbidity", *turbidity, range, "1.9 to 10, the model's range")?;
                 check_scale("daylight", *scale)
             }
             Self::Environment { image, yaw, scale } => {
                 check_loaded("an environment", image)?;
                 if !yaw.is_finite() {
-                    return invalid(format!(
-                        "an environment of yaw {yaw}: expected finite degrees"
-                    ));
+                    return invalid(format!("an environment of yaw {yaw}: expected finite degrees"));
                 }
                 check_scale("an environment", *scale)
             }
@@ -82,15 +50,7 @@ impl Light {
     }
 
     fn validate_spot(&self) -> Validated {
-        let Self::Spot {
-            position,
-            direction,
-            power,
-            intensity,
-            inner,
-            outer,
-        } = self
-        else {
+        let Self::Spot { position, direction, power, intensity, inner, outer } = self else {
             return Ok(());
         };
         check_position("a spot", *position)?;
@@ -101,27 +61,15 @@ impl Light {
                  axis, and outer > 0"
             ));
         }
-        check_strength(
-            "a spot",
-            *power,
-            *intensity,
-            "power is all that leaves it, intensity that on its axis",
-        )
+        check_strength("a spot", *power, *intensity, "power is all that leaves it, intensity that on its axis")
     }
 
     /// Validates a rectangle or a disk.
     fn validate_surface(&self) -> Validated {
         match self {
-            Self::Rectangle {
-                position,
-                u,
-                v,
-                radiance,
-                ..
-            } => {
+            Self::Rectangle { position, u, v, radiance, .. } => {
                 check_position("an area light", *position)?;
-                let [along_u, along_v] =
-                    [u, v].map(|edge| DVec3::from_array(*edge).normalize_or_zero());
+                let [along_u, along_v] = [u, v].map(|edge| DVec3::from_array(*edge).normalize_or_zero());
                 if along_u.cross(along_v).length() < 1e-9 {
                     return invalid(format!(
                         "an area light with edges u {u:?} and v {v:?}: expected two finite edges that span an area"
@@ -129,19 +77,11 @@ impl Light {
                 }
                 check_rgb("radiance", *radiance)
             }
-            Self::Disk {
-                position,
-                direction,
-                radius,
-                radiance,
-                ..
-            } => {
+            Self::Disk { position, direction, radius, radiance, .. } => {
                 check_position("a disk light", *position)?;
                 check_direction("a disk light", *direction, "where it shines to")?;
                 if !(radius.is_finite() && *radius > 0.0) {
-                    return invalid(format!(
-                        "a disk light of radius {radius}: expected a finite number > 0"
-                    ));
+                    return invalid(format!("a disk light of radius {radius}: expected a finite number > 0"));
                 }
                 check_rgb("radiance", *radiance)
             }
@@ -150,14 +90,7 @@ impl Light {
     }
 
     fn validate_ies(&self) -> Validated {
-        let Self::Ies {
-            profile,
-            position,
-            direction,
-            front,
-            power,
-        } = self
-        else {
+        let Self::Ies { profile, position, direction, front, power } = self else {
             return Ok(());
         };
         check_position("an IES light", *position)?;
@@ -166,9 +99,7 @@ impl Light {
             check_direction("an IES light's front", *front, "its horizontal angle 0")?;
             let (nadir, ahead) = (DVec3::from_array(*direction), DVec3::from_array(*front));
             if nadir.normalize().cross(ahead.normalize()).length() < 1e-9 {
-                return invalid(format!(
-                    "an IES light with front {front:?} along its direction: expected another one"
-                ));
+                return invalid(format!("an IES light with front {front:?} along its direction: expected another one"));
             }
         }
         check_loaded("an IES light", profile)?.validate()?;
@@ -176,13 +107,7 @@ impl Light {
     }
 
     fn validate_sky(&self) -> Validated {
-        let Self::Sky {
-            radiance,
-            zenith,
-            horizon,
-            ground,
-        } = self
-        else {
+        let Self::Sky { radiance, zenith, horizon, ground } = self else {
             return Ok(());
         };
         match (radiance, zenith, horizon, ground) {
@@ -211,9 +136,9 @@ fn invalid(message: String) -> Validated {
 fn check_direction(what: &str, direction: [f64; 3], meaning: &str) -> Validated {
     match DVec3::from_array(direction).try_normalize() {
         Some(_) => Ok(()),
-        None => invalid(format!(
-            "{what} of direction {direction:?}: expected three finite numbers, not all 0: {meaning}"
-        )),
+        None => {
+            invalid(format!("{what} of direction {direction:?}: expected three finite numbers, not all 0: {meaning}"))
+        }
     }
 }
 
@@ -221,9 +146,7 @@ fn check_position(what: &str, position: [f64; 3]) -> Validated {
     if DVec3::from_array(position).is_finite() {
         return Ok(());
     }
-    invalid(format!(
-        "{what} at {position:?}: its position must be finite"
-    ))
+    invalid(format!("{what} at {position:?}: its position must be finite"))
 }
 
 fn check_range(what: &str, value: f64, range: std::ops::Range<f64>, expected: &str) -> Validated {
@@ -237,40 +160,27 @@ fn check_scale(what: &str, scale: f32) -> Validated {
     if scale.is_finite() && scale >= 0.0 {
         return Ok(());
     }
-    invalid(format!(
-        "{what} of scale {scale}: expected a finite number >= 0"
-    ))
+    invalid(format!("{what} of scale {scale}: expected a finite number >= 0"))
 }
 
-fn check_strength(
-    what: &str,
-    power: Option<Rgb>,
-    intensity: Option<Rgb>,
-    relation: &str,
-) -> Validated {
+fn check_strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relation: &str) -> Validated {
     match (power, intensity) {
         (Some(power), None) => check_rgb("power", power),
         (None, Some(intensity)) => check_rgb("intensity", intensity),
         (None, None) => invalid(format!(
             "{what} without power or intensity: give one of them, power in W over all directions or intensity in W/sr"
         )),
-        (Some(_), Some(_)) => invalid(format!(
-            "{what} with both power and intensity: give one of them ({relation})"
-        )),
+        (Some(_), Some(_)) => invalid(format!("{what} with both power and intensity: give one of them ({relation})")),
     }
 }
 
 fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T, SceneError> {
-    file.content.as_deref().ok_or_else(|| {
-        SceneError::World(format!("{what} of {:?}: the file is not read", file.file))
-    })
+    file.content.as_deref().ok_or_else(|| SceneError::World(format!("{what} of {:?}: the file is not read", file.file)))
 }
 
 fn check_rgb(name: &str, rgb: Rgb) -> Validated {
     if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(());
     }
-    invalid(format!(
-        "{name} {rgb:?}: expected red, green, blue that are finite and >= 0"
-    ))
+    invalid(format!("{name} {rgb:?}: expected red, green, blue that are finite and >= 0"))
 }

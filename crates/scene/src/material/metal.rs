@@ -22,11 +22,7 @@ struct MetalEntry {
 }
 
 const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> MetalEntry {
-    MetalEntry {
-        name,
-        ior,
-        extinction,
-    }
+    MetalEntry { name, ior, extinction }
 }
 
 /// Indices that reflect, at all angles, what the measured spectra reflect under D65, folded to linear Rec. 709:

@@ -83,11 +83,7 @@ pub enum MaterialModel {
 
 impl MaterialModel {
     /// The lecture's, where nothing is said: all diffuse.
-    pub const DEFAULT: Self = Self::Phong {
-        diffuse: 1.0,
-        specular: [0.0; 3],
-        shininess: 32.0,
-    };
+    pub const DEFAULT: Self = Self::Phong { diffuse: 1.0, specular: [0.0; 3], shininess: 32.0 };
 
     /// Its parameters, if it is principled.
     pub fn as_principled(&self) -> Option<&Principled> {
@@ -125,11 +121,7 @@ impl MaterialModel {
             Self::Metal(metal) => metal.validate(),
             Self::Glass(glass) => glass.validate(),
             Self::Principled(principled) => principled.validate(),
-            Self::Phong {
-                diffuse,
-                specular,
-                shininess,
-            } => {
+            Self::Phong { diffuse, specular, shininess } => {
                 check_fractions("diffuse", &[*diffuse])?;
                 check_fractions("specular", specular)?;
                 if shininess.is_finite() && *shininess >= 0.0 {
@@ -168,10 +160,7 @@ impl Material {
     pub fn for_mesh(mesh: &Mesh) -> Self {
         let colored = mesh.vertex_colors.is_some() || mesh.face_colors.is_some();
         let color = if colored { [1.0; 3] } else { [0.8; 3] };
-        Self {
-            color,
-            ..Self::default()
-        }
+        Self { color, ..Self::default() }
     }
 
     /// Every texture it uses.
@@ -181,21 +170,14 @@ impl Material {
 
     /// Every texture it uses, to be changed.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
-        let principled = self
-            .model
-            .as_principled_mut()
-            .map(Principled::texture_slots_mut);
+        let principled = self.model.as_principled_mut().map(Principled::texture_slots_mut);
         let own = [
             self.texture.as_mut(),
             self.emission.texture.as_mut(),
             self.normal_map.as_mut().map(|normal| &mut normal.texture),
-            self.occlusion
-                .as_mut()
-                .and_then(|occlusion| occlusion.texture.as_mut()),
+            self.occlusion.as_mut().and_then(|occlusion| occlusion.texture.as_mut()),
         ];
-        own.into_iter()
-            .flatten()
-            .chain(principled.into_iter().flatten())
+        own.into_iter().flatten().chain(principled.into_iter().flatten())
     }
 
     /// The same, with this name where it has none.
@@ -217,16 +199,9 @@ impl Material {
         if let Alpha::Mask { cutoff } = self.alpha
             && !(cutoff.is_finite() && cutoff >= 0.0)
         {
-            return Err(SceneError::World(format!(
-                "alpha cutoff {cutoff}: expected a finite number >= 0"
-            )));
+            return Err(SceneError::World(format!("alpha cutoff {cutoff}: expected a finite number >= 0")));
         }
-        if !self
-            .emission
-            .value
-            .iter()
-            .all(|v| v.is_finite() && *v >= 0.0)
-        {
+        if !self.emission.value.iter().all(|v| v.is_finite() && *v >= 0.0) {
             return Err(SceneError::World(format!(
                 "emission {:?}: expected red, green, blue that are finite and >= 0",
                 self.emission.value
@@ -237,15 +212,10 @@ impl Material {
 
     /// The largest share of light that comes back in any channel, where it is more than arrives.
     pub fn reflectance_above_one(&self) -> Option<f32> {
-        let MaterialModel::Phong {
-            diffuse, specular, ..
-        } = self.model
-        else {
+        let MaterialModel::Phong { diffuse, specular, .. } = self.model else {
             return None;
         };
-        let total = (0..3)
-            .map(|i| diffuse * self.color[i] + specular[i])
-            .fold(0.0, f32::max);
+        let total = (0..3).map(|i| diffuse * self.color[i] + specular[i]).fold(0.0, f32::max);
         (total > 1.0 + 1e-6).then_some(total)
     }
 }
@@ -254,7 +224,5 @@ fn check_fractions(name: &str, values: &[f32]) -> Result<(), SceneError> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }
-    Err(SceneError::World(format!(
-        "{name} {values:?}: expected 0..=1"
-    )))
+    Err(SceneError::World(format!("{name} {values:?}: expected 0..=1")))
 }

@@ -15,10 +15,7 @@ pub struct Textured<T> {
 
 impl<T> From<T> for Textured<T> {
     fn from(value: T) -> Self {
-        Self {
-            value,
-            texture: None,
-        }
+        Self { value, texture: None }
     }
 }
 
@@ -135,10 +132,7 @@ impl Principled {
             &mut self.diffuse_transmission.texture,
             &mut self.diffuse_transmission_color.texture,
         ];
-        let normal = self
-            .clearcoat_normal
-            .as_mut()
-            .map(|normal| &mut normal.texture);
+        let normal = self.clearcoat_normal.as_mut().map(|normal| &mut normal.texture);
         slots.into_iter().flatten().chain(normal)
     }
 
@@ -148,13 +142,7 @@ impl Principled {
     /// [`SceneError::World`]: a value that is not finite or outside of its range.
     pub fn validate(&self) -> Result<(), SceneError> {
         let check = |name: &str, value: f32, good: bool, expected: &str| {
-            if good {
-                Ok(())
-            } else {
-                Err(SceneError::World(format!(
-                    "{name} {value}: expected {expected}"
-                )))
-            }
+            if good { Ok(()) } else { Err(SceneError::World(format!("{name} {value}: expected {expected}"))) }
         };
         for (name, value) in [
             ("metallic", self.metallic.value),
@@ -173,10 +161,7 @@ impl Principled {
         for (name, color) in [
             ("attenuation_color", self.attenuation_color),
             ("sheen_color", self.sheen_color.value),
-            (
-                "diffuse_transmission_color",
-                self.diffuse_transmission_color.value,
-            ),
+            ("diffuse_transmission_color", self.diffuse_transmission_color.value),
         ] {
             for value in color {
                 check(name, value, (0.0..=1.0).contains(&value), "0..=1")?;
@@ -192,34 +177,14 @@ impl Principled {
             ("iridescence_thickness", thinnest),
             ("iridescence_thickness", thickest),
         ] {
-            check(
-                name,
-                value,
-                value.is_finite() && value >= 0.0,
-                "a finite number >= 0",
-            )?;
+            check(name, value, value.is_finite() && value >= 0.0, "a finite number >= 0")?;
         }
         for (name, ior) in [("ior", self.ior), ("iridescence_ior", self.iridescence_ior)] {
-            check(
-                name,
-                ior,
-                ior.is_finite() && (ior >= 1.0 || ior == 0.0),
-                "a finite number >= 1, or 0",
-            )?;
+            check(name, ior, ior.is_finite() && (ior >= 1.0 || ior == 0.0), "a finite number >= 1, or 0")?;
         }
         let distance = self.attenuation_distance;
-        check(
-            "attenuation_distance",
-            distance,
-            distance > 0.0,
-            "a number > 0, or infinity",
-        )?;
+        check("attenuation_distance", distance, distance > 0.0, "a number > 0, or infinity")?;
         let rotation = self.anisotropy_rotation;
-        check(
-            "anisotropy_rotation",
-            rotation,
-            rotation.is_finite(),
-            "a finite number",
-        )
+        check("anisotropy_rotation", rotation, rotation.is_finite(), "a finite number")
     }
 }

@@ -36,11 +36,7 @@ impl Interpolate for DQuat {
         let turn = self.conjugate() * there;
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let sine = turn.xyz().length();
-        if sine == 0.0 {
-            DVec3::ZERO
-        } else {
-            turn.xyz() * (2.0 * sine.atan2(turn.w) / sine)
-        }
+        if sine == 0.0 { DVec3::ZERO } else { turn.xyz() * (2.0 * sine.atan2(turn.w) / sine) }
     }
 
     fn offset_by(self, step: DVec3) -> Self {

@@ -8,11 +8,8 @@ use glam::{DMat3, DVec3};
 use crate::up::Up;
 
 /// Camera axes (x right, y down, z forward) of body axes (x forward, y left, z up).
-pub const CAMERA_FROM_BODY: DMat3 = DMat3::from_cols(
-    DVec3::new(0.0, 0.0, 1.0),
-    DVec3::new(-1.0, 0.0, 0.0),
-    DVec3::new(0.0, -1.0, 0.0),
-);
+pub const CAMERA_FROM_BODY: DMat3 =
+    DMat3::from_cols(DVec3::new(0.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.0, -1.0, 0.0));
 
 /// World axes of reference axes, those of the body at zero roll, pitch and yaw: the identity for a z-up world; forward
 /// is -z, left is -x and up is +y in a y-up one.
@@ -48,11 +45,7 @@ pub fn rpy_from_rotation(rotation: DMat3) -> [f64; 3] {
     let (x, y, z) = (rotation.x_axis, rotation.y_axis, rotation.z_axis);
     let cos_pitch = x.x.hypot(x.y);
     let pitch = (-x.z).atan2(cos_pitch);
-    let (roll, yaw) = if cos_pitch > 1e-9 {
-        (y.z.atan2(z.z), x.y.atan2(x.x))
-    } else {
-        (0.0, (-y.x).atan2(y.y))
-    };
+    let (roll, yaw) = if cos_pitch > 1e-9 { (y.z.atan2(z.z), x.y.atan2(x.x)) } else { (0.0, (-y.x).atan2(y.y)) };
     [roll, pitch, yaw].map(f64::to_degrees)
 }
 
@@ -65,11 +58,7 @@ pub fn rotation_towards(direction: DVec3, up: DVec3) -> Option<DMat3> {
         return None;
     }
     let left = left.normalize();
-    Some(DMat3::from_cols(
-        forward,
-        left,
-        forward.cross(left).normalize(),
-    ))
+    Some(DMat3::from_cols(forward, left, forward.cross(left).normalize()))
 }
 
 /// Exact at multiples of 90 degrees, where people look.

@@ -50,20 +50,13 @@ impl Mesh {
         let fail = |message: String| Err(SceneError::World(message));
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         if triangles == 0 {
-            return fail(format!(
-                "a mesh of {vertices} vertices without triangles: nothing to see"
-            ));
+            return fail(format!("a mesh of {vertices} vertices without triangles: nothing to see"));
         }
         if triangles > MAX_TRIANGLES {
-            return fail(format!(
-                "a mesh of {triangles} triangles: at most {MAX_TRIANGLES} are possible"
-            ));
+            return fail(format!("a mesh of {triangles} triangles: at most {MAX_TRIANGLES} are possible"));
         }
         if let Some(i) = find_first_invalid(&self.vertices, |v| v.is_finite()) {
-            return fail(format!(
-                "vertex {i} is {}: coordinates must be finite",
-                self.vertices[i]
-            ));
+            return fail(format!("vertex {i} is {}: coordinates must be finite", self.vertices[i]));
         }
         let inside = |&[a, b, c]: &[u32; 3]| (a.max(b).max(c) as usize) < vertices;
         if let Some(i) = find_first_invalid(&self.triangles, inside) {
@@ -79,69 +72,17 @@ impl Mesh {
     /// Checks the lengths and values of the per-vertex and per-triangle arrays.
     fn validate_attributes(&self) -> Result<(), SceneError> {
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
-        check_numbers(
-            "normals",
-            self.normals.as_deref(),
-            vertices,
-            "vertices",
-            f32::is_finite,
-            "finite",
-        )?;
-        check_numbers(
-            "uvs",
-            self.uvs.as_deref(),
-            vertices,
-            "vertices",
-            f32::is_finite,
-            "finite",
-        )?;
+        check_numbers("normals", self.normals.as_deref(), vertices, "vertices", f32::is_finite, "finite")?;
+        check_numbers("uvs", self.uvs.as_deref(), vertices, "vertices", f32::is_finite, "finite")?;
         for (i, uvs) in self.more_uvs.iter().enumerate() {
-            check_numbers(
-                &format!("more_uvs[{i}]"),
-                Some(uvs),
-                vertices,
-                "vertices",
-                f32::is_finite,
-                "finite",
-            )?;
+            check_numbers(&format!("more_uvs[{i}]"), Some(uvs), vertices, "vertices", f32::is_finite, "finite")?;
         }
-        check_numbers(
-            "tangents",
-            self.tangents.as_deref(),
-            vertices,
-            "vertices",
-            f32::is_finite,
-            "finite",
-        )?;
+        check_numbers("tangents", self.tangents.as_deref(), vertices, "vertices", f32::is_finite, "finite")?;
         let share = |v: f32| (0.0..=1.0).contains(&v);
-        let opacities = self
-            .vertex_opacities
-            .as_deref()
-            .map(<[f32]>::as_chunks::<1>);
-        check_numbers(
-            "vertex_opacities",
-            opacities.map(|(all, _)| all),
-            vertices,
-            "vertices",
-            share,
-            "in 0..=1",
-        )?;
-        check_numbers(
-            "vertex_colors",
-            self.vertex_colors.as_deref(),
-            vertices,
-            "vertices",
-            share,
-            "in 0..=1",
-        )?;
-        check_numbers(
-            "face_colors",
-            self.face_colors.as_deref(),
-            triangles,
-            "triangles",
-            share,
-            "in 0..=1",
-        )?;
+        let opacities = self.vertex_opacities.as_deref().map(<[f32]>::as_chunks::<1>);
+        check_numbers("vertex_opacities", opacities.map(|(all, _)| all), vertices, "vertices", share, "in 0..=1")?;
+        check_numbers("vertex_colors", self.vertex_colors.as_deref(), vertices, "vertices", share, "in 0..=1")?;
+        check_numbers("face_colors", self.face_colors.as_deref(), triangles, "triangles", share, "in 0..=1")?;
         if let Some(slots) = &self.material_slots {
             check_length("material_slots", slots.len(), triangles, "triangles")?;
         }
@@ -154,10 +95,7 @@ impl Mesh {
             let [a, b, c] = [a, b, c].map(|i| self.vertices[i as usize]);
             (b - a).cross(c - a) == DVec3::ZERO
         };
-        self.triangles
-            .iter()
-            .filter(|triangle| flat(triangle))
-            .count()
+        self.triangles.iter().filter(|triangle| flat(triangle)).count()
     }
 
     /// The smallest and largest corner of the vertices that triangles use; `None` without triangles.
@@ -172,12 +110,10 @@ impl Mesh {
             used[i as usize] = true;
         }
         let corners = self.vertices.iter().zip(used).filter(|(_, used)| *used);
-        corners
-            .map(|(&vertex, _)| world_from_mesh.transform_point3(vertex))
-            .fold(None, |bounds, point| {
-                let (low, high) = bounds.unwrap_or((point, point));
-                Some((low.min(point), high.max(point)))
-            })
+        corners.map(|(&vertex, _)| world_from_mesh.transform_point3(vertex)).fold(None, |bounds, point| {
+            let (low, high) = bounds.unwrap_or((point, point));
+            Some((low.min(point), high.max(point)))
+        })
     }
 
     /// The same mesh in the coordinates that a transform leads to; where that mirrors, triangles turn the other way, so
@@ -217,13 +153,7 @@ impl Mesh {
         let [before, after] = [self.vertices.len(), other.vertices.len()];
         let [triangles, more] = [self.triangles.len(), other.triangles.len()];
         let offset = before as u32;
-        concat_attribute(
-            &mut self.normals,
-            other.normals.as_deref(),
-            before,
-            after,
-            [0.0; 3],
-        );
+        concat_attribute(&mut self.normals, other.normals.as_deref(), before, after, [0.0; 3]);
         concat_attribute(&mut self.uvs, other.uvs.as_deref(), before, after, [0.0; 2]);
         for set in 0..self.more_uvs.len().max(other.more_uvs.len()) {
             if set == self.more_uvs.len() {
@@ -234,42 +164,13 @@ impl Mesh {
                 None => self.more_uvs[set].resize(before + after, [0.0; 2]),
             }
         }
-        concat_attribute(
-            &mut self.tangents,
-            other.tangents.as_deref(),
-            before,
-            after,
-            [0.0; 4],
-        );
-        concat_attribute(
-            &mut self.vertex_opacities,
-            other.vertex_opacities.as_deref(),
-            before,
-            after,
-            1.0,
-        );
-        concat_attribute(
-            &mut self.vertex_colors,
-            other.vertex_colors.as_deref(),
-            before,
-            after,
-            [1.0; 3],
-        );
-        concat_attribute(
-            &mut self.face_colors,
-            other.face_colors.as_deref(),
-            triangles,
-            more,
-            [1.0; 3],
-        );
+        concat_attribute(&mut self.tangents, other.tangents.as_deref(), before, after, [0.0; 4]);
+        concat_attribute(&mut self.vertex_opacities, other.vertex_opacities.as_deref(), before, after, 1.0);
+        concat_attribute(&mut self.vertex_colors, other.vertex_colors.as_deref(), before, after, [1.0; 3]);
+        concat_attribute(&mut self.face_colors, other.face_colors.as_deref(), triangles, more, [1.0; 3]);
         concat_attribute(&mut self.material_slots, Some(&slots), triangles, more, 0);
         self.vertices.extend_from_slice(&other.vertices);
-        self.triangles.extend(
-            other
-                .triangles
-                .iter()
-                .map(|triangle| triangle.map(|v| v + offset)),
-        );
+        self.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|v| v + offset)));
     }
 
     /// The texture coordinates of a set, where the mesh has it: 0 are [`Mesh::uvs`].
@@ -282,22 +183,12 @@ impl Mesh {
 
     /// How many material slots its triangles use: one more than the largest.
     pub fn slot_count(&self) -> usize {
-        self.material_slots
-            .iter()
-            .flatten()
-            .max()
-            .map_or(1, |&slot| usize::from(slot) + 1)
+        self.material_slots.iter().flatten().max().map_or(1, |&slot| usize::from(slot) + 1)
     }
 }
 
 /// Joins two arrays of these lengths; where only one is there, the other is all `neutral`.
-fn concat_attribute<T: Clone>(
-    all: &mut Option<Vec<T>>,
-    other: Option<&[T]>,
-    before: usize,
-    more: usize,
-    neutral: T,
-) {
+fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, before: usize, more: usize, neutral: T) {
     if all.is_none() && other.is_none() {
         return;
     }
@@ -318,9 +209,7 @@ fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) 
     std::thread::scope(|scope| {
         let second = scope.spawn(|| find_first_invalid_serial(other, &valid));
         let first = find_first_invalid_serial(one, &valid);
-        let second = second
-            .join()
-            .unwrap_or_else(|e| std::panic::resume_unwind(e));
+        let second = second.join().unwrap_or_else(|e| std::panic::resume_unwind(e));
         first.or_else(|| second.map(|i| one.len() + i))
     })
 }
@@ -347,10 +236,7 @@ fn check_numbers<const N: usize>(
     check_length(name, values.len(), count, what)?;
     let all = |value: &[f32; N]| value.iter().fold(true, |all, &v| all & valid(v));
     match find_first_invalid(values, all) {
-        Some(i) => Err(SceneError::World(format!(
-            "{name}[{i}] is {:?}: expected numbers {expected}",
-            values[i]
-        ))),
+        Some(i) => Err(SceneError::World(format!("{name}[{i}] is {:?}: expected numbers {expected}", values[i]))),
         None => Ok(()),
     }
 }
@@ -359,7 +245,5 @@ fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(
     if length == count {
         return Ok(());
     }
-    Err(SceneError::World(format!(
-        "{name} has {length} entries, expected one for each of the {count} {what}"
-    )))
+    Err(SceneError::World(format!("{name} has {length} entries, expected one for each of the {count} {what}")))
 }

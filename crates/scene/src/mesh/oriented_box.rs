@@ -23,36 +23,22 @@ impl OrientedBox {
         let rotation = nearest_rotation(world_from_mesh.matrix3);
         let box_from_mesh = DAffine3::from_mat3(rotation.transpose()) * world_from_mesh;
         let (low, high) = mesh.bounds_in(box_from_mesh)?;
-        Some(Self {
-            rotation,
-            center: rotation * (low + (high - low) / 2.0),
-            size: high - low,
-        })
+        Some(Self { rotation, center: rotation * (low + (high - low) / 2.0), size: high - low })
     }
 }
 
 /// Newton's iteration for the orthogonal polar factor; the negative of one that mirrors.
 fn nearest_rotation(linear: DMat3) -> DMat3 {
     const MAX_ITERATIONS: usize = 100;
-    let largest = linear
-        .to_cols_array()
-        .iter()
-        .fold(0.0f64, |m, v| m.max(v.abs()));
+    let largest = linear.to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let mut factor = linear * (1.0 / largest);
     for _ in 0..MAX_ITERATIONS {
         let next = (factor + factor.inverse().transpose()) * 0.5;
-        let change = (next - factor)
-            .to_cols_array()
-            .iter()
-            .fold(0.0f64, |m, v| m.max(v.abs()));
+        let change = (next - factor).to_cols_array().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         factor = next;
         if change < 1e-15 {
             break;
         }
     }
-    if factor.determinant() < 0.0 {
-        factor * -1.0
-    } else {
-        factor
-    }
+    if factor.determinant() < 0.0 { factor * -1.0 } else { factor }
 }

@@ -39,12 +39,8 @@ pub fn box_(size: [f64; 3]) -> Result<Mesh, SceneError> {
     let mut builder = MeshBuilder::default();
     for (out, right, up) in faces {
         builder.quad(
-            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
-                (
-                    half * (out + right * x + up * y),
-                    DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y),
-                )
-            }),
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| (half * (out + right * x + up * y), DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y))),
         );
     }
     Ok(builder.flat())
@@ -59,12 +55,8 @@ pub fn plane(size: [f64; 2]) -> Result<Mesh, SceneError> {
     let half = DVec3::new(size[0] / 2.0, size[1] / 2.0, 0.0);
     let mut builder = MeshBuilder::default();
     builder.quad(
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
-            (
-                half * DVec3::new(x, y, 0.0),
-                DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y),
-            )
-        }),
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| (half * DVec3::new(x, y, 0.0), DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y))),
     );
     Ok(builder.flat())
 }
@@ -77,9 +69,7 @@ pub fn plane(size: [f64; 2]) -> Result<Mesh, SceneError> {
 pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
     check_lengths("sphere radius", &[radius])?;
     if level > MAX_LEVEL {
-        return Err(SceneError::World(format!(
-            "sphere level {level}: expected 0..={MAX_LEVEL}"
-        )));
+        return Err(SceneError::World(format!("sphere level {level}: expected 0..={MAX_LEVEL}")));
     }
     let (directions, triangles) = icosphere(level);
     let mut builder = MeshBuilder::default();
@@ -89,10 +79,7 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
         let axes = corners.map(|corner| directions[corner as usize]);
         let pole = axes.map(|d| d.x == 0.0 && d.y == 0.0);
         let mut u = axes.map(|d| 0.5 + d.y.atan2(d.x) / TAU);
-        let east = (0..3)
-            .filter(|&i| !pole[i])
-            .map(|i| u[i])
-            .fold(0.0, f64::max);
+        let east = (0..3).filter(|&i| !pole[i]).map(|i| u[i]).fold(0.0, f64::max);
         for u in &mut u {
             if east - *u > 0.5 {
                 *u += 1.0;
@@ -102,12 +89,10 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
             u[i] = 0.5 * (u[(i + 1) % 3] + u[(i + 2) % 3]);
         }
         let triangle = [0, 1, 2].map(|i| {
-            *copies
-                .entry((corners[i], u[i].to_bits()))
-                .or_insert_with(|| {
-                    let v = axes[i].z.clamp(-1.0, 1.0).acos() / (TAU / 2.0);
-                    builder.vertex(radius * axes[i], DVec2::new(u[i], v), axes[i])
-                })
+            *copies.entry((corners[i], u[i].to_bits())).or_insert_with(|| {
+                let v = axes[i].z.clamp(-1.0, 1.0).acos() / (TAU / 2.0);
+                builder.vertex(radius * axes[i], DVec2::new(u[i], v), axes[i])
+            })
         });
         builder.mesh.triangles.push(triangle);
     }
@@ -122,17 +107,13 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneEr
     check_lengths("cylinder radius and height", &[radius, height])?;
     check_segments("cylinder", segments, MAX_SEGMENTS)?;
     let ring = unit_circle(segments);
-    let (bottom, top) = (
-        DVec3::new(0.0, 0.0, -height / 2.0),
-        DVec3::new(0.0, 0.0, height / 2.0),
-    );
+    let (bottom, top) = (DVec3::new(0.0, 0.0, -height / 2.0), DVec3::new(0.0, 0.0, height / 2.0));
     let mut builder = MeshBuilder::default();
     let side: Vec<[u32; 2]> = (0..=segments)
         .map(|i| {
             let out = ring[(i % segments) as usize];
             let u = f64::from(i) / f64::from(segments);
-            [(bottom, 1.0), (top, 0.0)]
-                .map(|(end, v)| builder.vertex(radius * out + end, DVec2::new(u, v), out))
+            [(bottom, 1.0), (top, 0.0)].map(|(end, v)| builder.vertex(radius * out + end, DVec2::new(u, v), out))
         })
         .collect();
     for pair in side.windows(2) {
@@ -152,10 +133,7 @@ pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneError>
     check_lengths("cone radius and height", &[radius, height])?;
     check_segments("cone", segments, MAX_SEGMENTS)?;
     let ring = unit_circle(segments);
-    let (base, tip) = (
-        DVec3::new(0.0, 0.0, -height / 2.0),
-        DVec3::new(0.0, 0.0, height / 2.0),
-    );
+    let (base, tip) = (DVec3::new(0.0, 0.0, -height / 2.0), DVec3::new(0.0, 0.0, height / 2.0));
     let normal = |out: DVec3| (height * out + radius * DVec3::Z).normalize();
     let mut builder = MeshBuilder::default();
     let rim: Vec<u32> = (0..=segments)
@@ -206,12 +184,7 @@ pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh, SceneError> 
     let index = |i: usize, j: usize| (i * (rows + 1) + j) as u32;
     for i in 0..columns {
         for j in 0..rows {
-            let [a, b, c, d] = [
-                index(i, j),
-                index(i + 1, j),
-                index(i + 1, j + 1),
-                index(i, j + 1),
-            ];
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
             builder.mesh.triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
@@ -300,29 +273,18 @@ impl MeshBuilder {
             .collect();
         for (i, &a) in rim.iter().enumerate() {
             let b = rim[(i + 1) % rim.len()];
-            self.mesh.triangles.push(if facing > 0.0 {
-                [middle, a, b]
-            } else {
-                [middle, b, a]
-            });
+            self.mesh.triangles.push(if facing > 0.0 { [middle, a, b] } else { [middle, b, a] });
         }
     }
 
     /// The mesh with flat triangles.
     fn flat(self) -> Mesh {
-        Mesh {
-            uvs: Some(self.uvs),
-            ..self.mesh
-        }
+        Mesh { uvs: Some(self.uvs), ..self.mesh }
     }
 
     /// The mesh with shading normals.
     fn smooth(self) -> Mesh {
-        Mesh {
-            uvs: Some(self.uvs),
-            normals: Some(self.normals),
-            ..self.mesh
-        }
+        Mesh { uvs: Some(self.uvs), normals: Some(self.normals), ..self.mesh }
     }
 }
 
@@ -330,16 +292,12 @@ fn check_lengths(what: &str, lengths: &[f64]) -> Result<(), SceneError> {
     if lengths.iter().all(|v| v.is_finite() && *v > 0.0) {
         return Ok(());
     }
-    Err(SceneError::World(format!(
-        "{what} {lengths:?}: expected finite lengths greater than 0"
-    )))
+    Err(SceneError::World(format!("{what} {lengths:?}: expected finite lengths greater than 0")))
 }
 
 fn check_segments(what: &str, segments: u32, most: u32) -> Result<(), SceneError> {
     if (3..=most).contains(&segments) {
         return Ok(());
     }
-    Err(SceneError::World(format!(
-        "a {what} of {segments} segments: expected 3..={most}"
-    )))
+    Err(SceneError::World(format!("a {what} of {segments} segments: expected 3..={most}")))
 }

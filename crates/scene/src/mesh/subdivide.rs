@@ -40,11 +40,7 @@ pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
     for _ in 0..levels {
         refined.split(|points, _, edges| {
             let middle = |&[a, b]: &[u32; 2]| points[a as usize].midpoint(points[b as usize]);
-            points
-                .iter()
-                .copied()
-                .chain(edges.ends.iter().map(middle))
-                .collect()
+            points.iter().copied().chain(edges.ends.iter().map(middle)).collect()
         });
     }
     Ok(refined.mesh)
@@ -65,9 +61,7 @@ impl SubdividedMesh {
     fn new(mesh: &Mesh, levels: u32) -> Result<Self, SceneError> {
         mesh.validate()?;
         let count = mesh.triangles.len();
-        let refined = 4_usize
-            .checked_pow(levels)
-            .and_then(|factor| factor.checked_mul(count));
+        let refined = 4_usize.checked_pow(levels).and_then(|factor| factor.checked_mul(count));
         if refined.is_none_or(|refined| refined > MAX_SUBDIVIDED_TRIANGLES && levels > 0) {
             return Err(SceneError::World(format!(
                 "{levels} levels of subdivision make more than {MAX_SUBDIVIDED_TRIANGLES} triangles of {count}: each level makes \
@@ -75,11 +69,7 @@ impl SubdividedMesh {
             )));
         }
         let (points, point_of) = weld_vertices(&mesh.vertices);
-        Ok(Self {
-            mesh: mesh.clone(),
-            points,
-            point_of_vertex: point_of,
-        })
+        Ok(Self { mesh: mesh.clone(), points, point_of_vertex: point_of })
     }
 
     /// One level.
@@ -96,54 +86,32 @@ impl SubdividedMesh {
             for side in 0..3 {
                 // An edge from a point to itself is that point still.
                 let [a, b] = point_edges.ends[shared[side] as usize];
-                let middle = if a == b {
-                    a
-                } else {
-                    self.points.len() as u32 + shared[side]
-                };
+                let middle = if a == b { a } else { self.points.len() as u32 + shared[side] };
                 edge_points[own[side] as usize] = middle;
             }
         }
         self.point_of_vertex.extend(edge_points);
         self.points = points;
-        mesh.vertices = self
-            .point_of_vertex
-            .iter()
-            .map(|&point| self.points[point as usize])
-            .collect();
+        mesh.vertices = self.point_of_vertex.iter().map(|&point| self.points[point as usize]).collect();
 
-        interpolate_on_edges(&mut mesh.uvs, &edges, |a, b| {
-            [0, 1].map(|i| f32::midpoint(a[i], b[i]))
-        });
-        interpolate_on_edges(&mut mesh.vertex_colors, &edges, |a, b| {
-            [0, 1, 2].map(|i| f32::midpoint(a[i], b[i]))
-        });
+        interpolate_on_edges(&mut mesh.uvs, &edges, |a, b| [0, 1].map(|i| f32::midpoint(a[i], b[i])));
+        interpolate_on_edges(&mut mesh.vertex_colors, &edges, |a, b| [0, 1, 2].map(|i| f32::midpoint(a[i], b[i])));
         interpolate_on_edges(&mut mesh.normals, &edges, |a, b| {
-            (Vec3::from_array(a) + Vec3::from_array(b))
-                .normalize_or(Vec3::from_array(a))
-                .to_array()
+            (Vec3::from_array(a) + Vec3::from_array(b)).normalize_or(Vec3::from_array(a)).to_array()
         });
         let four = |[a, b, c]: [u32; 3], sides: &[u32; 3]| {
             let [ab, bc, ca] = sides.map(|edge| old + edge);
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
         };
-        mesh.triangles = mesh
-            .triangles
-            .iter()
-            .zip(&edges.of_triangle)
-            .flat_map(|(&corners, sides)| four(corners, sides))
-            .collect();
+        mesh.triangles =
+            mesh.triangles.iter().zip(&edges.of_triangle).flat_map(|(&corners, sides)| four(corners, sides)).collect();
         repeat_per_triangle(&mut mesh.face_colors);
         repeat_per_triangle(&mut mesh.material_slots);
     }
 
     /// The triangles between points.
     fn point_triangles(&self) -> Vec<[u32; 3]> {
-        self.mesh
-            .triangles
-            .iter()
-            .map(|triangle| triangle.map(|v| self.point_of_vertex[v as usize]))
-            .collect()
+        self.mesh.triangles.iter().map(|triangle| triangle.map(|v| self.point_of_vertex[v as usize])).collect()
     }
 
     /// For each vertex, the mean normal of the triangles around its point, weighted by area.
@@ -155,12 +123,7 @@ impl SubdividedMesh {
                 sums[point as usize] += (b - a).cross(c - a);
             }
         }
-        let unit = |&point: &u32| {
-            sums[point as usize]
-                .normalize_or_zero()
-                .as_vec3()
-                .to_array()
-        };
+        let unit = |&point: &u32| sums[point as usize].normalize_or_zero().as_vec3().to_array();
         self.point_of_vertex.iter().map(unit).collect()
     }
 }
@@ -171,12 +134,7 @@ fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVe
     // Sums over neighbours, over those along sharp edges, and over the two corners opposite an edge.
     let mut around = vec![(0_u32, DVec3::ZERO); points.len()];
     let mut along = around.clone();
-    for (&[a, b], &count) in edges
-        .ends
-        .iter()
-        .zip(&edges.triangle_count)
-        .filter(|(_, count)| **count > 0)
-    {
+    for (&[a, b], &count) in edges.ends.iter().zip(&edges.triangle_count).filter(|(_, count)| **count > 0) {
         for (here, there) in [(a, b), (b, a)] {
             let add = |sums: &mut [(u32, DVec3)]| {
                 sums[here as usize].0 += 1;
@@ -189,10 +147,7 @@ fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVe
         }
     }
     let mut opposite = vec![DVec3::ZERO; edges.ends.len()];
-    for (triangle, sides) in surface
-        .iter()
-        .zip(&edges.of_triangle)
-        .filter(|(triangle, _)| has_three_corners(triangle))
+    for (triangle, sides) in surface.iter().zip(&edges.of_triangle).filter(|(triangle, _)| has_three_corners(triangle))
     {
         for side in 0..3 {
             opposite[sides[side] as usize] += at(triangle[(side + 2) % 3]);
@@ -211,11 +166,7 @@ fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVe
             _ => point,
         })
         .collect();
-    for (&[a, b], (&count, &corners)) in edges
-        .ends
-        .iter()
-        .zip(edges.triangle_count.iter().zip(&opposite))
-    {
+    for (&[a, b], (&count, &corners)) in edges.ends.iter().zip(edges.triangle_count.iter().zip(&opposite)) {
         moved.push(match count {
             2 => (at(a) + at(b)) * 0.375 + corners * 0.125,
             _ => at(a).midpoint(at(b)),
@@ -232,17 +183,9 @@ fn loop_weight(n: u32) -> f64 {
 }
 
 /// Adds a value for each edge to an array of one for each vertex.
-fn interpolate_on_edges<T: Copy>(
-    values: &mut Option<Vec<T>>,
-    edges: &Edges,
-    between: impl Fn(T, T) -> T,
-) {
+fn interpolate_on_edges<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, between: impl Fn(T, T) -> T) {
     if let Some(values) = values {
-        let added: Vec<T> = edges
-            .ends
-            .iter()
-            .map(|&[a, b]| between(values[a as usize], values[b as usize]))
-            .collect();
+        let added: Vec<T> = edges.ends.iter().map(|&[a, b]| between(values[a as usize], values[b as usize])).collect();
         values.extend(added);
     }
 }

@@ -34,8 +34,7 @@ impl Edges {
             }
             let edge = edges.ends.len() - 1;
             edges.of_triangle[triangle as usize][usize::from(side)] = edge as u32;
-            edges.triangle_count[edge] +=
-                u32::from(has_three_corners(&triangles[triangle as usize]));
+            edges.triangle_count[edge] += u32::from(has_three_corners(&triangles[triangle as usize]));
         }
         edges
     }

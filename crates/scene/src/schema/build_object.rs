@@ -17,26 +17,9 @@ use crate::up::Up;
 use crate::world::{Object, World};
 
 /// The keys that each say what the shape is.
-const SHAPES: [&str; 9] = [
-    "box",
-    "plane",
-    "sphere",
-    "cylinder",
-    "cone",
-    "torus",
-    "mesh",
-    "vertices",
-    "instance_of",
-];
+const SHAPES: [&str; 9] = ["box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "instance_of"];
 /// The keys that belong to the mesh, not to where it stands or what it is made of.
-const GEOMETRY: [&str; 6] = [
-    "triangles",
-    "refine",
-    "face_colors",
-    "vertex_colors",
-    "uvs",
-    "normals",
-];
+const GEOMETRY: [&str; 6] = ["triangles", "refine", "face_colors", "vertex_colors", "uvs", "normals"];
 
 impl ObjectSpec {
     /// Adds the object it describes to a world, with its mesh and materials, and returns its id. The world is as it was
@@ -44,13 +27,8 @@ impl ObjectSpec {
     ///
     /// # Errors
     /// [`SceneError`] where shape, transform or material make no sense, and whatever `files` says.
-    pub fn build<F: AssetLoader>(
-        self,
-        world: &mut World,
-        files: &mut F,
-    ) -> Result<usize, F::Error> {
-        self.build_object(world, files, &mut LoadedMeshes::default())
-            .map_err(BuildFailure::into_error)
+    pub fn build<F: AssetLoader>(self, world: &mut World, files: &mut F) -> Result<usize, F::Error> {
+        self.build_object(world, files, &mut LoadedMeshes::default()).map_err(BuildFailure::into_error)
     }
 
     /// [`ObjectSpec::build`], for who needs to know whether the description or a file is at fault; with the files that were
@@ -64,10 +42,7 @@ impl ObjectSpec {
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
         if kind != "vertices" {
-            keys.refuse(
-                &["triangles"],
-                "it goes with \"vertices\", which is missing",
-            )?;
+            keys.refuse(&["triangles"], "it goes with \"vertices\", which is missing")?;
         }
         self.check_material(&keys)?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
@@ -80,13 +55,7 @@ impl ObjectSpec {
                 let plain = keys.given(&GEOMETRY).is_empty();
                 let next = world.textures.len();
                 let (additions, read) = self.additions(&keys, next, files, known, plain)?;
-                let Additions {
-                    mesh,
-                    index,
-                    materials,
-                    textures,
-                    notices,
-                } = additions;
+                let Additions { mesh, index, materials, textures, notices } = additions;
                 let materials = add_materials(materials, textures, &name, world)?;
                 world.notices.extend(notices);
                 let index = index.unwrap_or_else(|| world.add_shared_mesh(mesh));
@@ -97,19 +66,9 @@ impl ObjectSpec {
                 (index, materials)
             }
             Some(original) => {
-                keys.refuse(
-                    &GEOMETRY,
-                    "the mesh is that of another object: this belongs there",
-                )?;
-                let id = world
-                    .find_object(&original)
-                    .map_err(|error| error.in_context("instance_of"))?;
-                let Object {
-                    mesh,
-                    materials,
-                    category: theirs,
-                    ..
-                } = world.objects[id].clone();
+                keys.refuse(&GEOMETRY, "the mesh is that of another object: this belongs there")?;
+                let id = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
+                let Object { mesh, materials, category: theirs, .. } = world.objects[id].clone();
                 category = category.or(theirs);
                 let changed = !keys.given(&MATERIAL_KEYS).is_empty();
                 let materials = match changed {
@@ -119,14 +78,7 @@ impl ObjectSpec {
                 (mesh, materials)
             }
         };
-        Ok(world.add_object(Object {
-            name,
-            category,
-            mesh,
-            materials,
-            world_from_mesh,
-            scale_shear: shape,
-        })?)
+        Ok(world.add_object(Object { name, category, mesh, materials, world_from_mesh, scale_shear: shape })?)
     }
 
     /// The materials of another object with the changes that the description makes, added to the world.
@@ -154,56 +106,32 @@ impl ObjectSpec {
     fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
-            keys.refuse(
-                &others,
-                "\"matrix\" is given too, and says it already: give one of them",
-            )?;
+            keys.refuse(&others, "\"matrix\" is given too, and says it already: give one of them")?;
             let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
             return Ok((transform, transform.matrix3));
         }
-        let numbers = [
-            ("roll", self.roll),
-            ("pitch", self.pitch),
-            ("yaw", self.yaw),
-        ];
-        if let Some((key, Some(angle))) = numbers
-            .into_iter()
-            .find(|(_, v)| v.is_some_and(|v| !v.is_finite()))
-        {
-            return Err(SceneError::schema(
-                key,
-                format!("{angle}: expected a finite number of degrees"),
-            ));
+        let numbers = [("roll", self.roll), ("pitch", self.pitch), ("yaw", self.yaw)];
+        if let Some((key, Some(angle))) = numbers.into_iter().find(|(_, v)| v.is_some_and(|v| !v.is_finite())) {
+            return Err(SceneError::schema(key, format!("{angle}: expected a finite number of degrees")));
         }
         let location = DVec3::from_array(self.location.unwrap_or_default());
         if !location.is_finite() {
-            return Err(SceneError::schema(
-                "location",
-                format!("{location}: expected finite numbers"),
-            ));
+            return Err(SceneError::schema("location", format!("{location}: expected finite numbers")));
         }
         let Splat(scale) = self.scale.unwrap_or(Splat([1.0; 3]));
         if !scale.iter().all(|v| v.is_normal() && v.recip().is_finite()) {
-            return Err(SceneError::schema(
-                "scale",
-                format!("{scale:?}: expected finite numbers other than 0"),
-            ));
+            return Err(SceneError::schema("scale", format!("{scale:?}: expected finite numbers other than 0")));
         }
         let [roll, pitch, yaw] = numbers.map(|(_, angle)| angle.unwrap_or(0.0));
         let rotation = rotation::object_rotation(roll, pitch, yaw, up);
         let shape = DMat3::from_diagonal(DVec3::from_array(scale));
-        Ok((
-            DAffine3::from_mat3_translation(rotation * shape, location),
-            shape,
-        ))
+        Ok((DAffine3::from_mat3_translation(rotation * shape, location), shape))
     }
 
     /// Its name, or the word for what it is.
     fn object_name(&self, kind: &str) -> Result<String, SceneError> {
         match (&self.name, &self.mesh, &self.instance_of) {
-            (Some(name), ..) if name.is_empty() => {
-                Err(SceneError::schema("name", "\"\": expected a name, or none"))
-            }
+            (Some(name), ..) if name.is_empty() => Err(SceneError::schema("name", "\"\": expected a name, or none")),
             (Some(name), ..) | (None, None, Some(name)) => Ok(name.clone()),
             (None, Some(file), _) => {
                 let file = file.rsplit(['/', '\\']).next().unwrap_or(file);
@@ -226,25 +154,18 @@ fn add_materials(
     for texture in textures {
         world.add_texture(texture);
     }
-    materials
-        .into_iter()
-        .map(|material| world.add_material(material.named(name)))
-        .collect()
+    materials.into_iter().map(|material| world.add_material(material.named(name))).collect()
 }
 
 /// A 3x4 or 4x4 matrix as an invertible affine transform.
 fn affine(rows: &[[f64; 4]]) -> Result<DAffine3, SceneError> {
     let fail = |message: String| Err(SceneError::schema("", message));
-    let (&[a, b, c], rest) = rows
-        .split_first_chunk::<3>()
-        .map_or((&[[0.0; 4]; 3], rows), |split| split);
+    let (&[a, b, c], rest) = rows.split_first_chunk::<3>().map_or((&[[0.0; 4]; 3], rows), |split| split);
     if rows.len() < 3 || rows.len() > 4 {
         return fail(format!("{} rows of 4: expected 3 or 4", rows.len()));
     }
     if let Some(last) = rest.first().filter(|last| **last != [0.0, 0.0, 0.0, 1.0]) {
-        return fail(format!(
-            "the last row is {last:?}, expected 0 0 0 1: is the matrix transposed?"
-        ));
+        return fail(format!("the last row is {last:?}, expected 0 0 0 1: is the matrix transposed?"));
     }
     let column = |i: usize| DVec3::new(a[i], b[i], c[i]);
     let linear = DMat3::from_cols(column(0), column(1), column(2));

@@ -13,13 +13,7 @@ use crate::schema::texture_binding::TextureBinding;
 use crate::texture::{Image, Texels, Texture, TextureSampler, TextureSlot};
 
 /// The textures that hold colours, in sRGB where they are 8-bit.
-const COLORS: [&str; 5] = [
-    "texture",
-    "emission",
-    "specular_color",
-    "sheen_color",
-    "diffuse_transmission_color",
-];
+const COLORS: [&str; 5] = ["texture", "emission", "specular_color", "sheen_color", "diffuse_transmission_color"];
 
 impl TextureSpec {
     /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself.
@@ -36,9 +30,7 @@ impl TextureSpec {
             ImageSpec::Texels(image) => image.clone(),
             ImageSpec::File(file) => {
                 let texture = files.texture(file, wrap);
-                texture
-                    .map_err(|error| BuildFailure::File(key.into(), error))?
-                    .image
+                texture.map_err(|error| BuildFailure::File(key.into(), error))?.image
             }
         };
         let image = table.as_used(key, image)?;
@@ -56,10 +48,7 @@ impl TextureSpec {
         let (sin, cos) = table.rotation.to_radians().sin_cos();
         let Splat([width, height]) = table.repeat.unwrap_or(Splat([1.0; 2]));
         let [x, y] = table.offset;
-        let rows = [
-            [cos * width, sin * height, x],
-            [-sin * width, cos * height, y],
-        ];
+        let rows = [[cos * width, sin * height, x], [-sin * width, cos * height, y]];
         let strength = table.strength.unwrap_or(1.0);
         if !rows.iter().flatten().all(|v| v.is_finite()) {
             let message = "repeat, rotation and offset: expected finite numbers";
@@ -139,8 +128,7 @@ impl ObjectSpec {
             let set = texture.0.uv_set;
             if mesh.uv_set(set).is_none() {
                 let message = match set {
-                    0 => "the mesh has no texture coordinates: give \"uvs\", one for each vertex"
-                        .into(),
+                    0 => "the mesh has no texture coordinates: give \"uvs\", one for each vertex".into(),
                     set => format!("uv_set {set}: the mesh has no such texture coordinates"),
                 };
                 return Err(SceneError::schema(path, message).into());

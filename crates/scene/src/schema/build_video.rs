@@ -25,15 +25,11 @@ impl VideoSpec {
             let mover = match (&key.object, &key.rig) {
                 (None, None) => &mut camera,
                 (Some(name), None) => {
-                    let id = world
-                        .find_object(name)
-                        .map_err(|error| error.in_context(&format!("{place}.object")))?;
+                    let id = world.find_object(name).map_err(|error| error.in_context(&format!("{place}.object")))?;
                     mover_mut(&mut objects, id)
                 }
                 (None, Some(name)) => {
-                    let id = world
-                        .find_rig(name)
-                        .map_err(|error| error.in_context(&format!("{place}.rig")))?;
+                    let id = world.find_rig(name).map_err(|error| error.in_context(&format!("{place}.rig")))?;
                     mover_mut(&mut rigs, id)
                 }
                 (Some(_), Some(_)) => {
@@ -41,37 +37,22 @@ impl VideoSpec {
                     return fail(&format!("{place}.rig"), message);
                 }
             };
-            mover
-                .add(key, world.up, self.interpolation)
-                .map_err(|error| error.in_context(&place))?;
+            mover.add(key, world.up, self.interpolation).map_err(|error| error.in_context(&place))?;
         }
         if self.orbit.is_some() && camera.time.is_some() {
-            return fail(
-                "orbit",
-                "keyframes of the camera are given too: expected one of the two".into(),
-            );
+            return fail("orbit", "keyframes of the camera are given too: expected one of the two".into());
         }
         if let Some(orbit) = &self.orbit
             && !(DVec3::from_array(orbit.target).is_finite() && orbit.degrees.is_finite())
         {
             return fail(
                 "orbit",
-                format!(
-                    "target {:?}, degrees {}: expected finite numbers",
-                    orbit.target, orbit.degrees
-                ),
+                format!("target {:?}, degrees {}: expected finite numbers", orbit.target, orbit.degrees),
             );
         }
-        let last = objects
-            .iter()
-            .chain(&rigs)
-            .filter_map(|(_, mover)| mover.time)
-            .chain(camera.time)
-            .fold(0.0, f64::max);
-        let (fps, seconds) = (
-            self.fps,
-            self.seconds.unwrap_or(if last > 0.0 { last } else { 4.0 }),
-        );
+        let last =
+            objects.iter().chain(&rigs).filter_map(|(_, mover)| mover.time).chain(camera.time).fold(0.0, f64::max);
+        let (fps, seconds) = (self.fps, self.seconds.unwrap_or(if last > 0.0 { last } else { 4.0 }));
         check_length(fps, seconds)?;
         let motions = |movers: Vec<(usize, Mover)>| {
             let motions = movers.into_iter().map(|(id, mover)| (id, mover.motion));
@@ -98,12 +79,7 @@ struct Mover {
 }
 
 impl Mover {
-    fn add(
-        &mut self,
-        key: &KeyframeSpec,
-        up: Up,
-        interpolation: KeyframeInterpolation,
-    ) -> Result<(), SceneError> {
+    fn add(&mut self, key: &KeyframeSpec, up: Up, interpolation: KeyframeInterpolation) -> Result<(), SceneError> {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let time = key.time;
         if !(time.is_finite() && time >= 0.0) {
@@ -112,52 +88,29 @@ impl Mover {
         if let Some(last) = self.time.replace(time)
             && time <= last
         {
-            return fail(
-                "time",
-                format!("{time} comes after {last}: keyframes of one mover go in order of time"),
-            );
+            return fail("time", format!("{time} comes after {last}: keyframes of one mover go in order of time"));
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);
         let angles = [key.roll, key.pitch, key.yaw];
-        let numbers = [key.location, key.target]
-            .into_iter()
-            .flatten()
-            .flatten()
-            .chain(angles.into_iter().flatten());
+        let numbers = [key.location, key.target].into_iter().flatten().flatten().chain(angles.into_iter().flatten());
         if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
-            return fail(
-                "",
-                format!("{number}: locations, targets and angles must be finite"),
-            );
+            return fail("", format!("{number}: locations, targets and angles must be finite"));
         }
         if let Some(location) = key.location {
-            self.motion
-                .location
-                .push(time, DVec3::from_array(location), interpolation);
+            self.motion.location.push(time, DVec3::from_array(location), interpolation);
         }
         if let Some(target) = key.target {
-            self.motion
-                .target
-                .push(time, DVec3::from_array(target), interpolation);
+            self.motion.target.push(time, DVec3::from_array(target), interpolation);
         }
         if angles.iter().any(Option::is_some) {
             let [roll, pitch, yaw] = angles.map(Option::unwrap_or_default);
-            let rotation =
-                rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
-            self.motion
-                .rotation
-                .push(time, DQuat::from_mat3(&rotation), interpolation);
+            let rotation = rotation::world_from_reference(up) * rotation::rotation_from_rpy(roll, pitch, yaw);
+            self.motion.rotation.push(time, DQuat::from_mat3(&rotation), interpolation);
         } else if key.location.is_none() && key.target.is_none() {
-            return fail(
-                "",
-                "it says nothing: give location, roll, pitch and yaw, or target".into(),
-            );
+            return fail("", "it says nothing: give location, roll, pitch and yaw, or target".into());
         }
         if !(self.motion.rotation.is_empty() || self.motion.target.is_empty()) {
-            return fail(
-                "",
-                "one mover has both angles and targets: give all its keyframes one of them".into(),
-            );
+            return fail("", "one mover has both angles and targets: give all its keyframes one of them".into());
         }
         Ok(())
     }

@@ -14,37 +14,24 @@ impl WorldFile {
     /// # Errors
     /// [`SceneError::Schema`] with the path of the key at fault, and whatever `files` says.
     pub fn build<F: AssetLoader>(self, files: &mut F) -> Result<World, F::Error> {
-        let mut world = World {
-            up: self.up,
-            ..World::default()
-        };
+        let mut world = World { up: self.up, ..World::default() };
         let mut known = LoadedMeshes::default();
         for (i, object) in self.object.into_iter().enumerate() {
-            object.build_object(&mut world, files, &mut known).map_err(
-                |failure| match failure {
-                    BuildFailure::Scene(error) => error.in_context(&format!("object[{i}]")).into(),
-                    BuildFailure::File(key, error) => {
-                        F::in_context(error, &format!("object[{i}].{key}"))
-                    }
-                },
-            )?;
+            object.build_object(&mut world, files, &mut known).map_err(|failure| match failure {
+                BuildFailure::Scene(error) => error.in_context(&format!("object[{i}]")).into(),
+                BuildFailure::File(key, error) => F::in_context(error, &format!("object[{i}].{key}")),
+            })?;
         }
         for (i, mut light) in self.light.into_iter().enumerate() {
             let key = match light {
                 Light::Environment { .. } => "image",
                 _ => "profile",
             };
-            light
-                .read(files)
-                .map_err(|error| F::in_context(error, &format!("light[{i}].{key}")))?;
-            world
-                .add_light(light)
-                .map_err(|error| error.in_context(&format!("light[{i}]")))?;
+            light.read(files).map_err(|error| F::in_context(error, &format!("light[{i}].{key}")))?;
+            world.add_light(light).map_err(|error| error.in_context(&format!("light[{i}]")))?;
         }
         for (i, spec) in self.camera.iter().enumerate() {
-            let camera = spec
-                .build(self.up)
-                .map_err(|error| error.in_context(&format!("camera[{i}]")))?;
+            let camera = spec.build(self.up).map_err(|error| error.in_context(&format!("camera[{i}]")))?;
             world.add_camera(spec.name.as_deref().unwrap_or("camera"), camera);
         }
         for (i, spec) in self.rig.iter().enumerate() {
@@ -57,10 +44,7 @@ impl WorldFile {
         world.render = options;
         world.notices.extend(notices);
         if let Some(spec) = &self.video {
-            world.video = Some(
-                spec.build(&world)
-                    .map_err(|error| error.in_context("video"))?,
-            );
+            world.video = Some(spec.build(&world).map_err(|error| error.in_context("video"))?);
         }
         Ok(world)
     }

@@ -59,27 +59,15 @@ impl ObjectSpec {
             Some(file) => Some(match known.get(file) {
                 Some(known) => known.clone(),
                 None => {
-                    let model = files
-                        .mesh(file)
-                        .map_err(|error| BuildFailure::File("mesh".into(), error))?;
-                    let (mesh, slots) = model
-                        .as_single_mesh()
-                        .map_err(|error| error.in_context("mesh"))?;
-                    let mut materials: Vec<Material> = slots
-                        .iter()
-                        .map(|&slot| model.materials[slot].clone())
-                        .collect();
+                    let model = files.mesh(file).map_err(|error| BuildFailure::File("mesh".into(), error))?;
+                    let (mesh, slots) = model.as_single_mesh().map_err(|error| error.in_context("mesh"))?;
+                    let mut materials: Vec<Material> =
+                        slots.iter().map(|&slot| model.materials[slot].clone()).collect();
                     for material in &mut materials {
-                        material
-                            .texture_slots_mut()
-                            .for_each(|slot| slot.texture += next_texture);
+                        material.texture_slots_mut().for_each(|slot| slot.texture += next_texture);
                     }
                     (textures, notices) = (model.textures, model.notices);
-                    LoadedMesh {
-                        mesh: Arc::new(mesh),
-                        index: None,
-                        materials,
-                    }
+                    LoadedMesh { mesh: Arc::new(mesh), index: None, materials }
                 }
             }),
         };
@@ -89,10 +77,7 @@ impl ObjectSpec {
                 None => Arc::new(self.own_mesh()?),
             },
             index: read.as_ref().and_then(|read| read.index).filter(|_| plain),
-            materials: read
-                .iter()
-                .flat_map(|read| read.materials.clone())
-                .collect(),
+            materials: read.iter().flat_map(|read| read.materials.clone()).collect(),
             textures,
             notices,
         };
@@ -100,9 +85,7 @@ impl ObjectSpec {
             self.change_mesh(&mut additions)?;
         }
         if additions.materials.is_empty() {
-            additions
-                .materials
-                .push(Material::for_mesh(&additions.mesh));
+            additions.materials.push(Material::for_mesh(&additions.mesh));
         }
         let next = next_texture + additions.textures.len();
         let (textures, puts) = self.read_textures(&additions.mesh, next, files)?;
@@ -116,10 +99,7 @@ impl ObjectSpec {
         let mesh = Arc::make_mut(&mut additions.mesh);
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
             // Colours named here show as they are, whatever the file's materials say.
-            additions
-                .materials
-                .iter_mut()
-                .for_each(|material| material.color = [1.0; 3]);
+            additions.materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
         }
         mesh.face_colors = self.face_colors.take().or(mesh.face_colors.take());
         mesh.vertex_colors = self.vertex_colors.take().or(mesh.vertex_colors.take());
@@ -140,8 +120,7 @@ impl ObjectSpec {
 
     /// The mesh of a primitive, or of vertices and triangles.
     fn own_mesh(&mut self) -> Result<Mesh, SceneError> {
-        let of =
-            |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.in_context(key));
+        let of = |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.in_context(key));
         if let Some(shape) = &self.box_ {
             return of("box", primitive::box_(shape.size.0));
         }
@@ -152,35 +131,19 @@ impl ObjectSpec {
             return of("sphere", primitive::sphere(shape.radius, shape.level));
         }
         if let Some(shape) = &self.cylinder {
-            return of(
-                "cylinder",
-                primitive::cylinder(shape.radius, shape.height, shape.segments),
-            );
+            return of("cylinder", primitive::cylinder(shape.radius, shape.height, shape.segments));
         }
         if let Some(shape) = &self.cone {
-            return of(
-                "cone",
-                primitive::cone(shape.radius, shape.height, shape.segments),
-            );
+            return of("cone", primitive::cone(shape.radius, shape.height, shape.segments));
         }
         if let Some(shape) = &self.torus {
-            return of(
-                "torus",
-                primitive::torus(shape.radius, shape.tube, shape.segments),
-            );
+            return of("torus", primitive::torus(shape.radius, shape.tube, shape.segments));
         }
         let Some(triangles) = self.triangles.take() else {
-            return Err(SceneError::schema(
-                "vertices",
-                "it goes with \"triangles\", which is missing",
-            ));
+            return Err(SceneError::schema("vertices", "it goes with \"triangles\", which is missing"));
         };
         let vertices = self.vertices.take().unwrap_or_default();
-        Ok(Mesh {
-            vertices: vertices.into_iter().map(DVec3::from_array).collect(),
-            triangles,
-            ..Mesh::default()
-        })
+        Ok(Mesh { vertices: vertices.into_iter().map(DVec3::from_array).collect(), triangles, ..Mesh::default() })
     }
 }
 
@@ -189,10 +152,7 @@ fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>, SceneError> {
     let unit = |(i, normal): (usize, [f32; 3])| {
         let unit = DVec3::from_array(normal.map(f64::from)).try_normalize();
         unit.map(|unit| unit.as_vec3().to_array()).ok_or_else(|| {
-            SceneError::schema(
-                format!("normals[{i}]"),
-                format!("{normal:?}: expected a direction, not 0, all finite"),
-            )
+            SceneError::schema(format!("normals[{i}]"), format!("{normal:?}: expected a direction, not 0, all finite"))
         })
     };
     normals.into_iter().enumerate().map(unit).collect()

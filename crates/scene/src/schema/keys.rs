@@ -8,11 +8,7 @@ pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
 impl<const N: usize> Keys<N> {
     /// The keys among `keys` that were written.
     pub fn given(&self, keys: &[&str]) -> Vec<&'static str> {
-        self.0
-            .iter()
-            .filter(|(key, given)| *given && keys.contains(key))
-            .map(|(key, _)| *key)
-            .collect()
+        self.0.iter().filter(|(key, given)| *given && keys.contains(key)).map(|(key, _)| *key).collect()
     }
 
     /// Refuses some keys, for a reason.
@@ -27,16 +23,10 @@ impl<const N: usize> Keys<N> {
     pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str, SceneError> {
         match self.given(keys)[..] {
             [key] => Ok(key),
-            [] => Err(SceneError::schema(
-                "",
-                format!("no {what}: expected one of {}", keys.join(", ")),
-            )),
+            [] => Err(SceneError::schema("", format!("no {what}: expected one of {}", keys.join(", ")))),
             [first, second, ..] => Err(SceneError::schema(
                 second,
-                format!(
-                    "{first:?} is given too: expected one {what}, of {}",
-                    keys.join(", ")
-                ),
+                format!("{first:?} is given too: expected one {what}, of {}", keys.join(", ")),
             )),
         }
     }

@@ -50,14 +50,7 @@ pub(crate) const MATERIAL_KEYS: [&str; 32] = [
 /// The keys that the lecture's material alone has, and those of metal, of glass and of principled.
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
-const GLASS_KEYS: [&str; 6] = [
-    "ior",
-    "thin",
-    "dispersion",
-    "attenuation_color",
-    "attenuation_distance",
-    "priority",
-];
+const GLASS_KEYS: [&str; 6] = ["ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority"];
 const PRINCIPLED_KEYS: [&str; 14] = [
     "metallic",
     "specular_color",
@@ -95,7 +88,8 @@ impl ObjectSpec {
                 keys.refuse(&["diffuse", "specular", "shininess"], reason)?;
             }
             Some(MaterialType::Principled) => {
-                let reason = "type = \"principled\" has metallic and roughness; leave out the type for diffuse and shininess";
+                let reason =
+                    "type = \"principled\" has metallic and roughness; leave out the type for diffuse and shininess";
                 keys.refuse(&PHONG_KEYS, reason)?;
             }
             None if known => {}
@@ -107,22 +101,14 @@ impl ObjectSpec {
         if self.type_ != Some(MaterialType::Metal) {
             keys.refuse(&METAL_KEYS, &needs("\"metal\""))?;
         }
-        if !known
-            && !matches!(
-                self.type_,
-                Some(MaterialType::Glass | MaterialType::Principled)
-            )
-        {
+        if !known && !matches!(self.type_, Some(MaterialType::Glass | MaterialType::Principled)) {
             keys.refuse(&GLASS_KEYS, &needs("\"glass\" or \"principled\""))?;
         }
         if !known && self.type_ != Some(MaterialType::Principled) {
             keys.refuse(&PRINCIPLED_KEYS, &needs("\"principled\""))?;
         }
         if self.metal.is_some() {
-            keys.refuse(
-                &["color"],
-                "a metal has either a name or a color of its own",
-            )?;
+            keys.refuse(&["color"], "a metal has either a name or a color of its own")?;
         }
         if self.texture.is_none() && self.textures.is_none() {
             keys.refuse(&["wrap"], "it goes with \"texture\", which is missing")?;
@@ -136,11 +122,7 @@ impl ObjectSpec {
             if values.iter().all(|v| (0.0..=1.0).contains(v)) {
                 return Ok(());
             }
-            let given = if let [value] = values {
-                value.to_string()
-            } else {
-                format!("{values:?}")
-            };
+            let given = if let [value] = values { value.to_string() } else { format!("{values:?}") };
             Err(SceneError::schema(key, format!("{given}: expected 0..=1")))
         };
         if let Some(Color(color)) = self.color {
@@ -157,11 +139,7 @@ impl ObjectSpec {
             let known: Vec<_> = Metal::names().collect();
             return Err(SceneError::schema(
                 "metal",
-                format!(
-                    "no metal {name:?}{}; there are {}",
-                    suggestion(name, known.iter().copied()),
-                    known.join(", ")
-                ),
+                format!("no metal {name:?}{}; there are {}", suggestion(name, known.iter().copied()), known.join(", ")),
             ));
         }
         if self.shininess.is_some_and(|v| !(v.is_finite() && v >= 0.0)) {
@@ -173,9 +151,7 @@ impl ObjectSpec {
         }
         let mut material = Material::default();
         self.apply_material(&mut material, &[]);
-        material
-            .validate()
-            .map_err(|error| SceneError::schema("type", error.to_string()))
+        material.validate().map_err(|error| SceneError::schema("type", error.to_string()))
     }
 
     /// Changes materials to what is said here.
@@ -190,19 +166,13 @@ impl ObjectSpec {
     ) -> Result<(), SceneError> {
         let mut unused: Vec<_> = textures.iter().map(|_| true).collect();
         for material in &mut *materials {
-            for (unused, used) in unused
-                .iter_mut()
-                .zip(self.apply_material(material, textures))
-            {
+            for (unused, used) in unused.iter_mut().zip(self.apply_material(material, textures)) {
                 *unused &= !used;
             }
         }
         if let Some((put, _)) = textures.iter().zip(unused).find(|(_, unused)| *unused) {
             let path = format!("textures.{}", put.key);
-            return Err(SceneError::schema(
-                path,
-                "it goes with type = \"principled\"",
-            ));
+            return Err(SceneError::schema(path, "it goes with type = \"principled\""));
         }
         // With a type, `check_material` has looked.
         let takes = |material: &Material, key: &str| match &material.model {
@@ -216,10 +186,9 @@ impl ObjectSpec {
         given.extend(keys.given(&["roughness"]));
         let lacking = |key: &&&str| !materials.iter().any(|material| takes(material, key));
         match given.iter().find(lacking) {
-            Some(key) if self.type_.is_none() => Err(SceneError::schema(
-                *key,
-                "no material of this object has it: say a type that has",
-            )),
+            Some(key) if self.type_.is_none() => {
+                Err(SceneError::schema(*key, "no material of this object has it: say a type that has"))
+            }
             _ => Ok(()),
         }
     }
@@ -241,67 +210,45 @@ impl ObjectSpec {
             material.alpha = Alpha::Blend;
         }
         // With a type, all begins anew.
-        let known = if self.type_.is_some() {
-            0
-        } else {
-            material.priority
-        };
+        let known = if self.type_.is_some() { 0 } else { material.priority };
         material.priority = self.priority.unwrap_or(known);
         let reflectance = std::mem::replace(&mut material.model, MaterialModel::Unlit);
         material.model = self.material_model(reflectance);
-        textures
-            .iter()
-            .map(|put| put.bind(material, !self.has_value(put.key)))
-            .collect()
+        textures.iter().map(|put| put.bind(material, !self.has_value(put.key))).collect()
     }
 
     /// How it reflects light, where it did so before.
     fn material_model(&self, base: MaterialModel) -> MaterialModel {
         match (self.type_, base) {
             (Some(MaterialType::Unlit), _) => MaterialModel::Unlit,
-            (Some(MaterialType::Matte), _) => MaterialModel::Phong {
-                diffuse: self.diffuse.unwrap_or(1.0),
-                specular: [0.0; 3],
-                shininess: 32.0,
-            },
+            (Some(MaterialType::Matte), _) => {
+                MaterialModel::Phong { diffuse: self.diffuse.unwrap_or(1.0), specular: [0.0; 3], shininess: 32.0 }
+            }
             (Some(MaterialType::Metal), _) => self.metal(),
             (Some(MaterialType::Glass), _) => MaterialModel::Glass(self.glass(Glass::default())),
-            (Some(MaterialType::Principled), _) => {
-                MaterialModel::Principled(Box::new(self.principled(Principled {
-                    metallic: 0.0.into(),
-                    roughness: 0.5.into(),
-                    thickness: 1.0.into(),
-                    iridescence_thickness: [400.0; 2],
-                    ..Principled::default()
-                })))
-            }
+            (Some(MaterialType::Principled), _) => MaterialModel::Principled(Box::new(self.principled(Principled {
+                metallic: 0.0.into(),
+                roughness: 0.5.into(),
+                thickness: 1.0.into(),
+                iridescence_thickness: [400.0; 2],
+                ..Principled::default()
+            }))),
             (None, MaterialModel::Principled(base)) if !self.is_phong() => {
                 MaterialModel::Principled(Box::new(self.principled(*base)))
             }
-            (None, MaterialModel::Glass(base)) if !self.needs_lighting() => {
-                MaterialModel::Glass(self.glass(base))
-            }
+            (None, MaterialModel::Glass(base)) if !self.needs_lighting() => MaterialModel::Glass(self.glass(base)),
             (None, MaterialModel::Metal(base)) if !self.needs_lighting() => {
-                MaterialModel::Metal(Metal {
-                    roughness: self.roughness.unwrap_or(base.roughness),
-                    ..base
-                })
+                MaterialModel::Metal(Metal { roughness: self.roughness.unwrap_or(base.roughness), ..base })
             }
             (None, MaterialModel::Unlit) if !self.needs_lighting() => MaterialModel::Unlit,
             (None, base) => {
                 let (diffuse, specular, shininess) = match base {
-                    MaterialModel::Phong {
-                        diffuse,
-                        specular,
-                        shininess,
-                    } => (diffuse, specular, shininess),
+                    MaterialModel::Phong { diffuse, specular, shininess } => (diffuse, specular, shininess),
                     _ => (1.0, [0.0; 3], 32.0),
                 };
                 MaterialModel::Phong {
                     diffuse: self.diffuse.unwrap_or(diffuse),
-                    specular: self
-                        .specular
-                        .map_or(specular, |Splat(rgb)| rgb.map(|v| v as f32)),
+                    specular: self.specular.map_or(specular, |Splat(rgb)| rgb.map(|v| v as f32)),
                     shininess: self.shininess.unwrap_or(shininess),
                 }
             }
@@ -322,10 +269,9 @@ impl ObjectSpec {
         let roughness = self.roughness.unwrap_or(0.0);
         match self.metal.as_deref().and_then(Metal::named) {
             Some(metal) => MaterialModel::Metal(Metal { roughness, ..metal }),
-            None => MaterialModel::Principled(Box::new(Principled {
-                roughness: roughness.into(),
-                ..Principled::default()
-            })),
+            None => {
+                MaterialModel::Principled(Box::new(Principled { roughness: roughness.into(), ..Principled::default() }))
+            }
         }
     }
 
@@ -337,9 +283,7 @@ impl ObjectSpec {
             thin: self.thin.unwrap_or(base.thin),
             dispersion: self.dispersion.unwrap_or(base.dispersion),
             attenuation_color: rgb(self.attenuation_color, base.attenuation_color),
-            attenuation_distance: self
-                .attenuation_distance
-                .unwrap_or(base.attenuation_distance),
+            attenuation_distance: self.attenuation_distance.unwrap_or(base.attenuation_distance),
         }
     }
 
@@ -354,16 +298,10 @@ impl ObjectSpec {
         set(&mut p.metallic.value, self.metallic);
         set(&mut p.roughness.value, self.roughness);
         set(&mut p.ior, self.ior);
-        set(
-            &mut p.specular.value,
-            self.specular.map(|Splat([v, ..])| v as f32),
-        );
+        set(&mut p.specular.value, self.specular.map(|Splat([v, ..])| v as f32));
         set(&mut p.specular_color.value, color(self.specular_color));
         set(&mut p.transmission.value, self.transmission);
-        set(
-            &mut p.thickness.value,
-            self.thin.map(|thin| f32::from(u8::from(!thin))),
-        );
+        set(&mut p.thickness.value, self.thin.map(|thin| f32::from(u8::from(!thin))));
         set(&mut p.attenuation_color, color(self.attenuation_color));
         set(&mut p.attenuation_distance, self.attenuation_distance);
         set(&mut p.dispersion, self.dispersion);
@@ -373,20 +311,11 @@ impl ObjectSpec {
         set(&mut p.sheen_roughness.value, self.sheen_roughness);
         set(&mut p.iridescence.value, self.iridescence);
         set(&mut p.iridescence_ior, self.iridescence_ior);
-        set(
-            &mut p.iridescence_thickness,
-            self.iridescence_thickness.map(|v| [v; 2]),
-        );
+        set(&mut p.iridescence_thickness, self.iridescence_thickness.map(|v| [v; 2]));
         set(&mut p.anisotropy.value, self.anisotropy);
-        set(
-            &mut p.anisotropy_rotation,
-            self.anisotropy_rotation.map(|v| v.to_radians() as f32),
-        );
+        set(&mut p.anisotropy_rotation, self.anisotropy_rotation.map(|v| v.to_radians() as f32));
         set(&mut p.diffuse_transmission.value, self.diffuse_transmission);
-        set(
-            &mut p.diffuse_transmission_color.value,
-            color(self.diffuse_transmission_color),
-        );
+        set(&mut p.diffuse_transmission_color.value, color(self.diffuse_transmission_color));
         p
     }
 

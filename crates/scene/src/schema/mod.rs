@@ -29,12 +29,8 @@ pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use crate::schema::spec::pose::PoseSpec;
 pub use crate::schema::spec::render::RenderSpec;
 pub use crate::schema::spec::rig::RigSpec;
-pub use crate::schema::spec::shape::{
-    BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape,
-};
-pub use crate::schema::spec::texture::{
-    ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec,
-};
+pub use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
+pub use crate::schema::spec::texture::{ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec};
 pub use crate::schema::spec::video::{KeyframeSpec, VideoSpec};
 
 use crate::light::Light;

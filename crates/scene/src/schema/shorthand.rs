@@ -107,9 +107,7 @@ impl<'de, const N: usize> Deserialize<'de> for Splat<N> {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Splat<N>, A::Error> {
                 let mut values = [0.0; N];
                 for (i, value) in values.iter_mut().enumerate() {
-                    *value = seq
-                        .next_element()?
-                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
                 Ok(Splat(values))
             }
@@ -151,9 +149,7 @@ impl<'de> Deserialize<'de> for Color {
                 let hex = v.strip_prefix('#').filter(|hex| hex.len() == 6);
                 let byte = |i| hex.and_then(|hex| u8::from_str_radix(hex.get(i..i + 2)?, 16).ok());
                 match [byte(0), byte(2), byte(4)] {
-                    [Some(r), Some(g), Some(b)] if !v.contains('+') => {
-                        Ok(Color(linear_from_srgb8([r, g, b])))
-                    }
+                    [Some(r), Some(g), Some(b)] if !v.contains('+') => Ok(Color(linear_from_srgb8([r, g, b]))),
                     _ => Err(E::invalid_value(serde::de::Unexpected::Str(v), &self)),
                 }
             }
@@ -161,9 +157,7 @@ impl<'de> Deserialize<'de> for Color {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
                 let mut rgb = [0.0; 3];
                 for (i, value) in rgb.iter_mut().enumerate() {
-                    *value = seq
-                        .next_element()?
-                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
                 Ok(Color(rgb))
             }
@@ -207,17 +201,12 @@ impl<'de> Deserialize<'de> for Refine {
             }
 
             fn visit_i64<E: Error>(self, v: i64) -> Result<Refine, E> {
-                let levels = u32::try_from(v)
-                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
-                Ok(Refine {
-                    levels,
-                    scheme: Scheme::default(),
-                })
+                let levels = u32::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
+                Ok(Refine { levels, scheme: Scheme::default() })
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Refine, A::Error> {
-                let RefineTable { levels, scheme } =
-                    Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+                let RefineTable { levels, scheme } = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
                 Ok(Refine { levels, scheme })
             }
         }
@@ -254,9 +243,7 @@ impl<'de> Deserialize<'de> for Wraps {
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Wraps, A::Error> {
                 let mut wraps = [Wrap::default(); 2];
                 for (i, wrap) in wraps.iter_mut().enumerate() {
-                    *wrap = seq
-                        .next_element()?
-                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                    *wrap = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
                 Ok(Wraps(wraps))
             }
@@ -277,9 +264,7 @@ impl JsonSchema for Wraps {
 }
 
 /// The JSON Schema of a list, or of a table that stands for a list of one.
-pub(crate) fn one_or_many<T: JsonSchema>(
-    generator: &mut schemars::SchemaGenerator,
-) -> schemars::Schema {
+pub(crate) fn one_or_many<T: JsonSchema>(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
     let one = generator.subschema_for::<T>();
     schemars::json_schema!({ "anyOf": [one, { "type": "array", "items": one }] })
 }

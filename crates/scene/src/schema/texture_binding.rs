@@ -16,10 +16,7 @@ impl TextureBinding {
     /// Puts it where it belongs; whether the material has such a place. `plain` values become 1.
     pub(crate) fn bind(&self, material: &mut Material, plain: bool) -> bool {
         let slot = Some(self.slot);
-        let normal = Some(NormalMap {
-            texture: self.slot,
-            scale: self.strength,
-        });
+        let normal = Some(NormalMap { texture: self.slot, scale: self.strength });
         match self.key {
             "texture" => material.texture = slot,
             "normal" => material.normal_map = normal,
@@ -56,10 +53,7 @@ impl TextureBinding {
             "anisotropy" => &mut p.anisotropy,
             "diffuse_transmission" => &mut p.diffuse_transmission,
             "clearcoat_normal" => {
-                p.clearcoat_normal = Some(NormalMap {
-                    texture: self.slot,
-                    scale: self.strength,
-                });
+                p.clearcoat_normal = Some(NormalMap { texture: self.slot, scale: self.strength });
                 return true;
             }
             "iridescence_thickness" => {

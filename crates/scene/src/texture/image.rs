@@ -7,9 +7,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::error::SceneError;
 use crate::texture::cache::paged::PagedTexels;
-use crate::texture::texel::{
-    ResidentTexels, TexelKind, TexelQuad, decode_linear8, decode_linear16, decode_srgb8,
-};
+use crate::texture::texel::{ResidentTexels, TexelKind, TexelQuad, decode_linear8, decode_linear16, decode_srgb8};
 
 /// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,17 +66,8 @@ impl Texels {
 
     /// The linear values where two columns meet two rows, row by row, of an image of this width.
     #[inline]
-    pub(super) fn fetch_quad(
-        &self,
-        width: usize,
-        [x0, x1]: [usize; 2],
-        rows: [usize; 2],
-    ) -> TexelQuad {
-        fn fetch<T: Copy>(
-            texels: &[T],
-            all: [[usize; 2]; 2],
-            linear: impl Fn(T) -> [f32; 4],
-        ) -> TexelQuad {
+    pub(super) fn fetch_quad(&self, width: usize, [x0, x1]: [usize; 2], rows: [usize; 2]) -> TexelQuad {
+        fn fetch<T: Copy>(texels: &[T], all: [[usize; 2]; 2], linear: impl Fn(T) -> [f32; 4]) -> TexelQuad {
             all.map(|row| row.map(|index| linear(texels[index])))
         }
         let all = rows.map(|y| [y * width + x0, y * width + x1]);
@@ -181,9 +170,7 @@ impl Image {
             )));
         }
         if let Texels::Float(texels) = texels
-            && let Some(i) = texels
-                .iter()
-                .position(|texel| texel.iter().any(|v| !v.is_finite()))
+            && let Some(i) = texels.iter().position(|texel| texel.iter().any(|v| !v.is_finite()))
         {
             return Err(SceneError::World(format!(
                 "texture {name:?} has a texel {:?} at {i}: expected finite numbers",

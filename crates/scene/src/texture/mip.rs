@@ -43,9 +43,7 @@ impl Image {
             let mut sum = [0.0f32; 4];
             for (row, share) in covered_texels(y, height, h) {
                 for (column, part) in covered_texels(x, width, w) {
-                    let texel = self
-                        .texels
-                        .linear(row as usize * width as usize + column as usize);
+                    let texel = self.texels.linear(row as usize * width as usize + column as usize);
                     for (sum, value) in sum.iter_mut().zip(texel) {
                         *sum += value * share * part;
                     }
@@ -56,16 +54,9 @@ impl Image {
         let all = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
         let texels = match self.texels.kind().halved() {
             TexelKind::Float => Texels::Float(all.map(|(x, y)| mean(x, y)).collect()),
-            _ => Texels::Linear16(
-                all.map(|(x, y)| mean(x, y).map(|v| (v * 65535.0 + 0.5) as u16))
-                    .collect(),
-            ),
+            _ => Texels::Linear16(all.map(|(x, y)| mean(x, y).map(|v| (v * 65535.0 + 0.5) as u16)).collect()),
         };
-        Some(Image {
-            name: String::new(),
-            size: [w, h],
-            texels,
-        })
+        Some(Image { name: String::new(), size: [w, h], texels })
     }
 
     /// The bytes that its texels and those of its mip map take.
@@ -111,10 +102,7 @@ mod tests {
             });
             let mean = |image: &Image| {
                 let count = image.texels.len();
-                (0..count)
-                    .map(|i| f64::from(image.texels.linear(i)[0]))
-                    .sum::<f64>()
-                    / count as f64
+                (0..count).map(|i| f64::from(image.texels.linear(i)[0])).sum::<f64>() / count as f64
             };
             let expected = mean(&image);
             let levels = image.mip_map();
@@ -140,9 +128,6 @@ mod tests {
             panic!("expected two levels");
         };
         // The mean of 0..=5 is 2.5; 65535 is 257 times 255.
-        assert_eq!(
-            last.texels,
-            Texels::Linear16(vec![[643, 1285, 1928, 65535]])
-        );
+        assert_eq!(last.texels, Texels::Linear16(vec![[643, 1285, 1928, 65535]]));
     }
 }

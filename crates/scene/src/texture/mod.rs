@@ -18,9 +18,7 @@ pub use crate::texture::cache::paged::PagedTexels;
 pub use crate::texture::cache::{PageInStats, TextureCache};
 
 /// The wrap mode of texture coordinates beyond 0..1.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Wrap {
     /// Starts again.
@@ -33,9 +31,7 @@ pub enum Wrap {
 }
 
 /// The filter between texels.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "TextureFilter")]
 pub enum TexelFilter {
@@ -95,18 +91,13 @@ pub struct TextureSlot {
 impl TextureSlot {
     /// The texture as the mesh's first coordinates have it.
     pub fn plain(texture: usize) -> Self {
-        Self {
-            texture,
-            uv_set: 0,
-            image_from_mesh: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-        }
+        Self { texture, uv_set: 0, image_from_mesh: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] }
     }
 
     /// The coordinates in the image of coordinates of the mesh.
     pub fn coordinates(&self, [u, v]: [f32; 2]) -> [f32; 2] {
-        self.image_from_mesh.map(|[a, b, c]| {
-            (f64::from(a) * f64::from(u) + f64::from(b) * f64::from(v) + f64::from(c)) as f32
-        })
+        self.image_from_mesh
+            .map(|[a, b, c]| (f64::from(a) * f64::from(u) + f64::from(b) * f64::from(v) + f64::from(c)) as f32)
     }
 }
 
@@ -120,15 +111,8 @@ impl Texture {
     ) -> Self {
         let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 255]).collect();
         Self {
-            image: Arc::new(Image {
-                name: name.into(),
-                size,
-                texels: Texels::Srgb8(texels),
-            }),
-            sampler: TextureSampler {
-                wrap,
-                ..TextureSampler::default()
-            },
+            image: Arc::new(Image { name: name.into(), size, texels: Texels::Srgb8(texels) }),
+            sampler: TextureSampler { wrap, ..TextureSampler::default() },
         }
     }
 
@@ -167,8 +151,7 @@ impl Axis {
         let position = f64::from(coordinate) * length - 0.5;
         // Float32 coordinates of a texel's centre miss it by their rounding error, which a large image magnifies to a
         // visible share of the neighbour: that close to a centre is at it.
-        let rounding =
-            (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
+        let rounding = (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
         // Beyond 2^52 there are no fractions; NaN is taken for 0. By casts: rounding to whole numbers may be a call.
         let position = position.clamp(-4.5e15, 4.5e15);
         let whole = position as i64;
@@ -179,10 +162,7 @@ impl Axis {
         } else if fraction <= rounding || fraction.is_nan() {
             fraction = 0.0;
         }
-        Self {
-            texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))),
-            fraction: fraction as f32,
-        }
+        Self { texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))), fraction: fraction as f32 }
     }
 
     fn nearest(&self) -> usize {

@@ -17,17 +17,12 @@ impl TextureCache {
     pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
         image.validate()?;
         self.count(&image);
-        if self.is_exceeded() {
-            self.page_out(&image).map(Arc::new)
-        } else {
-            Ok(image)
-        }
+        if self.is_exceeded() { self.page_out(&image).map(Arc::new) } else { Ok(image) }
     }
 
     /// Counts an image.
     pub(crate) fn count(&self, image: &Image) {
-        self.requested_bytes
-            .fetch_add(image.bytes(), Ordering::Relaxed);
+        self.requested_bytes.fetch_add(image.bytes(), Ordering::Relaxed);
     }
 
     /// The image with its texels, and those of its mip map, in the temporary file.
@@ -62,9 +57,7 @@ impl TextureCache {
                 let right = (left + TILE_SIZE).min(width);
                 for y in top..(top + TILE_SIZE).min(height) {
                     let row = y * width;
-                    image
-                        .texels
-                        .write_bytes(row + left..row + right, &mut bytes);
+                    image.texels.write_bytes(row + left..row + right, &mut bytes);
                 }
             }
             let start = file.append(&bytes).map_err(|error| {
@@ -73,10 +66,6 @@ impl TextureCache {
             })?;
             offset.get_or_insert(start);
         }
-        Ok(Level {
-            kind: image.texels.kind(),
-            size: image.size,
-            offset: offset.unwrap_or(0),
-        })
+        Ok(Level { kind: image.texels.kind(), size: image.size, offset: offset.unwrap_or(0) })
     }
 }

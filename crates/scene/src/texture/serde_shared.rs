@@ -20,10 +20,7 @@ struct DeserializedTextures {
     textures: Vec<(usize, TextureSampler)>,
 }
 
-pub(crate) fn serialize<S: Serializer>(
-    textures: &[Arc<Texture>],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+pub(crate) fn serialize<S: Serializer>(textures: &[Arc<Texture>], serializer: S) -> Result<S::Ok, S::Error> {
     let mut images: Vec<&Image> = Vec::new();
     let mut known = HashMap::new();
     let textures = textures
@@ -39,20 +36,11 @@ pub(crate) fn serialize<S: Serializer>(
     SerializedTextures { images, textures }.serialize(serializer)
 }
 
-pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Vec<Arc<Texture>>, D::Error> {
-    let DeserializedTextures { images, textures } =
-        DeserializedTextures::deserialize(deserializer)?;
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Arc<Texture>>, D::Error> {
+    let DeserializedTextures { images, textures } = DeserializedTextures::deserialize(deserializer)?;
     let texture = |(index, sampler): (usize, TextureSampler)| match images.get(index) {
-        Some(image) => Ok(Arc::new(Texture {
-            image: image.clone(),
-            sampler,
-        })),
-        None => Err(D::Error::custom(format_args!(
-            "image {index} of {}",
-            images.len()
-        ))),
+        Some(image) => Ok(Arc::new(Texture { image: image.clone(), sampler })),
+        None => Err(D::Error::custom(format_args!("image {index} of {}", images.len()))),
     };
     textures.into_iter().map(texture).collect()
 }

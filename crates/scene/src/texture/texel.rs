@@ -36,13 +36,11 @@ impl TexelKind {
             Self::Srgb8 => ResidentTexels::Srgb8(small()),
             Self::Linear8 => ResidentTexels::Linear8(small()),
             Self::Linear16 => {
-                let texel =
-                    |b: &[u8; 8]| [0, 2, 4, 6].map(|i| u16::from_le_bytes([b[i], b[i + 1]]));
+                let texel = |b: &[u8; 8]| [0, 2, 4, 6].map(|i| u16::from_le_bytes([b[i], b[i + 1]]));
                 ResidentTexels::Linear16(bytes.as_chunks().0.iter().map(texel).collect())
             }
             Self::Float => {
-                let value =
-                    |b: &[u8; 16], i| f32::from_le_bytes([b[i], b[i + 1], b[i + 2], b[i + 3]]);
+                let value = |b: &[u8; 16], i| f32::from_le_bytes([b[i], b[i + 1], b[i + 2], b[i + 3]]);
                 let texel = |b: &[u8; 16]| [0, 4, 8, 12].map(|i| value(b, i));
                 ResidentTexels::Float(bytes.as_chunks().0.iter().map(texel).collect())
             }

@@ -62,14 +62,10 @@ impl Video {
     /// [`SceneError`] where it moves others, or has no length or no end.
     pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<(), SceneError> {
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
-            return Err(SceneError::World(format!(
-                "the video moves rig {id} of {rigs}"
-            )));
+            return Err(SceneError::World(format!("the video moves rig {id} of {rigs}")));
         }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
-            return Err(SceneError::World(format!(
-                "the video moves object {id} of {objects}"
-            )));
+            return Err(SceneError::World(format!("the video moves object {id} of {objects}")));
         }
         check_length(self.fps, self.seconds)
     }
@@ -102,18 +98,12 @@ impl Video {
     pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
         let moved = self.camera_pose(base, time)?;
         let still = self.orbit.is_none() && self.camera == KeyframedMotion::default();
-        let Some(shutter) = base
-            .motion()
-            .filter(|shutter| shutter.is_static() && !still)
-        else {
+        let Some(shutter) = base.motion().filter(|shutter| shutter.is_static() && !still) else {
             return Ok(moved);
         };
         let motion = shutter.resampled(|since_middle| {
             let then = self.camera_pose(base, time + since_middle)?;
-            Ok(Pose {
-                r: then.r(),
-                c: then.c(),
-            })
+            Ok(Pose { r: then.r(), c: then.c() })
         })?;
         moved.with_motion(motion)
     }
@@ -132,14 +122,8 @@ impl Video {
         let location = self.camera.location.evaluate(time);
         let eye = location.unwrap_or(base.c());
         if let Some(target) = self.camera.target.evaluate(time) {
-            let facing = Camera::look_at(
-                eye,
-                target,
-                self.up.axis(),
-                DMat3::IDENTITY,
-                base.size(),
-                base.pixel_center(),
-            )?;
+            let facing =
+                Camera::look_at(eye, target, self.up.axis(), DMat3::IDENTITY, base.size(), base.pixel_center())?;
             return base.at_pose(facing.r(), eye);
         }
         match (self.camera.rotation.evaluate(time), location) {
@@ -156,10 +140,7 @@ impl Video {
 /// Checks the length of a video.
 pub(crate) fn check_length(fps: f64, seconds: f64) -> Result<(), SceneError> {
     if !(fps.is_finite() && fps > 0.0) {
-        return Err(SceneError::schema(
-            "fps",
-            format!("{fps}: expected a finite number greater than 0"),
-        ));
+        return Err(SceneError::schema("fps", format!("{fps}: expected a finite number greater than 0")));
     }
     if !(seconds.is_finite() && seconds > 0.0 && fps * seconds <= MAX_FRAMES) {
         return Err(SceneError::schema(

@@ -31,13 +31,7 @@ impl Video {
         let Some((_, motion)) = own else {
             // As a camera that looks along the body's x axis.
             let k = DMat3::IDENTITY;
-            let ahead = Camera::new(
-                k,
-                rotation::CAMERA_FROM_BODY * body.r,
-                body.c,
-                [1, 1],
-                PixelCenter::Integer,
-            )?;
+            let ahead = Camera::new(k, rotation::CAMERA_FROM_BODY * body.r, body.c, [1, 1], PixelCenter::Integer)?;
             let moved = self.camera_pose(&ahead, time)?;
             if moved == ahead {
                 return Ok(rig.clone());

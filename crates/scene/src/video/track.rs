@@ -41,11 +41,7 @@ impl<T> Default for Track<T> {
 impl<T: Interpolate> Track<T> {
     /// Adds a key, later than all before.
     pub fn push(&mut self, time: f64, value: T, interpolation: KeyframeInterpolation) {
-        self.keys.push(Keyframe {
-            time,
-            value,
-            interpolation,
-        });
+        self.keys.push(Keyframe { time, value, interpolation });
     }
 
     /// True if there are no keys.
@@ -66,9 +62,7 @@ impl<T: Interpolate> Track<T> {
         let span = to.time - from.time;
         let s = (time - from.time) / span;
         Some(match from.interpolation {
-            KeyframeInterpolation::Linear => {
-                from.value.offset_by(from.value.delta_to(to.value) * s)
-            }
+            KeyframeInterpolation::Linear => from.value.offset_by(from.value.delta_to(to.value) * s),
             KeyframeInterpolation::Smooth => {
                 let velocities = [i, next].map(|key| self.velocity(key) * span);
                 hermite(from.value, to.value, velocities, s)

@@ -22,14 +22,9 @@ impl World {
     pub fn at_time(&self, clock: WorldTime) -> Result<World, SceneError> {
         let moved = match (&self.node_tree, clock.animation) {
             (None, None) => self.at_video_time(clock.time)?,
-            _ => self
-                .animated_at(clock.animation.unwrap_or(0), clock.time)?
-                .at_video_time(clock.time)?,
+            _ => self.animated_at(clock.animation.unwrap_or(0), clock.time)?.at_video_time(clock.time)?,
         };
-        Ok(World {
-            time: Some(clock),
-            ..moved
-        })
+        Ok(World { time: Some(clock), ..moved })
     }
 
     /// True if anything in it moves.
@@ -45,10 +40,7 @@ impl World {
     /// [`SceneError::World`] where an object has to face a point straight above or below it, or its own location.
     pub fn at_video_time(&self, time: f64) -> Result<World, SceneError> {
         let animation = None;
-        let mut moved = World {
-            time: Some(WorldTime { time, animation }),
-            ..self.clone()
-        };
+        let mut moved = World { time: Some(WorldTime { time, animation }), ..self.clone() };
         for (id, motion) in self.video.iter().flat_map(|video| &video.objects) {
             if let Some(object) = moved.objects.get_mut(*id) {
                 object.world_from_mesh = motion.world_from_mesh_at(object, self.up, time)?;
@@ -64,14 +56,11 @@ impl World {
     pub fn find_animation(&self, name: &str) -> Result<usize, SceneError> {
         let animations = self.node_tree.iter().flat_map(|rig| &rig.animations);
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
-        names
-            .iter()
-            .position(|other| *other == name)
-            .ok_or_else(|| {
-                let count = names.len();
-                let near = suggestion(name, names.iter().copied());
-                SceneError::World(format!("no animation {name:?} among {count}{near}"))
-            })
+        names.iter().position(|other| *other == name).ok_or_else(|| {
+            let count = names.len();
+            let near = suggestion(name, names.iter().copied());
+            SceneError::World(format!("no animation {name:?} among {count}{near}"))
+        })
     }
 
     /// The world at a time in seconds of one of its animations. What does not move is shared; meshes that bend keep
@@ -80,17 +69,10 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] where there is no such animation.
     pub fn animated_at(&self, animation: usize, time: f64) -> Result<World, SceneError> {
-        let count = self
-            .node_tree
-            .as_ref()
-            .map_or(0, |rig| rig.animations.len());
+        let count = self.node_tree.as_ref().map_or(0, |rig| rig.animations.len());
         match &self.node_tree {
-            Some(rig) if animation < count => {
-                self.apply_pose(&rig.evaluate(Some((animation, time))), rig)
-            }
-            _ => Err(SceneError::World(format!(
-                "animation {animation}, but the world has {count}"
-            ))),
+            Some(rig) if animation < count => self.apply_pose(&rig.evaluate(Some((animation, time))), rig),
+            _ => Err(SceneError::World(format!("animation {animation}, but the world has {count}"))),
         }
     }
 
@@ -104,9 +86,7 @@ impl World {
         };
         let rig = Arc::make_mut(rig);
         let pose = rig.evaluate(None);
-        let rests: Vec<_> = (rig.objects.iter())
-            .map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new))
-            .collect();
+        let rests: Vec<_> = (rig.objects.iter()).map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new)).collect();
         for (mount, rest) in rig.objects.iter_mut().zip(rests) {
             mount.rest = rest;
         }
@@ -150,8 +130,7 @@ impl World {
                 *mesh = if rig.same_deformation(mount, pose, &rest) {
                     rest_mesh.clone()
                 } else {
-                    rig.deformed_mesh(mount, pose)
-                        .map_or(rest_mesh.clone(), Arc::new)
+                    rig.deformed_mesh(mount, pose).map_or(rest_mesh.clone(), Arc::new)
                 };
             }
         }
@@ -175,16 +154,8 @@ impl World {
 
 impl KeyframedMotion {
     /// world_from_mesh of an object at a time.
-    pub(crate) fn world_from_mesh_at(
-        &self,
-        object: &Object,
-        up: Up,
-        time: f64,
-    ) -> Result<DAffine3, SceneError> {
-        let location = self
-            .location
-            .evaluate(time)
-            .unwrap_or(object.world_from_mesh.translation);
+    pub(crate) fn world_from_mesh_at(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3, SceneError> {
+        let location = self.location.evaluate(time).unwrap_or(object.world_from_mesh.translation);
         let world_from_body = match (self.target.evaluate(time), self.rotation.evaluate(time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
                 SceneError::World(format!(
@@ -200,9 +171,6 @@ impl KeyframedMotion {
         };
         // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
         let rotation = world_from_body * rotation::world_from_reference(up).transpose();
-        Ok(DAffine3::from_mat3_translation(
-            rotation * object.scale_shear,
-            location,
-        ))
+        Ok(DAffine3::from_mat3_translation(rotation * object.scale_shear, location))
     }
 }

@@ -35,23 +35,11 @@ impl World {
     /// Those of [`Material::validate`], and a texture that there is not.
     pub fn add_material(&mut self, material: Material) -> Result<usize, SceneError> {
         material.validate()?;
-        if let Some(slot) = material
-            .texture_slots()
-            .into_iter()
-            .find(|slot| slot.texture >= self.textures.len())
-        {
-            return Err(SceneError::World(format!(
-                "texture {} of {}",
-                slot.texture,
-                self.textures.len()
-            )));
+        if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
+            return Err(SceneError::World(format!("texture {} of {}", slot.texture, self.textures.len())));
         }
         if let Some(total) = material.reflectance_above_one() {
-            let name = if material.name.is_empty() {
-                String::new()
-            } else {
-                format!(" {:?}", material.name)
-            };
+            let name = if material.name.is_empty() { String::new() } else { format!(" {:?}", material.name) };
             self.notices.push(format!(
                 "material{name} reflects {total} of the light that arrives (diffuse * color + specular), more than \
                  all of it"
@@ -69,12 +57,7 @@ impl World {
     pub fn add_object(&mut self, mut object: Object) -> Result<usize, SceneError> {
         let fail = |message: String| Err(SceneError::World(message));
         let Some(mesh) = self.meshes.get(object.mesh) else {
-            return fail(format!(
-                "object {:?} has mesh {} of {}",
-                object.name,
-                object.mesh,
-                self.meshes.len()
-            ));
+            return fail(format!("object {:?} has mesh {} of {}", object.name, object.mesh, self.meshes.len()));
         };
         if mesh.slot_count() > object.materials.len() {
             return fail(format!(
@@ -84,23 +67,12 @@ impl World {
                 mesh.slot_count()
             ));
         }
-        if let Some(material) = object
-            .materials
-            .iter()
-            .find(|&&material| material >= self.materials.len())
-        {
-            return fail(format!(
-                "object {:?} has material {material} of {}",
-                object.name,
-                self.materials.len()
-            ));
+        if let Some(material) = object.materials.iter().find(|&&material| material >= self.materials.len()) {
+            return fail(format!("object {:?} has material {material} of {}", object.name, self.materials.len()));
         }
         let transform = object.world_from_mesh;
         if !transform.is_finite() {
-            return fail(format!(
-                "object {:?} is placed by {transform:?}: every number must be finite",
-                object.name
-            ));
+            return fail(format!("object {:?} is placed by {transform:?}: every number must be finite", object.name));
         }
         if !transform.inverse().is_finite() {
             return fail(format!(
@@ -108,11 +80,7 @@ impl World {
                 object.name
             ));
         }
-        object.name = self.names.unique(if object.name.is_empty() {
-            "object"
-        } else {
-            &object.name
-        });
+        object.name = self.names.unique(if object.name.is_empty() { "object" } else { &object.name });
         self.objects.push(object);
         Ok(self.objects.len() - 1)
     }
@@ -133,10 +101,7 @@ impl World {
         for camera in &self.cameras {
             names.unique(&camera.name);
         }
-        self.cameras.push(NamedCamera {
-            name: names.unique(name),
-            camera,
-        });
+        self.cameras.push(NamedCamera { name: names.unique(name), camera });
         self.cameras.len() - 1
     }
 }

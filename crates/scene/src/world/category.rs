@@ -22,8 +22,7 @@ impl World {
             Some((number(name)?, name.clone()))
         });
         let mut names: BTreeMap<i32, String> = numbered.collect();
-        let mut known: HashMap<String, i32> =
-            names.iter().map(|(&id, name)| (name.clone(), id)).collect();
+        let mut known: HashMap<String, i32> = names.iter().map(|(&id, name)| (name.clone(), id)).collect();
         let mut next = 1;
         let mut of_objects = Vec::with_capacity(self.objects.len());
         for object in &self.objects {

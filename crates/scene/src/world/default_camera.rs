@@ -18,9 +18,7 @@ impl World {
             return Ok(first.camera.clone());
         }
         let Some((low, high)) = self.bounds() else {
-            return Err(SceneError::World(
-                "the world has no objects: there is nothing to look at".into(),
-            ));
+            return Err(SceneError::World("the world has no objects: there is nothing to look at".into()));
         };
         let pixel_center = PixelCenter::default();
         let k = intrinsics_from_fov(45.0, size, pixel_center)?;
@@ -31,11 +29,7 @@ impl World {
         let center = (low + high) / 2.0;
         let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;
         // Near enough for every corner of the bounds to lie within nine tenths of the picture.
-        let reach =
-            0.9 * DVec2::new(
-                f64::from(size[0]) / k.x_axis.x,
-                f64::from(size[1]) / k.y_axis.y,
-            ) / 2.0;
+        let reach = 0.9 * DVec2::new(f64::from(size[0]) / k.x_axis.x, f64::from(size[1]) / k.y_axis.y) / 2.0;
         let distance = (0..8)
             .map(|i| {
                 let corner = DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low);

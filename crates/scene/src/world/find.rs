@@ -10,17 +10,11 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
     pub fn find_camera(&self, name: &str) -> Result<&NamedCamera, SceneError> {
-        self.cameras
-            .iter()
-            .find(|camera| camera.name == name)
-            .ok_or_else(|| {
-                let names = self.cameras.iter().map(|camera| camera.name.as_str());
-                let count = self.cameras.len();
-                SceneError::World(format!(
-                    "no camera {name:?} among {count}{}",
-                    suggestion(name, names)
-                ))
-            })
+        self.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
+            let names = self.cameras.iter().map(|camera| camera.name.as_str());
+            let count = self.cameras.len();
+            SceneError::World(format!("no camera {name:?} among {count}{}", suggestion(name, names)))
+        })
     }
 
     /// The id of the object of this name.
@@ -28,16 +22,10 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
     pub fn find_object(&self, name: &str) -> Result<usize, SceneError> {
-        self.objects
-            .iter()
-            .position(|object| object.name == name)
-            .ok_or_else(|| {
-                let names = self.objects.iter().map(|object| object.name.as_str());
-                let count = self.objects.len();
-                SceneError::World(format!(
-                    "no object {name:?} among {count}{}",
-                    suggestion(name, names)
-                ))
-            })
+        self.objects.iter().position(|object| object.name == name).ok_or_else(|| {
+            let names = self.objects.iter().map(|object| object.name.as_str());
+            let count = self.objects.len();
+            SceneError::World(format!("no object {name:?} among {count}{}", suggestion(name, names)))
+        })
     }
 }

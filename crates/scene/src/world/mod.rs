@@ -50,12 +50,7 @@ pub struct Object {
 
 impl Object {
     /// An object placed by any affine transform, all of whose linear part is its shape.
-    pub fn new(
-        name: impl Into<String>,
-        mesh: usize,
-        materials: Vec<usize>,
-        world_from_mesh: DAffine3,
-    ) -> Self {
+    pub fn new(name: impl Into<String>, mesh: usize, materials: Vec<usize>, world_from_mesh: DAffine3) -> Self {
         Self {
             name: name.into(),
             category: None,

@@ -29,15 +29,12 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
     pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
-        self.rigs
-            .iter()
-            .position(|rig| rig.name() == name)
-            .ok_or_else(|| {
-                let count = self.rigs.len();
-                SceneError::World(format!(
-                    "no rig {name:?} among {count}{}",
-                    suggestion(name, self.rigs.iter().map(Rig::name))
-                ))
-            })
+        self.rigs.iter().position(|rig| rig.name() == name).ok_or_else(|| {
+            let count = self.rigs.len();
+            SceneError::World(format!(
+                "no rig {name:?} among {count}{}",
+                suggestion(name, self.rigs.iter().map(Rig::name))
+            ))
+        })
     }
 }

@@ -36,11 +36,7 @@ impl World {
             meshes: self.meshes.len(),
             objects: self.objects.len(),
             mesh_triangles: sum(|mesh| mesh.triangles.len()),
-            object_triangles: self
-                .objects
-                .iter()
-                .map(|object| self.meshes[object.mesh].triangles.len())
-                .sum(),
+            object_triangles: self.objects.iter().map(|object| self.meshes[object.mesh].triangles.len()).sum(),
             degenerate_triangles: sum(Mesh::degenerate_count),
             vertices: sum(|mesh| mesh.vertices.len()),
             materials: self.materials.len(),

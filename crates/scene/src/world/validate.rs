@@ -52,10 +52,8 @@ impl NodeTree {
     pub(crate) fn validate(&self, world: &World) -> Result<(), SceneError> {
         let nodes = self.nodes.len();
         let node = |node: usize| node < nodes;
-        let in_skin = |skin: &Skin| {
-            skin.joints.iter().all(|&joint| node(joint))
-                && skin.joints.len() == skin.inverse_bind.len()
-        };
+        let in_skin =
+            |skin: &Skin| skin.joints.iter().all(|&joint| node(joint)) && skin.joints.len() == skin.inverse_bind.len();
         let mounted = |mount: &NodeObject| {
             mount.object < world.objects.len()
                 && node(mount.node)

@@ -15,19 +15,13 @@ fn from_json(json: &serde_json::Value) -> SpannedValue {
     SpannedValue::from(match json {
         Json::Null => Value::Null,
         Json::Bool(v) => Value::Bool(*v),
-        Json::Number(v) => v
-            .as_i64()
-            .map_or(Value::Float(v.as_f64().expect("a float")), Value::Integer),
+        Json::Number(v) => v.as_i64().map_or(Value::Float(v.as_f64().expect("a float")), Value::Integer),
         Json::String(v) => Value::String(v.clone()),
         Json::Array(items) => Value::List(items.iter().map(from_json).collect()),
         Json::Object(entries) => Value::Table(
             entries
                 .iter()
-                .map(|(key, value)| Entry {
-                    key: key.clone(),
-                    key_span: None,
-                    value: from_json(value),
-                })
+                .map(|(key, value)| Entry { key: key.clone(), key_span: None, value: from_json(value) })
                 .collect(),
         ),
     })
@@ -48,11 +42,7 @@ impl AssetLoader for FakeFiles {
     }
 
     fn profile(&mut self, _: &str) -> Result<IesProfile, SceneError> {
-        Ok(IesProfile {
-            vertical: vec![0.0, 90.0],
-            horizontal: vec![0.0],
-            candela: vec![100.0, 0.0],
-        })
+        Ok(IesProfile { vertical: vec![0.0, 90.0], horizontal: vec![0.0], candela: vec![100.0, 0.0] })
     }
 
     fn in_context(error: SceneError, key: &str) -> SceneError {

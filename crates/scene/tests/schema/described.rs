@@ -13,10 +13,7 @@ pub fn object(json: &str) -> Result<World, SceneError> {
     object_with(json, &mut NoAssets)
 }
 
-pub fn object_with(
-    json: &str,
-    files: &mut impl AssetLoader<Error = SceneError>,
-) -> Result<World, SceneError> {
+pub fn object_with(json: &str, files: &mut impl AssetLoader<Error = SceneError>) -> Result<World, SceneError> {
     let mut world = World::default();
     schema::from_value::<ObjectSpec>(&node(json))?.build(&mut world, files)?;
     Ok(world)
@@ -24,9 +21,7 @@ pub fn object_with(
 
 /// A camera's keys, after those that every camera of these tests has.
 pub fn camera(json: &str) -> Result<World, SceneError> {
-    build(&format!(
-        r#"{{ "camera": {{ "size": [640, 480], {json} }} }}"#
-    ))
+    build(&format!(r#"{{ "camera": {{ "size": [640, 480], {json} }} }}"#))
 }
 
 #[track_caller]

@@ -18,9 +18,7 @@ fn types_of_lights_have_our_names() {
         ("rectangle", "area"),
         ("Preetham", "daylight"),
     ] {
-        let found = build(&light(theirs, r#""radiance": 1"#))
-            .unwrap_err()
-            .to_string();
+        let found = build(&light(theirs, r#""radiance": 1"#)).unwrap_err().to_string();
         let named = format!("light[0].type: unknown name {theirs:?}; here it is called {ours:?}");
         let near = format!("light[0].type: unknown name {theirs:?}; did you mean {ours:?}?");
         assert!(found == named || found == near, "{found}");
@@ -29,10 +27,7 @@ fn types_of_lights_have_our_names() {
 
 #[test]
 fn keys_and_types_of_objects_have_our_names() {
-    assert_error(
-        object(r#"{ "cube": {} }"#),
-        r#"cube: unknown key "cube"; here it is called "box""#,
-    );
+    assert_error(object(r#"{ "cube": {} }"#), r#"cube: unknown key "cube"; here it is called "box""#);
     assert_error(
         object(r#"{ "box": {}, "position": [0, 0, 0] }"#),
         r#"position: unknown key "position"; here it is called "location""#,
@@ -54,10 +49,7 @@ fn keys_of_lights_and_renders_have_our_names() {
         r#"light[0].location: unknown key "location"; here it is called "position""#,
     );
     assert_error(
-        build(&light(
-            "sun",
-            r#""direction": [0, 0, -1], "color": [1, 1, 1]"#,
-        )),
+        build(&light("sun", r#""direction": [0, 0, -1], "color": [1, 1, 1]"#)),
         r#"light[0].color: unknown key "color"; here it is called "irradiance""#,
     );
     assert_error(

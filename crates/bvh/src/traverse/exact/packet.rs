@@ -9,8 +9,7 @@ use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::rays::{OriginClass, RaySoa64};
 use crate::traverse::exact::single::{
-    ClippedRay, conservative_candidates, coordinate_error, intersect_subtree, intersect_tlas,
-    to_mesh_space,
+    ClippedRay, conservative_candidates, coordinate_error, intersect_subtree, intersect_tlas, to_mesh_space,
 };
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
@@ -54,11 +53,7 @@ pub fn closest_exact_chunk<I: Isa>(
     if scene.root == NodeRef::EMPTY {
         return;
     }
-    exact.load(
-        scene,
-        rays,
-        MAX_ORIGIN_DISTANCE * f64::from(scene.max_abs_coord),
-    );
+    exact.load(scene, rays, MAX_ORIGIN_DISTANCE * f64::from(scene.max_abs_coord));
     near.clear();
     let (mut distance, mut origin_error) = (0.0f32, 0.0f64);
     for (i, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate() {
@@ -83,14 +78,7 @@ pub fn closest_exact_chunk<I: Isa>(
     let (some, indices) = near.all();
     // No indices if every ray is in its own lane.
     let indices = indices.filter(|_| some.len() < rays.len());
-    let mut query = ExactQuery {
-        scene,
-        triangles,
-        rays: exact,
-        hits,
-        origin_error,
-        distance,
-    };
+    let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance };
     packets.trace::<I, _>(&mut query, scene, some, indices);
     for i in 0..rays.len() {
         if exact.origin_class(i) == OriginClass::Near {
@@ -115,12 +103,7 @@ impl PacketQuery for ExactQuery<'_> {
     /// Boxes are padded by a fraction of the distance of the rays plus the size of the tree, hence of that size at
     /// least.
     #[inline(always)]
-    fn make_packet<I: Isa>(
-        &self,
-        rays: &[Ray],
-        record: Option<&InstanceRecord>,
-        packet: &mut Packet,
-    ) -> bool {
+    fn make_packet<I: Isa>(&self, rays: &[Ray], record: Option<&InstanceRecord>, packet: &mut Packet) -> bool {
         let (bounds, pad) = match record {
             Some(record) => {
                 let off = coordinate_error(self.scene, record, self.distance, self.origin_error);
@@ -139,11 +122,7 @@ impl PacketQuery for ExactQuery<'_> {
     fn to_instance_space(&self, _: &Ray, number: usize, record: &InstanceRecord) -> Ray {
         let line = self.rays.local_ray_f64(self.scene, number);
         let (origin, direction) = to_mesh_space(self.scene, record, line);
-        Ray {
-            origin,
-            direction,
-            t_max: self.rays.t_max_f32(number).next_up(),
-        }
+        Ray { origin, direction, t_max: self.rays.t_max_f32(number).next_up() }
     }
 
     #[inline(always)]
@@ -152,46 +131,26 @@ impl PacketQuery for ExactQuery<'_> {
     }
 
     #[inline(always)]
-    fn trace_single<I: Isa>(
-        &mut self,
-        mut lanes: u64,
-        subtree: Option<&SubtreeRef>,
-        indices: RayIndices,
-    ) {
+    fn trace_single<I: Isa>(&mut self, mut lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
         while lanes != 0 {
             let i = ray_index(lanes.trailing_zeros(), indices);
             lanes &= lanes - 1;
             let mut ray = self.rays.to_single(self.scene, i, &self.hits[i]);
             match subtree {
                 None => intersect_tlas::<I>(self.scene, &mut ray, self.triangles),
-                Some(subtree) => {
-                    intersect_subtree::<I>(self.scene, subtree, &mut ray, self.triangles)
-                }
+                Some(subtree) => intersect_subtree::<I>(self.scene, subtree, &mut ray, self.triangles),
             }
             self.rays.commit(i, &ray, &mut self.hits[i]);
         }
     }
 
     #[inline(always)]
-    fn intersect_subtree<I: Isa>(
-        &mut self,
-        subtree: &SubtreeRef,
-        packet: &mut Packet,
-        indices: RayIndices,
-    ) {
+    fn intersect_subtree<I: Isa>(&mut self, subtree: &SubtreeRef, packet: &mut Packet, indices: RayIndices) {
         let record = &self.scene.instances[subtree.instance as usize];
         let mesh = &*record.bvh;
         let off = coordinate_error(self.scene, record, self.distance, self.origin_error)
-            + 8.0
-                * MACHINE_EPSILON
-                * (packet.max_abs_origin().max(mesh.max_abs_coord()) + mesh.max_abs_coord());
-        let query = ExactLeafVisitor {
-            query: self,
-            mesh,
-            instance: subtree.instance,
-            off,
-            indices,
-        };
+            + 8.0 * MACHINE_EPSILON * (packet.max_abs_origin().max(mesh.max_abs_coord()) + mesh.max_abs_coord());
+        let query = ExactLeafVisitor { query: self, mesh, instance: subtree.instance, off, indices };
         traverse_packet::<I, _>(mesh, subtree.node, packet, query);
     }
 }
@@ -209,13 +168,7 @@ struct ExactLeafVisitor<'a, 'b> {
 impl LeafVisitor for ExactLeafVisitor<'_, '_> {
     #[inline(always)]
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
-        let Self {
-            ref mut query,
-            mesh,
-            instance,
-            off,
-            indices,
-        } = *self;
+        let Self { ref mut query, mesh, instance, off, indices } = *self;
         mesh.prefetch_prim_id::<I>(leaf.first_prim);
         let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * off);
         // Large triangles are tested against all rays, since many hit each; small ones only against rays that may hit
@@ -247,13 +200,10 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             let rays = ray_mask(active, indices);
             let mut closer = false;
             while candidates != 0 {
-                let (id, corners) =
-                    triangles[candidates.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
+                let (id, corners) = triangles[candidates.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 candidates &= candidates - 1;
                 let triangle = (instance, id);
-                closer |= query
-                    .rays
-                    .intersect_many(rays, corners, triangle, query.hits);
+                closer |= query.rays.intersect_many(rays, corners, triangle, query.hits);
             }
             some = if closer { active } else { 0 };
         }
@@ -264,12 +214,9 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             let number = ray_index(lane, indices);
             let mut near = near[lane as usize & (PACKET_SIZE - 1)];
             while near != 0 {
-                let (id, corners) =
-                    triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
+                let (id, corners) = triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 near &= near - 1;
-                query
-                    .rays
-                    .intersect_one(number, corners, (instance, id), query.hits);
+                query.rays.intersect_one(number, corners, (instance, id), query.hits);
             }
             sooner |= query.clip(lane, packet, indices);
         }

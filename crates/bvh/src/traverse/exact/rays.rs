@@ -116,25 +116,15 @@ impl RaySoa64 {
             } else {
                 2
             };
-            let start = [
-                (ox[i] - wx) * scale,
-                (oy[i] - wy) * scale,
-                (oz[i] - wz) * scale,
-            ];
+            let start = [(ox[i] - wx) * scale, (oy[i] - wy) * scale, (oz[i] - wz) * scale];
             let farthest = max_f64(max_f64(start[0].abs(), start[1].abs()), start[2].abs());
             self.max_abs_origin[i] = farthest;
             self.origin_class[i] = (sane as u8) * (2 - (farthest <= reach) as u8);
             (px[i], py[i], pz[i]) = (start[0] as f32, start[1] as f32, start[2] as f32);
-            (ax[i], ay[i], az[i]) = (
-                (d[0] * scale) as f32,
-                (d[1] * scale) as f32,
-                (d[2] * scale) as f32,
-            );
+            (ax[i], ay[i], az[i]) = ((d[0] * scale) as f32, (d[1] * scale) as f32, (d[2] * scale) as f32);
         }
         let first = self.major_axis[0];
-        let same = self.major_axis[..rays.len()]
-            .iter()
-            .all(|main| *main == first);
+        let same = self.major_axis[..rays.len()].iter().all(|main| *main == first);
         self.shared_major_axis = same.then_some(usize::from(first));
     }
 
@@ -152,18 +142,10 @@ impl RaySoa64 {
     #[inline(always)]
     pub fn local_ray_f32(&self, scene: &Scene, i: usize) -> (Ray, f32, f64) {
         let i = i & (PACKET_SIZE - 1);
-        let origin = [
-            self.origin_f32[0][i],
-            self.origin_f32[1][i],
-            self.origin_f32[2][i],
-        ];
+        let origin = [self.origin_f32[0][i], self.origin_f32[1][i], self.origin_f32[2][i]];
         let ray = Ray {
             origin,
-            direction: [
-                self.direction_f32[0][i],
-                self.direction_f32[1][i],
-                self.direction_f32[2][i],
-            ],
+            direction: [self.direction_f32[0][i], self.direction_f32[1][i], self.direction_f32[2][i]],
             t_max: self.t_max_f32(i).next_up(),
         };
         let farthest = self.max_abs_origin[i];
@@ -197,10 +179,7 @@ impl RaySoa64 {
             local_origin: start,
             t_offset: 0.0,
             origin_error: origin_error(scene, self.max_abs_origin[i]),
-            best: ExactHit {
-                t: self.t_hit[i],
-                ..*hit
-            },
+            best: ExactHit { t: self.t_hit[i], ..*hit },
         }
     }
 
@@ -221,13 +200,7 @@ impl RaySoa64 {
 
     /// Intersects one ray with a triangle.
     #[inline(always)]
-    pub fn intersect_one(
-        &mut self,
-        i: usize,
-        corners: [[f64; 3]; 3],
-        triangle: (u32, u32),
-        hits: &mut [ExactHit],
-    ) {
+    pub fn intersect_one(&mut self, i: usize, corners: [[f64; 3]; 3], triangle: (u32, u32), hits: &mut [ExactHit]) {
         let i = i & (PACKET_SIZE - 1);
         let normal = cross(corners);
         let [u, v, w] = self.edge_functions(i, usize::from(self.major_axis[i]) % 3, &corners);
@@ -301,11 +274,7 @@ impl RaySoa64 {
             let along = p[z] - oz;
             [p[x] - ox - sx * along, p[y] - oy - sy * along]
         });
-        [
-            c[0] * b[1] - c[1] * b[0],
-            a[0] * c[1] - a[1] * c[0],
-            b[0] * a[1] - b[1] * a[0],
-        ]
+        [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
     }
 
     /// Accepts a triangle that ray `i` passes through, if it is closer than the closest hit so far.
@@ -329,20 +298,12 @@ impl RaySoa64 {
         let [a, b, c] = corners.map(|p| (p[z] - self.origin[z][i]) / self.direction[z][i]);
         let t = wa * a + wb * b + wc * c;
         let (best, hit) = (self.t_hit[i], &mut hits[i]);
-        let first = hit.triangle == crate::INVALID_ID
-            || (instance, triangle) < (hit.instance, hit.triangle);
+        let first = hit.triangle == crate::INVALID_ID || (instance, triangle) < (hit.instance, hit.triangle);
         if !(t >= 0.0 && (t < best || t == best && first)) {
             return false;
         }
         self.t_hit[i] = t;
-        *hit = ExactHit {
-            t,
-            u: wb,
-            v: wc,
-            instance,
-            triangle,
-            normal,
-        };
+        *hit = ExactHit { t, u: wb, v: wc, instance, triangle, normal };
         true
     }
 }
@@ -384,15 +345,7 @@ mod tests {
 
     #[test]
     fn bytes_become_bits() {
-        for mask in [
-            0,
-            1,
-            0x80,
-            u64::MAX,
-            0x0123_4567_89ab_cdef,
-            1 << 63,
-            0xa5a5_5a5a_0f0f_f00f,
-        ] {
+        for mask in [0, 1, 0x80, u64::MAX, 0x0123_4567_89ab_cdef, 1 << 63, 0xa5a5_5a5a_0f0f_f00f] {
             let bytes = std::array::from_fn(|i| (mask >> i & 1) as u8);
             assert_eq!(bits(&bytes), mask);
         }

@@ -39,11 +39,7 @@ pub struct ClippedRay {
 impl ClippedRay {
     pub fn new(scene: &Scene, ray: &ExactRay) -> Option<ClippedRay> {
         let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        let finite = ray
-            .origin
-            .iter()
-            .chain(&ray.direction)
-            .all(|x| x.is_finite());
+        let finite = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
         // Also excludes subnormal directions, whose scaling would not be exact, and a NaN t_max.
         if !finite
             || steepest < f64::MIN_POSITIVE
@@ -60,12 +56,9 @@ impl ClippedRay {
         let scale = scene.scale;
         // In scaled scene coordinates the direction is `scale` times as long, and t the same.
         let along = direction.map(|d| d * scale);
-        let fat = f64::from(scene.box_padding(scene.max_abs_coord)) * 2.0
-            + 1e-5 * f64::from(scene.max_abs_coord);
+        let fat = f64::from(scene.box_padding(scene.max_abs_coord)) * 2.0 + 1e-5 * f64::from(scene.max_abs_coord);
         let (mut enter, mut leave) = (0.0f64, ray.t_max * power);
-        let offset = (0..3).fold(0.0, |m: f64, a| {
-            m.max(far[a].abs()).max((world[a] * scale).abs())
-        });
+        let offset = (0..3).fold(0.0, |m: f64, a| m.max(far[a].abs()).max((world[a] * scale).abs()));
         let drift = F64_ERROR * (offset + f64::from(scene.max_abs_coord));
         for axis in 0..3 {
             let lower = f64::from(scene.bounds.lower[axis]) - fat - drift - far[axis];
@@ -85,10 +78,7 @@ impl ClippedRay {
             return None;
         }
         let start = std::array::from_fn(|a| far[a] + enter * along[a]);
-        let best = ExactHit {
-            t: ray.t_max * power,
-            ..ExactHit::MISS
-        };
+        let best = ExactHit { t: ray.t_max * power, ..ExactHit::MISS };
         Some(ClippedRay {
             origin: ray.origin,
             direction,
@@ -111,10 +101,7 @@ impl ClippedRay {
         if self.best.triangle == crate::INVALID_ID {
             return ExactHit::MISS;
         }
-        ExactHit {
-            t: self.best.t / self.direction_scale,
-            ..self.best
-        }
+        ExactHit { t: self.best.t / self.direction_scale, ..self.best }
     }
 
     /// Intersects a triangle in float64; keeps the hit if it is the closest.
@@ -126,17 +113,9 @@ impl ClippedRay {
             return;
         };
         let best = &self.best;
-        let first = best.triangle == crate::INVALID_ID
-            || (instance, triangle) < (best.instance, best.triangle);
+        let first = best.triangle == crate::INVALID_ID || (instance, triangle) < (best.instance, best.triangle);
         if t < best.t || t == best.t && first {
-            self.best = ExactHit {
-                t,
-                u,
-                v,
-                instance,
-                triangle,
-                normal,
-            };
+            self.best = ExactHit { t, u, v, instance, triangle, normal };
         }
     }
 }
@@ -187,9 +166,7 @@ pub fn to_mesh_space(
     instance_record: &InstanceRecord,
     (start, direction): ([f64; 3], [f64; 3]),
 ) -> ([f32; 3], [f32; 3]) {
-    let matrix = instance_record
-        .mesh_from_scene
-        .map(|row| row.map(f64::from));
+    let matrix = instance_record.mesh_from_scene.map(|row| row.map(f64::from));
     let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
     let along = direction.map(|d| d * scene.scale);
     (
@@ -209,24 +186,19 @@ pub fn intersect_subtree<I: Isa>(
     let instance = subtree.instance;
     let instance_record: &InstanceRecord = &scene.instances[instance as usize];
     let mesh = &*instance_record.bvh;
-    let (origin, direction) =
-        to_mesh_space(scene, instance_record, (ray.local_origin, ray.direction));
+    let (origin, direction) = to_mesh_space(scene, instance_record, (ray.local_origin, ray.direction));
     let distance = max_abs(ray.local_origin.map(|x| x as f32));
     let off = coordinate_error(scene, instance_record, distance, ray.origin_error);
     let Some(local) = TravRay::new(origin, direction, mesh.bounds(), off) else {
         return;
     };
-    let off = off
-        + 8.0
-            * MACHINE_EPSILON
-            * (max_abs(origin).max(mesh.max_abs_coord()) + mesh.max_abs_coord());
+    let off = off + 8.0 * MACHINE_EPSILON * (max_abs(origin).max(mesh.max_abs_coord()) + mesh.max_abs_coord());
     let mut stack = Stack::new();
     let mut at = subtree.node;
     loop {
         if !at.is_leaf() {
             let node = node(mesh.blocks(), at);
-            let (into, enter) =
-                intersect_children::<I>(node, &local, local.to_local_t(ray.t_max_f32()).next_up());
+            let (into, enter) = intersect_children::<I>(node, &local, local.to_local_t(ray.t_max_f32()).next_up());
             let into = <I::F32x8 as Vector>::to_bitmask(into);
             if into != 0 {
                 at = stack.push::<I>(node, enter, into);
@@ -256,14 +228,8 @@ fn max_abs(point: [f32; 3]) -> f32 {
 
 /// The error bound of float32 coordinates in the mesh, for rays within `distance` of the scene's origin: ray, matrix
 /// and vertices were rounded at the size they have in the scene or in the mesh.
-pub fn coordinate_error(
-    scene: &Scene,
-    instance_record: &InstanceRecord,
-    distance: f32,
-    drift: f64,
-) -> f32 {
-    instance_record.max_scale
-        * (32.0 * MACHINE_EPSILON * (distance + scene.max_abs_coord) + drift as f32 * 2.0)
+pub fn coordinate_error(scene: &Scene, instance_record: &InstanceRecord, distance: f32, drift: f64) -> f32 {
+    instance_record.max_scale * (32.0 * MACHINE_EPSILON * (distance + scene.max_abs_coord) + drift as f32 * 2.0)
         + 8.0 * MACHINE_EPSILON * instance_record.bvh.max_abs_coord()
 }
 
@@ -285,10 +251,7 @@ pub fn conservative_candidates<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: 
     let u = edge_bounds::<I>(&x, &y, &size, [1, 2], e, square);
     let v = edge_bounds::<I>(&x, &y, &size, [2, 0], e, square);
     let w = edge_bounds::<I>(&x, &y, &size, [0, 1], e, square);
-    let inside = <I::F32x16 as Vector>::or(
-        zero.le(u.0.min(v.0).min(w.0)),
-        u.1.max(v.1).max(w.1).le(zero),
-    );
+    let inside = <I::F32x16 as Vector>::or(zero.le(u.0.min(v.0).min(w.0)), u.1.max(v.1).max(w.1).le(zero));
     <I::F32x16 as Vector>::to_bitmask(inside) & ((1u32 << leaf.count) - 1)
 }
 
@@ -347,10 +310,5 @@ fn intersect_triangle_f64(
     let t = wa * a[2] + wb * b[2] + wc * c[2];
     let normal = cross(corners);
     // Rounding may have given collinear corners a determinant.
-    (t >= 0.0 && normal != [0.0; 3]).then_some(TriangleIntersection64 {
-        t,
-        u: wb,
-        v: wc,
-        normal,
-    })
+    (t >= 0.0 && normal != [0.0; 3]).then_some(TriangleIntersection64 { t, u: wb, v: wc, normal })
 }

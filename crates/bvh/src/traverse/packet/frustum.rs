@@ -33,22 +33,10 @@ impl Frustum {
                 )
             };
             let apex = I::F32x8::splat(self.apex[axis]);
-            let (low, high) = (
-                I::F32x8::splat(self.reciprocal[axis][0]),
-                I::F32x8::splat(self.reciprocal[axis][1]),
-            );
+            let (low, high) = (I::F32x8::splat(self.reciprocal[axis][0]), I::F32x8::splat(self.reciprocal[axis][1]));
             let (first, last) = (first.sub(apex), last.sub(apex));
-            enter = enter.max(
-                first
-                    .mul(low)
-                    .min(first.mul(high))
-                    .sub(I::F32x8::splat(self.t_near_pad[axis])),
-            );
-            leave = leave.min(
-                last.mul(low)
-                    .max(last.mul(high))
-                    .add(I::F32x8::splat(self.t_far_pad[axis])),
-            );
+            enter = enter.max(first.mul(low).min(first.mul(high)).sub(I::F32x8::splat(self.t_near_pad[axis])));
+            leave = leave.min(last.mul(low).max(last.mul(high)).add(I::F32x8::splat(self.t_far_pad[axis])));
         }
         (<I::F32x8 as Vector>::to_bitmask(enter.le(leave)), enter)
     }
@@ -73,15 +61,9 @@ impl Apex {
             for a in 0..3 {
                 let (p, q) = (ray.origin[a], first.origin[a]);
                 starts += (p - q).abs();
-                ends += ((p + ray.direction[a] * ray.t_max)
-                    - (q + first.direction[a] * first.t_max))
-                    .abs();
+                ends += ((p + ray.direction[a] * ray.t_max) - (q + first.direction[a] * first.t_max)).abs();
             }
         }
-        if ends < starts {
-            Apex::Target
-        } else {
-            Apex::Origin
-        }
+        if ends < starts { Apex::Target } else { Apex::Origin }
     }
 }

@@ -76,31 +76,17 @@ impl PacketHits {
 
     /// Writes the hits of a full packet: four at a time, and without a branch, since misses are unpredictable.
     #[inline(always)]
-    pub fn scatter_hits<I: Isa>(
-        &self,
-        mesh: &Bvh,
-        instance: u32,
-        packet: &Packet,
-        hits: &mut [Hit; PACKET_SIZE],
-    ) {
+    pub fn scatter_hits<I: Isa>(&self, mesh: &Bvh, instance: u32, packet: &Packet, hits: &mut [Hit; PACKET_SIZE]) {
         let (mut t, mut instances) = ([0.0; PACKET_SIZE], [0.0; PACKET_SIZE]);
-        let [far, here, nowhere] = [
-            f32::INFINITY,
-            f32::from_bits(instance),
-            f32::from_bits(INVALID_ID),
-        ]
-        .map(I::F32x16::splat);
+        let [far, here, nowhere] =
+            [f32::INFINITY, f32::from_bits(instance), f32::from_bits(INVALID_ID)].map(I::F32x16::splat);
         for group in 0..PACKET_SIZE / 16 {
             let prim = load::<I>(&self.prim_index, group);
             // As a float, `NO_PRIM` is NaN, and no other index is: there are too few triangles.
             let found = prim.eq(prim);
             let known = load::<I>(&packet.t_max, group);
             store::<I>(&mut t, group, I::F32x16::select(found, known, far));
-            store::<I>(
-                &mut instances,
-                group,
-                I::F32x16::select(found, here, nowhere),
-            );
+            store::<I>(&mut instances, group, I::F32x16::select(found, here, nowhere));
         }
         for (four, hits) in hits.chunks_exact_mut(4).enumerate() {
             let columns = [&t, &self.u, &self.v, &instances];
@@ -127,9 +113,7 @@ impl PacketHits {
         group: usize,
         packet: &mut Packet,
     ) -> u32 {
-        let LaneIntersections {
-            hit, t, u, v, det, ..
-        } = found;
+        let LaneIntersections { hit, t, u, v, det, .. } = found;
         let known = load_rays::<I>(&packet.t_max, group);
         let prim = I::add_u32_bits(found.triangle, leaf.first_prim);
         let ties = <I::RayVec as Vector>::to_bitmask(t.eq(known)) & hit;

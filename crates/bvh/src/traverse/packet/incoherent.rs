@@ -24,12 +24,8 @@ pub struct SingleHandoff {
 }
 
 impl SingleHandoff {
-    const EMPTY: SingleHandoff = SingleHandoff {
-        single_mask: 0,
-        restart_mask: 0,
-        start_node: [NodeRef::EMPTY; PACKET_SIZE],
-        visits: 0,
-    };
+    const EMPTY: SingleHandoff =
+        SingleHandoff { single_mask: 0, restart_mask: 0, start_node: [NodeRef::EMPTY; PACKET_SIZE], visits: 0 };
 
     #[inline(always)]
     fn add(&mut self, mut rays: u64, at: NodeRef, root: NodeRef) {
@@ -38,11 +34,7 @@ impl SingleHandoff {
         while rays != 0 {
             let i = rays.trailing_zeros() as usize & (PACKET_SIZE - 1);
             rays &= rays - 1;
-            self.start_node[i] = if self.restart_mask >> i & 1 != 0 {
-                root
-            } else {
-                at
-            };
+            self.start_node[i] = if self.restart_mask >> i & 1 != 0 { root } else { at };
         }
     }
 }
@@ -96,12 +88,7 @@ pub fn intersect_incoherent<I: Isa>(
 
 /// The children of a mask, farthest first along the main axis, and their number.
 #[inline(always)]
-fn sort_children_far_to_near<I: Isa>(
-    mesh: &Bvh,
-    node: &WideNode,
-    packet: &Packet,
-    mask: u32,
-) -> ([u32; 8], usize) {
+fn sort_children_far_to_near<I: Isa>(mesh: &Bvh, node: &WideNode, packet: &Packet, mask: u32) -> ([u32; 8], usize) {
     const LANES: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
     let main = packet.axes[2];
     let row = packet.near_rows[main];

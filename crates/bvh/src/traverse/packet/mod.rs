@@ -70,16 +70,8 @@ impl Packet {
     #[inline(always)]
     pub fn intersect_box<I: Isa>(&self, bounds: impl Fn(usize) -> f32, active: u64) -> u64 {
         let [x, y, z] = self.near_rows;
-        let first = [
-            I::F32x16::splat(bounds(x)),
-            I::F32x16::splat(bounds(y)),
-            I::F32x16::splat(bounds(z)),
-        ];
-        let last = [
-            I::F32x16::splat(bounds(x ^ 1)),
-            I::F32x16::splat(bounds(y ^ 1)),
-            I::F32x16::splat(bounds(z ^ 1)),
-        ];
+        let first = [I::F32x16::splat(bounds(x)), I::F32x16::splat(bounds(y)), I::F32x16::splat(bounds(z))];
+        let last = [I::F32x16::splat(bounds(x ^ 1)), I::F32x16::splat(bounds(y ^ 1)), I::F32x16::splat(bounds(z ^ 1))];
         let mut entered = 0;
         for g in 0..PACKET_SIZE / 16 {
             if active >> (16 * g) & 0xffff == 0 {
@@ -89,9 +81,7 @@ impl Packet {
             let enter = near.t_at(0, first[0]).max(near.t_at(1, first[1]));
             let enter = enter.max(near.t_at(2, first[2])).max(I::F32x16::splat(0.0));
             let leave = far.t_at(0, last[0]).min(far.t_at(1, last[1]));
-            let leave = leave
-                .min(far.t_at(2, last[2]))
-                .min(load::<I>(&self.t_max, g));
+            let leave = leave.min(far.t_at(2, last[2])).min(load::<I>(&self.t_max, g));
             entered |= u64::from(<I::F32x16 as Vector>::to_bitmask(enter.le(leave))) << (16 * g);
         }
         entered & active
@@ -100,32 +90,25 @@ impl Packet {
     /// The origin that all rays share, if they do.
     #[inline(always)]
     pub fn common_origin(&self) -> Option<[f32; 3]> {
-        let one = self
-            .origin_range
-            .iter()
-            .all(|[least, greatest]| least == greatest);
+        let one = self.origin_range.iter().all(|[least, greatest]| least == greatest);
         one.then(|| self.origin_range.map(|[start, _]| start))
     }
 
     /// The largest absolute coordinate of the origins.
     #[inline(always)]
     pub fn max_abs_origin(&self) -> f32 {
-        self.origin_range
-            .iter()
-            .flatten()
-            .fold(0.0, |m, x| if x.abs() > m { x.abs() } else { m })
+        self.origin_range.iter().flatten().fold(0.0, |m, x| if x.abs() > m { x.abs() } else { m })
     }
 
     /// The largest extent of the origins along an axis.
     #[inline(always)]
     pub fn origin_extent(&self) -> f32 {
-        self.origin_range.iter().fold(0.0, |m, [least, greatest]| {
-            if greatest - least > m {
-                greatest - least
-            } else {
-                m
-            }
-        })
+        self.origin_range.iter().fold(
+            0.0,
+            |m, [least, greatest]| {
+                if greatest - least > m { greatest - least } else { m }
+            },
+        )
     }
 
     /// Bit i: ray i extends to `t`.
@@ -144,9 +127,6 @@ impl Packet {
     #[inline(always)]
     pub fn max_t<I: Isa>(&self) -> f32 {
         let t = &self.t_max;
-        load::<I>(t, 0)
-            .max(load::<I>(t, 1))
-            .max(load::<I>(t, 2).max(load::<I>(t, 3)))
-            .reduce_max()
+        load::<I>(t, 0).max(load::<I>(t, 1)).max(load::<I>(t, 2).max(load::<I>(t, 3))).reduce_max()
     }
 }

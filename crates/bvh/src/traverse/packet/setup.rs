@@ -78,19 +78,11 @@ impl Packet {
         self.setup_axes(first.direction);
         let groups = (PACKET_SIZE - self.active.leading_zeros() as usize).div_ceil(16);
         let zero = I::F32x16::splat(0.0);
-        let mut totals = LaneTotals {
-            sum: zero,
-            ahead: zero.eq(zero),
-            early: [zero; 3],
-            late: [zero; 3],
-        };
+        let mut totals = LaneTotals { sum: zero, ahead: zero.eq(zero), early: [zero; 3], late: [zero; 3] };
         for g in 0..groups {
             self.setup_group::<I, COMMON_ORIGIN>(context, g, &mut totals);
         }
-        self.shear_range = [
-            min_max::<I>(&self.shear[0], groups),
-            min_max::<I>(&self.shear[1], groups),
-        ];
+        self.shear_range = [min_max::<I>(&self.shear[0], groups), min_max::<I>(&self.shear[1], groups)];
         let ranges = [
             min_max::<I>(&self.reciprocal[0], groups),
             min_max::<I>(&self.reciprocal[1], groups),
@@ -105,8 +97,7 @@ impl Packet {
                 min_max::<I>(&self.origin[2], groups),
             ]
         };
-        let finite = to_bitmask::<I>(totals.sum.mul(zero).eq(zero)) & to_bitmask::<I>(totals.ahead)
-            == 0xffff;
+        let finite = to_bitmask::<I>(totals.sum.mul(zero).eq(zero)) & to_bitmask::<I>(totals.ahead) == 0xffff;
         let coherent = finite && self.is_coherent(context, &ranges);
         if coherent {
             self.setup_frustum::<I, COMMON_ORIGIN>(context, &ranges, &totals);
@@ -137,9 +128,7 @@ impl Packet {
         g: usize,
         totals: &mut LaneTotals<I::F32x16>,
     ) {
-        let &SetupContext {
-            rays, bounds, pad, ..
-        } = context;
+        let &SetupContext { rays, bounds, pad, .. } = context;
         let [x, y, z] = self.axes;
         let (zero, one) = (I::F32x16::splat(0.0), I::F32x16::splat(1.0));
         let from: [*const f32; 16] = std::array::from_fn(|i| (&raw const rays[16 * g + i]).cast());
@@ -173,15 +162,10 @@ impl Packet {
                 true => main,
                 false => one.div(d[axis]),
             };
-            let mut wide = o[axis]
-                .mul(reciprocal)
-                .abs()
-                .mul(I::F32x16::splat(ORIGIN_PAD));
+            let mut wide = o[axis].mul(reciprocal).abs().mul(I::F32x16::splat(ORIGIN_PAD));
             if pad != 0.0 {
                 let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
-                let padding = distance
-                    .add(I::F32x16::splat(context.max_abs_coord))
-                    .mul(I::F32x16::splat(pad));
+                let padding = distance.add(I::F32x16::splat(context.max_abs_coord)).mul(I::F32x16::splat(pad));
                 wide = wide.add(padding.mul(reciprocal.abs()));
             }
             wide = wide.add(end_pad);
@@ -216,16 +200,9 @@ impl Packet {
             && is_minor_axis(sy, y < z)
             && min_reciprocal(ranges[z]) >= 1.0 / MAX_COORD
             && max_reciprocal(ranges[z]) <= MAX_COORD
-            && ranges
-                .iter()
-                .zip(&context.rays[0].direction)
-                .all(|(range, d)| {
-                    (if *d < 0.0 {
-                        range[1] < 0.0
-                    } else {
-                        range[0] > 0.0
-                    }) && max_reciprocal(*range) <= MAX_RECIPROCAL
-                })
+            && ranges.iter().zip(&context.rays[0].direction).all(|(range, d)| {
+                (if *d < 0.0 { range[1] < 0.0 } else { range[0] > 0.0 }) && max_reciprocal(*range) <= MAX_RECIPROCAL
+            })
             && self.max_abs_origin() <= MAX_ORIGIN
             && max_abs(&context.apex_point) <= MAX_ORIGIN
     }
@@ -239,36 +216,22 @@ impl Packet {
         totals: &LaneTotals<I::F32x16>,
     ) {
         let (z, apex_point) = (self.axes[2], &context.apex_point);
-        let slack = (self.max_abs_origin() + context.max_abs_coord + max_abs(apex_point))
-            * context.pad
-            * 1.5;
-        let end =
-            context.bounds.max_distance_along(z, self.origin_range[z]) * max_reciprocal(ranges[z]);
+        let slack = (self.max_abs_origin() + context.max_abs_coord + max_abs(apex_point)) * context.pad * 1.5;
+        let end = context.bounds.max_distance_along(z, self.origin_range[z]) * max_reciprocal(ranges[z]);
         let backwards = context.apex == Apex::Target;
         for axis in 0..3 {
             let [least, greatest] = self.origin_range[axis];
             // Rays that start off the apex have three more roundings than their own slabs.
             let farthest = least.abs().max(greatest.abs());
-            let off = if backwards {
-                farthest + apex_point[axis].abs()
-            } else {
-                greatest - least
-            };
+            let off = if backwards { farthest + apex_point[axis].abs() } else { greatest - least };
             let range = ranges[axis];
             let wide = 32.0 * MACHINE_EPSILON * end
                 + ((4.0 * farthest + 16.0 * off) * MACHINE_EPSILON + slack) * max_reciprocal(range);
             self.frustum.apex[axis] = apex_point[axis];
-            self.frustum.reciprocal[axis] = if backwards {
-                [-range[1], -range[0]]
-            } else {
-                range
-            };
+            self.frustum.reciprocal[axis] = if backwards { [-range[1], -range[0]] } else { range };
             let (early, late) = match COMMON_ORIGIN {
                 true => (0.0, 0.0),
-                false => (
-                    totals.early[axis].reduce_max(),
-                    totals.late[axis].reduce_min(),
-                ),
+                false => (totals.early[axis].reduce_max(), totals.late[axis].reduce_min()),
             };
             self.frustum.t_near_pad[axis] = early + wide;
             self.frustum.t_far_pad[axis] = wide - late;

@@ -23,12 +23,7 @@ pub fn store<I: Isa>(row: &mut [f32; PACKET_SIZE], group: usize, values: I::F32x
 #[inline(always)]
 pub fn load_rays<I: Isa>(row: &[f32; PACKET_SIZE], group: usize) -> I::RayVec {
     // SAFETY: a group is taken modulo how many there are, which fill the row.
-    unsafe {
-        I::RayVec::load(
-            row.as_ptr()
-                .add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES))),
-        )
-    }
+    unsafe { I::RayVec::load(row.as_ptr().add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES)))) }
 }
 
 /// Stores the lanes of a mask in a group of [`Isa::RAY_LANES`] rays.
@@ -41,21 +36,12 @@ pub fn store_masked<I: Isa>(
 ) {
     let values = I::RayVec::select(lanes, values, load_rays::<I>(row, group));
     // SAFETY: as in `rays`.
-    unsafe {
-        values.store(
-            row.as_mut_ptr()
-                .add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES))),
-        )
-    }
+    unsafe { values.store(row.as_mut_ptr().add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES)))) }
 }
 
 #[inline(always)]
 pub fn load_xyz<I: Isa>(rows: &[[f32; PACKET_SIZE]; 3], group: usize) -> [I::F32x16; 3] {
-    [
-        load::<I>(&rows[0], group),
-        load::<I>(&rows[1], group),
-        load::<I>(&rows[2], group),
-    ]
+    [load::<I>(&rows[0], group), load::<I>(&rows[1], group), load::<I>(&rows[2], group)]
 }
 
 /// [`crate::traverse::trav_ray::SlabPlanes`] of the rays of a packet.
@@ -66,10 +52,8 @@ pub struct SlabPlanesSoa {
 }
 
 impl SlabPlanesSoa {
-    pub const EMPTY: SlabPlanesSoa = SlabPlanesSoa {
-        reciprocal: [[0.0; PACKET_SIZE]; 3],
-        offset: [[0.0; PACKET_SIZE]; 3],
-    };
+    pub const EMPTY: SlabPlanesSoa =
+        SlabPlanesSoa { reciprocal: [[0.0; PACKET_SIZE]; 3], offset: [[0.0; PACKET_SIZE]; 3] };
 
     /// The t at which ray `i` crosses a plane across an axis.
     #[inline(always)]
@@ -86,10 +70,7 @@ impl SlabPlanesSoa {
 
     #[inline(always)]
     pub fn lanes<I: Isa>(&self, group: usize) -> SlabPlanesX16<I::F32x16> {
-        SlabPlanesX16 {
-            reciprocal: load_xyz::<I>(&self.reciprocal, group),
-            offset: load_xyz::<I>(&self.offset, group),
-        }
+        SlabPlanesX16 { reciprocal: load_xyz::<I>(&self.reciprocal, group), offset: load_xyz::<I>(&self.offset, group) }
     }
 }
 

@@ -19,12 +19,7 @@ pub trait LeafVisitor {
 
 /// Traverses a subtree, near children first, within the t_max of the packet.
 #[inline(always)]
-pub fn traverse_packet<I: Isa, L: LeafVisitor>(
-    mesh: &Bvh,
-    start: NodeRef,
-    packet: &mut Packet,
-    mut visitor: L,
-) {
+pub fn traverse_packet<I: Isa, L: LeafVisitor>(mesh: &Bvh, start: NodeRef, packet: &mut Packet, mut visitor: L) {
     let blocks = mesh.blocks();
     let mut stack = PacketStack::new();
     let mut t_max = packet.max_t::<I>();
@@ -42,8 +37,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
                 let child = node.children[lane];
                 if child.is_leaf() || false_leaves > MAX_FALSE_LEAVES {
                     // Most leaves within the frustum are hit by no ray: they are not prefetched.
-                    entered[lane] =
-                        packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
+                    entered[lane] = packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
                     if entered[lane] == 0 {
                         false_leaves += 1;
                         mask &= !(1 << lane);

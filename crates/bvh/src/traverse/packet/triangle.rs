@@ -58,14 +58,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     // t is clamped to this interval below; an interval out of range decides early.
     let soon = <I::RayVec as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
     hit &= <I::RayVec as Vector>::to_bitmask(soon);
-    let nothing = LaneIntersections {
-        hit: 0,
-        triangle,
-        t: zero,
-        u: zero,
-        v: zero,
-        det: zero,
-    };
+    let nothing = LaneIntersections { hit: 0, triangle, t: zero, u: zero, v: zero, det: zero };
     if hit == 0 {
         return nothing;
     }
@@ -74,11 +67,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let sy = load_rays::<I>(&packet.shear[1], group);
     let [ax, bx, cx] = shear_corners(x, sx, z);
     let [ay, by, cy] = shear_corners(y, sy, z);
-    let mut edges = [
-        cx.mul(by).sub(cy.mul(bx)),
-        ax.mul(cy).sub(ay.mul(cx)),
-        bx.mul(ay).sub(by.mul(ax)),
-    ];
+    let mut edges = [cx.mul(by).sub(cy.mul(bx)), ax.mul(cy).sub(ay.mul(cx)), bx.mul(ay).sub(by.mul(ax))];
     let smallest = edges[0].abs().min(edges[1].abs()).min(edges[2].abs());
     let unsure = <I::RayVec as Vector>::to_bitmask(smallest.eq(zero)) & hit;
     if unsure != 0 {
@@ -102,23 +91,12 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     }
     let t = depth.mul(scale).min(leave).max(enter);
     let counts = <I::RayVec as Vector>::and(zero.le(t), t.le(t_max));
-    LaneIntersections {
-        hit: hit & <I::RayVec as Vector>::to_bitmask(counts),
-        triangle,
-        t,
-        u: v,
-        v: w,
-        det,
-    }
+    LaneIntersections { hit: hit & <I::RayVec as Vector>::to_bitmask(counts), triangle, t, u: v, v: w, det }
 }
 
 /// The corners of one triangle per lane, along three axes.
 #[inline(always)]
-fn gather_triangles<I: Isa>(
-    leaf: &LeafNode,
-    axes: [usize; 3],
-    triangle: I::RayVec,
-) -> [[I::RayVec; 3]; 3] {
+fn gather_triangles<I: Isa>(leaf: &LeafNode, axes: [usize; 3], triangle: I::RayVec) -> [[I::RayVec; 3]; 3] {
     let corner = [
         I::gather_lanes(I::expand_bits(leaf.packed_indices[0]), triangle),
         I::gather_lanes(I::expand_bits(leaf.packed_indices[1]), triangle),
@@ -154,12 +132,7 @@ fn slab_interval<I: Isa>(
 
 /// Replaces the edge functions of the lanes `unsure`, one of which is 0, by float64's; returns the lanes of `hit` that stay.
 #[inline(always)]
-fn resolve_zero_edges<I: Isa>(
-    corners: [I::RayVec; 6],
-    edges: &mut [I::RayVec; 3],
-    unsure: u32,
-    hit: u32,
-) -> u32 {
+fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3], unsure: u32, hit: u32) -> u32 {
     let mut edge_lanes = [[0.0; 16]; 3];
     let mut corner_lanes = [[0.0; 16]; 6];
     for (array, vector) in corner_lanes.iter_mut().zip(corners) {
@@ -198,18 +171,10 @@ fn resolve_sliver_depths<I: Isa>(
 
 /// The corners of one triangle per lane along an axis, by the lanes of their vertices.
 #[inline(always)]
-fn gather_corners<I: Isa>(
-    leaf: &LeafNode,
-    axis: usize,
-    [a, b, c]: &[I::RayVec; 3],
-) -> [I::RayVec; 3] {
+fn gather_corners<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::RayVec; 3]) -> [I::RayVec; 3] {
     // SAFETY: each row of `vertex` holds 16 floats.
     let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
-    [
-        I::gather_lanes(row, *a),
-        I::gather_lanes(row, *b),
-        I::gather_lanes(row, *c),
-    ]
+    [I::gather_lanes(row, *a), I::gather_lanes(row, *b), I::gather_lanes(row, *c)]
 }
 
 #[inline(always)]
@@ -227,10 +192,7 @@ fn shear_corners<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
 fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
     let backwards = V::from_bitmask(0u32.wrapping_sub(near_row as u32 & 1) & 0xffff);
-    (
-        V::select(backwards, upper, lower),
-        V::select(backwards, lower, upper),
-    )
+    (V::select(backwards, upper, lower), V::select(backwards, lower, upper))
 }
 
 /// Replaces the depths of slivers that begin behind the ray by float64's.
@@ -256,12 +218,7 @@ fn sliver_depths(
 /// Decides the lanes of `unsure` by float64; returns the lanes of `hit` that stay.
 #[cold]
 #[inline(never)]
-fn edge_functions_f64_lanes(
-    corners: &[[f32; 16]; 6],
-    unsure: u32,
-    mut hit: u32,
-    edges: &mut [[f32; 16]; 3],
-) -> u32 {
+fn edge_functions_f64_lanes(corners: &[[f32; 16]; 6], unsure: u32, mut hit: u32, edges: &mut [[f32; 16]; 3]) -> u32 {
     for lane in (0..16).filter(|lane| unsure >> lane & 1 != 0) {
         match edge_functions_f64(corners.map(|row| row[lane])) {
             Some(decided) => {

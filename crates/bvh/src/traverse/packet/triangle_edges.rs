@@ -23,21 +23,12 @@ pub struct PotentialHits {
 }
 
 impl PotentialHits {
-    pub const EMPTY: PotentialHits = PotentialHits {
-        triangle: [0; PACKET_SIZE],
-        hit_mask: 0,
-        remaining: [0.0; PACKET_SIZE],
-        multi_mask: 0,
-    };
+    pub const EMPTY: PotentialHits =
+        PotentialHits { triangle: [0; PACKET_SIZE], hit_mask: 0, remaining: [0.0; PACKET_SIZE], multi_mask: 0 };
 
     /// Tests the rays `active`. `COMMON_ORIGIN` if all rays may share their origin.
     #[inline(always)]
-    pub fn test_edges<I: Isa, const COMMON_ORIGIN: bool>(
-        &mut self,
-        leaf: &LeafNode,
-        active: u64,
-        packet: &Packet,
-    ) {
+    pub fn test_edges<I: Isa, const COMMON_ORIGIN: bool>(&mut self, leaf: &LeafNode, active: u64, packet: &Packet) {
         (self.hit_mask, self.multi_mask) = (0, 0);
         let mut triangles = u32::MAX;
         if active.count_ones() > ALL_TRIANGLES_THRESHOLD {
@@ -45,15 +36,9 @@ impl PotentialHits {
         }
         let by_triangles = triangles.count_ones() * count_groups(active) < active.count_ones();
         // With a common origin, vertices are translated once.
-        let start = if COMMON_ORIGIN {
-            packet.common_origin()
-        } else {
-            None
-        };
+        let start = if COMMON_ORIGIN { packet.common_origin() } else { None };
         match (by_triangles, start) {
-            (true, None) => {
-                self.test_edges_by_triangle::<I, false>(leaf, active, packet, triangles)
-            }
+            (true, None) => self.test_edges_by_triangle::<I, false>(leaf, active, packet, triangles),
             (true, Some(start)) => {
                 let leaf = &leaf.translated::<I>(start);
                 self.test_edges_by_triangle::<I, true>(leaf, active, packet, triangles);
@@ -119,10 +104,7 @@ impl PotentialHits {
             }
             let origin = load_xyz::<I>(&packet.origin, group);
             let origin = [origin[kx], origin[ky], origin[kz]];
-            let (sx, sy) = (
-                load::<I>(&packet.shear[0], group),
-                load::<I>(&packet.shear[1], group),
-            );
+            let (sx, sy) = (load::<I>(&packet.shear[0], group), load::<I>(&packet.shear[1], group));
             let (mut first, mut some) = (zero, 0);
             let (mut rest, mut more) = (zero, 0);
             let mut left = triangles;
@@ -130,19 +112,14 @@ impl PotentialHits {
                 let k = left.trailing_zeros();
                 left &= left - 1;
                 let corner = corner_lanes(leaf, k as usize);
-                let [x, y, z] =
-                    [kx, ky, kz].map(|axis| corner.map(|lane| leaf.vertices[axis][lane]));
-                let (ax, ay) =
-                    shear_corner::<I, COMMON_ORIGIN>([x[0], y[0], z[0]], &origin, sx, sy);
-                let (bx, by) =
-                    shear_corner::<I, COMMON_ORIGIN>([x[1], y[1], z[1]], &origin, sx, sy);
-                let (cx, cy) =
-                    shear_corner::<I, COMMON_ORIGIN>([x[2], y[2], z[2]], &origin, sx, sy);
+                let [x, y, z] = [kx, ky, kz].map(|axis| corner.map(|lane| leaf.vertices[axis][lane]));
+                let (ax, ay) = shear_corner::<I, COMMON_ORIGIN>([x[0], y[0], z[0]], &origin, sx, sy);
+                let (bx, by) = shear_corner::<I, COMMON_ORIGIN>([x[1], y[1], z[1]], &origin, sx, sy);
+                let (cx, cy) = shear_corner::<I, COMMON_ORIGIN>([x[2], y[2], z[2]], &origin, sx, sy);
                 let u = cx.mul(by).sub(cy.mul(bx));
                 let v = ax.mul(cy).sub(ay.mul(cx));
                 let w = bx.mul(ay).sub(by.mul(ax));
-                let inside =
-                    <I::F32x16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
+                let inside = <I::F32x16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
                 let near = to_bitmask::<I>(inside) & lanes;
                 let again = near & some;
                 let power = I::F32x16::splat((1u32 << k) as f32);
@@ -180,9 +157,7 @@ impl PotentialHits {
     /// Bit g: some ray of group g of [`Isa::RAY_LANES`] rays has a triangle.
     #[inline(always)]
     pub fn active_groups<I: Isa>(&self) -> u32 {
-        (0..PACKET_SIZE / I::RAY_LANES).fold(0, |groups, g| {
-            groups | u32::from(self.hit_lanes::<I>(g) != 0) << g
-        })
+        (0..PACKET_SIZE / I::RAY_LANES).fold(0, |groups, g| groups | u32::from(self.hit_lanes::<I>(g) != 0) << g)
     }
 
     /// The rays of such a group that have a triangle.
@@ -201,11 +176,7 @@ fn shear_corner<I: Isa, const COMMON_ORIGIN: bool>(
     sy: I::F32x16,
 ) -> (I::F32x16, I::F32x16) {
     let [x, y, z] = corner;
-    let (mut x, mut y, mut z) = (
-        I::F32x16::splat(x),
-        I::F32x16::splat(y),
-        I::F32x16::splat(z),
-    );
+    let (mut x, mut y, mut z) = (I::F32x16::splat(x), I::F32x16::splat(y), I::F32x16::splat(z));
     if !COMMON_ORIGIN {
         (x, y, z) = (x.sub(origin[0]), y.sub(origin[1]), z.sub(origin[2]));
     }
@@ -215,7 +186,5 @@ fn shear_corner<I: Isa, const COMMON_ORIGIN: bool>(
 /// The number of groups of 16 rays with an active ray.
 #[inline(always)]
 fn count_groups(active: u64) -> u32 {
-    (0..PACKET_SIZE / 16)
-        .map(|g| u32::from(active >> (16 * g) & 0xffff != 0))
-        .sum()
+    (0..PACKET_SIZE / 16).map(|g| u32::from(active >> (16 * g) & 0xffff != 0)).sum()
 }

@@ -21,43 +21,22 @@ impl ClosestHit {
     /// A miss up to `t_max`.
     #[inline(always)]
     pub fn miss(t_max: f32) -> ClosestHit {
-        ClosestHit {
-            t: t_max,
-            u: 0.0,
-            v: 0.0,
-            prim_index: NO_PRIM,
-        }
+        ClosestHit { t: t_max, u: 0.0, v: 0.0, prim_index: NO_PRIM }
     }
 
     /// Intersects the triangles `candidates` of a leaf; keeps the first by (t, id). True if the hit changed.
     #[inline(always)]
-    pub fn update(
-        &mut self,
-        mesh: &Bvh,
-        leaf: &LeafNode,
-        mut candidates: u32,
-        ray: impl RayView,
-    ) -> bool {
+    pub fn update(&mut self, mesh: &Bvh, leaf: &LeafNode, mut candidates: u32, ray: impl RayView) -> bool {
         let mut closer = false;
         while candidates != 0 {
             let lane = candidates.trailing_zeros();
             candidates &= candidates - 1;
-            let Some(TriangleIntersection { t, u, v }) =
-                intersect_triangle(leaf, lane as usize, ray, self.t)
-            else {
+            let Some(TriangleIntersection { t, u, v }) = intersect_triangle(leaf, lane as usize, ray, self.t) else {
                 continue;
             };
             let prim_index = leaf.first_prim + lane;
-            if t < self.t
-                || self.prim_index == NO_PRIM
-                || mesh.prim_id(prim_index) < mesh.prim_id(self.prim_index)
-            {
-                *self = ClosestHit {
-                    t,
-                    u,
-                    v,
-                    prim_index,
-                };
+            if t < self.t || self.prim_index == NO_PRIM || mesh.prim_id(prim_index) < mesh.prim_id(self.prim_index) {
+                *self = ClosestHit { t, u, v, prim_index };
                 closer = true;
             }
         }

@@ -62,10 +62,7 @@ fn pop_lowest_bit(bits: &mut u32) -> u32 {
 
 /// Traces all rays of a source. With `ANY_HIT`, only the presence of an instance in a hit is valid.
 #[inline(always)]
-pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(
-    scene: &Scene,
-    source: &mut B,
-) {
+pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(scene: &Scene, source: &mut B) {
     let mut states: [RayState; RAYS_IN_FLIGHT] = std::array::from_fn(|_| RayState::idle());
     let mut ready = ReadyMasks::default();
     for (i, state) in states.iter_mut().enumerate() {

@@ -75,11 +75,7 @@ impl<'a> RayState<'a> {
             tlas_t_scale: 1.0,
             ray_id: 0,
             hit: Hit::MISS,
-            world_ray: Ray {
-                origin: [0.0; 3],
-                direction: [0.0; 3],
-                t_max: 0.0,
-            },
+            world_ray: Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 },
             stack: Stack::new(),
         }
     }
@@ -87,12 +83,7 @@ impl<'a> RayState<'a> {
     /// Starts a ray; false if it misses by definition.
     #[inline(always)]
     pub fn begin(&mut self, scene: &'a Scene, task: RayTask) -> bool {
-        let RayTask {
-            ray: world_ray,
-            ray_id,
-            start_node,
-            instance,
-        } = task;
+        let RayTask { ray: world_ray, ray_id, start_node, instance } = task;
         self.hit = Hit::MISS;
         self.ray_id = ray_id;
         self.world_ray = world_ray;
@@ -112,11 +103,7 @@ impl<'a> RayState<'a> {
             } else {
                 self.enter_blas::<false>(scene, instance, world_ray.t_max)
             };
-            self.node = if start_node == NodeRef::EMPTY {
-                self.node
-            } else {
-                start_node
-            };
+            self.node = if start_node == NodeRef::EMPTY { self.node } else { start_node };
             return entered;
         }
         self.node = scene.root;
@@ -151,21 +138,14 @@ impl<'a> RayState<'a> {
 
     /// Enters an instance.
     #[inline(always)]
-    fn enter_blas<const SINGLE_LEVEL: bool>(
-        &mut self,
-        scene: &'a Scene,
-        instance: u32,
-        t_max: f32,
-    ) -> bool {
+    fn enter_blas<const SINGLE_LEVEL: bool>(&mut self, scene: &'a Scene, instance: u32, t_max: f32) -> bool {
         let record = &scene.instances[instance as usize];
         let mesh = &*record.bvh;
         // The next subtree may belong to the same instance.
         if SINGLE_LEVEL || self.current_instance != instance {
             let runs = if SINGLE_LEVEL {
                 scene.setup_ray(&mut self.ray, &self.world_ray)
-            } else if let (Some([x, y, z]), true) =
-                (record.translation_only, self.direction_reusable)
-            {
+            } else if let (Some([x, y, z]), true) = (record.translation_only, self.direction_reusable) {
                 let [a, b, c] = self.world_ray.origin;
                 self.ray.translate([a + x, b + y, c + z], mesh.bounds())
             } else {
@@ -189,12 +169,7 @@ impl<'a> RayState<'a> {
     #[inline(always)]
     fn commit_hit(&mut self) {
         if let (Some(mesh), true) = (self.mesh, self.best.prim_index != NO_PRIM) {
-            let ClosestHit {
-                t,
-                u,
-                v,
-                prim_index,
-            } = self.best;
+            let ClosestHit { t, u, v, prim_index } = self.best;
             self.hit.keep_closer(Hit {
                 t: self.ray.to_outer_t(t),
                 u,
@@ -208,11 +183,7 @@ impl<'a> RayState<'a> {
     /// The t of the closest hit so far, or t_max.
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        if self.hit.t < self.world_ray.t_max {
-            self.hit.t
-        } else {
-            self.world_ray.t_max
-        }
+        if self.hit.t < self.world_ray.t_max { self.hit.t } else { self.world_ray.t_max }
     }
 
     /// Tests one node.
@@ -221,11 +192,9 @@ impl<'a> RayState<'a> {
         let node = node(self.blocks, self.node);
         let (mask, enter) = intersect_children::<I>(node, &self.ray, self.best.t);
         self.node = if ANY_HIT {
-            self.stack
-                .push_children_or_pop::<I, false>(node, enter, mask)
+            self.stack.push_children_or_pop::<I, false>(node, enter, mask)
         } else {
-            self.stack
-                .push_children_or_pop::<I, true>(node, enter, mask)
+            self.stack.push_children_or_pop::<I, true>(node, enter, mask)
         };
         self.prefetch::<I>();
     }
@@ -316,11 +285,7 @@ impl<'a> RayState<'a> {
 
     #[inline(always)]
     fn prefetch<I: Isa>(&self) {
-        let at = self
-            .blocks
-            .as_ptr()
-            .wrapping_add(self.node.index())
-            .cast::<u8>();
+        let at = self.blocks.as_ptr().wrapping_add(self.node.index()).cast::<u8>();
         for line in 0..4 {
             I::prefetch(at.wrapping_add(64 * line));
         }

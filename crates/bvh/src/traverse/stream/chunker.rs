@@ -72,13 +72,7 @@ impl<'a> RayChunk<'a> {
 
     /// Queues rays for a subtree of an instance.
     #[inline(always)]
-    pub fn queue_singles_at(
-        &mut self,
-        mut lanes: u64,
-        instance: u32,
-        start_node: NodeRef,
-        indices: RayIndices,
-    ) {
+    pub fn queue_singles_at(&mut self, mut lanes: u64, instance: u32, start_node: NodeRef, indices: RayIndices) {
         while lanes != 0 {
             let i = ray_index(lanes.trailing_zeros(), indices);
             lanes &= lanes - 1;
@@ -118,11 +112,8 @@ impl<'a> RayChunk<'a> {
         let scale = self.scene.scale as f32;
         room.clear();
         for (i, ray) in self.rays.iter().enumerate() {
-            let scaled = Ray {
-                origin: ray.origin.map(|x| x * scale),
-                direction: ray.direction.map(|x| x * scale),
-                ..*ray
-            };
+            let scaled =
+                Ray { origin: ray.origin.map(|x| x * scale), direction: ray.direction.map(|x| x * scale), ..*ray };
             room.push(scaled, i);
         }
         room.all().0
@@ -189,11 +180,7 @@ impl<'a> RayChunker<'a> {
     /// Advances to the next chunk; false at the end. May queue single rays, and takes those of `apart` for the octant
     /// sort.
     #[inline(always)]
-    pub fn advance<I: Isa>(
-        &mut self,
-        singles: &mut SingleRayQueue,
-        incoherent: &mut Vec<u32>,
-    ) -> bool {
+    pub fn advance<I: Isa>(&mut self, singles: &mut SingleRayQueue, incoherent: &mut Vec<u32>) -> bool {
         loop {
             self.from_sorter = self.sorter.next_packet(self.rays, &mut singles.full_rays);
             if self.from_sorter {
@@ -225,8 +212,7 @@ impl<'a> RayChunker<'a> {
                 self.root_cull.cull::<I>(self.rays, incoherent, 0);
             }
             if I::WIDE {
-                self.sorter
-                    .sort_block::<I>(self.rays, incoherent, &mut singles.full_rays);
+                self.sorter.sort_block::<I>(self.rays, incoherent, &mut singles.full_rays);
             } else {
                 singles.full_rays.extend_from_slice(incoherent);
             }
@@ -270,14 +256,7 @@ impl<'a> RayChunker<'a> {
             let rays = &self.rays[self.consumed - self.len..self.consumed];
             (rays, &self.ray_ids[..self.len], self.coherence)
         };
-        RayChunk {
-            scene,
-            coherence,
-            rays,
-            ray_ids,
-            singles: singles,
-            incoherent: incoherent,
-        }
+        RayChunk { scene, coherence, rays, ray_ids, singles: singles, incoherent: incoherent }
     }
 }
 

@@ -60,11 +60,7 @@ impl<'a> OctantSorter<'a> {
     /// The maximum size of the next block.
     #[inline(always)]
     pub fn block_size(&self) -> usize {
-        if self.is_profitable {
-            MAX_BLOCK
-        } else {
-            FIRST_BLOCK
-        }
+        if self.is_profitable { MAX_BLOCK } else { FIRST_BLOCK }
     }
 
     /// Sorts another block of at most [`MAX_BLOCK`] rays; or queues them as single rays during the back-off.
@@ -110,11 +106,7 @@ impl<'a> OctantSorter<'a> {
         }
         while self.cursor < self.order.len() {
             let start = self.cursor;
-            let class = self
-                .class_ends
-                .iter()
-                .take_while(|end| **end <= start)
-                .count();
+            let class = self.class_ends.iter().take_while(|end| **end <= start).count();
             let end = self.class_ends[class % DIRECTION_CLASSES];
             if class == usize::from(UNGROUPED) || end - start < MIN_PACKET_RAYS {
                 singles.extend_from_slice(&self.order[start..end]);
@@ -161,11 +153,7 @@ mod tests {
             0 if k == 0 => 0.0,
             _ => ((i * 7 + k * 3) as f32).sin(),
         };
-        let ray = |i| Ray {
-            origin: [0.0; 3],
-            direction: [0, 1, 2].map(|k| component(i, k)),
-            t_max: i as f32,
-        };
+        let ray = |i| Ray { origin: [0.0; 3], direction: [0, 1, 2].map(|k| component(i, k)), t_max: i as f32 };
         (0..count).map(ray).collect()
     }
 
@@ -221,9 +209,6 @@ mod tests {
         assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), all);
         // Nor in the next batch.
         packets(&mut sorter, MAX_VISITS_PER_RAY + 1);
-        assert_eq!(
-            packets(&mut OctantSorter::new(&skip), MAX_VISITS_PER_RAY),
-            0
-        );
+        assert_eq!(packets(&mut OctantSorter::new(&skip), MAX_VISITS_PER_RAY), 0);
     }
 }

@@ -25,9 +25,7 @@ pub type RayIndices<'a> = Option<&'a [u8; PACKET_SIZE]>;
 #[inline(always)]
 pub fn ray_index(lane: u32, indices: RayIndices) -> usize {
     let lane = lane as usize & (PACKET_SIZE - 1);
-    indices.map_or(lane, |indices| {
-        usize::from(indices[lane]) & (PACKET_SIZE - 1)
-    })
+    indices.map_or(lane, |indices| usize::from(indices[lane]) & (PACKET_SIZE - 1))
 }
 
 /// A mask by lane as a mask by index in the chunk.
@@ -44,11 +42,7 @@ pub fn ray_mask(mut lanes: u64, indices: RayIndices) -> u64 {
     numbers
 }
 
-const EMPTY_RAY: Ray = Ray {
-    origin: [0.0; 3],
-    direction: [0.0; 3],
-    t_max: 0.0,
-};
+const EMPTY_RAY: Ray = Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 };
 
 /// Some rays of a chunk.
 pub struct RayBatch {
@@ -59,11 +53,7 @@ pub struct RayBatch {
 }
 
 impl RayBatch {
-    pub const EMPTY: RayBatch = RayBatch {
-        rays: [EMPTY_RAY; PACKET_SIZE],
-        indices: [0; PACKET_SIZE],
-        len: 0,
-    };
+    pub const EMPTY: RayBatch = RayBatch { rays: [EMPTY_RAY; PACKET_SIZE], indices: [0; PACKET_SIZE], len: 0 };
 
     #[inline(always)]
     pub fn clear(&mut self) {
@@ -85,10 +75,7 @@ impl RayBatch {
         while lanes != 0 {
             let lane = lanes.trailing_zeros();
             lanes &= lanes - 1;
-            self.push(
-                rays[lane as usize & (PACKET_SIZE - 1)],
-                ray_index(lane, indices),
-            );
+            self.push(rays[lane as usize & (PACKET_SIZE - 1)], ray_index(lane, indices));
         }
     }
 
@@ -156,18 +143,14 @@ impl OctantGroups {
 
     #[inline(never)]
     fn next_group(&mut self) -> (u64, bool) {
-        let first =
-            self.direction_class[self.remaining.trailing_zeros() as usize & (PACKET_SIZE - 1)];
+        let first = self.direction_class[self.remaining.trailing_zeros() as usize & (PACKET_SIZE - 1)];
         let mut same = 0;
         for (i, class) in self.direction_class.iter().enumerate() {
             same |= u64::from(*class == first) << i;
         }
         same &= self.remaining;
         self.remaining &= !same;
-        (
-            same,
-            first != UNGROUPED && same.count_ones() >= MIN_GROUP_RAYS,
-        )
+        (same, first != UNGROUPED && same.count_ones() >= MIN_GROUP_RAYS)
     }
 }
 
@@ -191,11 +174,7 @@ fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     };
     let signs = dx >> 31 | dy >> 31 << 1 | dz >> 31 << 2;
     let odd = (least < MIN_DIRECTION_RATIO) | (most > INFINITE);
-    (if odd {
-        u32::from(UNGROUPED)
-    } else {
-        main | signs
-    }) as u8
+    (if odd { u32::from(UNGROUPED) } else { main | signs }) as u8
 }
 
 /// The direction classes of some rays of a batch.
@@ -231,11 +210,7 @@ mod tests {
     use super::*;
 
     fn ray(direction: [f32; 3]) -> Ray {
-        Ray {
-            direction,
-            t_max: 1.0,
-            ..EMPTY_RAY
-        }
+        Ray { direction, t_max: 1.0, ..EMPTY_RAY }
     }
 
     #[test]

@@ -42,21 +42,13 @@ impl<'a> RootCull<'a> {
         {
             let asked = ray_ids.len() - from;
             let away = self.compact::<I>(root, rays, ray_ids, from);
-            self.scene
-                .root_cull_backoff
-                .record(MIN_CULL_RATE * away > asked);
+            self.scene.root_cull_backoff.record(MIN_CULL_RATE * away > asked);
         }
     }
 
     /// Keeps the rays that may hit anything, in their order; returns the number of others.
     #[inline(always)]
-    fn compact<I: Isa>(
-        &self,
-        root: &WideNode,
-        rays: &[Ray],
-        ray_ids: &mut Vec<u32>,
-        from: usize,
-    ) -> usize {
+    fn compact<I: Isa>(&self, root: &WideNode, rays: &[Ray], ray_ids: &mut Vec<u32>, from: usize) -> usize {
         let mut kept = from;
         for start in (from..ray_ids.len()).step_by(16) {
             let some = &ray_ids[start..ray_ids.len().min(start + 16)];
@@ -82,12 +74,8 @@ impl<'a> RootCull<'a> {
         let scene = self.scene;
         let rays = rays.map(|ray| std::ptr::from_ref(ray).cast::<f32>());
         // SAFETY: a ray is seven floats: origin, direction, t_max.
-        let ([x, y, z, _], [dx, dy, dz, t_max]) = unsafe {
-            (
-                I::load_transposed(rays),
-                I::load_transposed(rays.map(|ray| ray.wrapping_add(3))),
-            )
-        };
+        let ([x, y, z, _], [dx, dy, dz, t_max]) =
+            unsafe { (I::load_transposed(rays), I::load_transposed(rays.map(|ray| ray.wrapping_add(3)))) };
         let zero = I::F32x16::splat(0.0);
         let (origin, direction) = ([x, y, z], [dx, dy, dz]);
         let distance = x.abs().max(y.abs()).max(z.abs());
@@ -179,11 +167,7 @@ mod tests {
         let bvh = Arc::new(Bvh::build(&vertices, &triangles).unwrap());
         let place = |i: usize| Instance {
             bvh: bvh.clone(),
-            world_from_mesh: [
-                [1.0, 0.0, 0.0, 30.0 * i as f32],
-                [0.0, 1.0, 0.0, 0.0],
-                [0.0, 0.0, 1.0, 0.0],
-            ],
+            world_from_mesh: [[1.0, 0.0, 0.0, 30.0 * i as f32], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
         };
         Scene::build((0..copies).map(place).collect(), [0.0; 3]).unwrap()
     }
@@ -201,11 +185,7 @@ mod tests {
             });
             let direction = std::array::from_fn(|k| to[k] - origin[k]);
             let t_max = [1.0, f32::INFINITY, f32::INFINITY][i % 3];
-            Ray {
-                origin,
-                direction,
-                t_max,
-            }
+            Ray { origin, direction, t_max }
         };
         (0..count).map(ray).collect()
     }
@@ -232,8 +212,7 @@ mod tests {
             let root = cull.root.unwrap();
             let (mut away, mut missing) = (0, 0);
             for some in rays(root, 64_000).chunks(16) {
-                let staying =
-                    cull.intersects_root::<Portable>(root, std::array::from_fn(|i| &some[i]));
+                let staying = cull.intersects_root::<Portable>(root, std::array::from_fn(|i| &some[i]));
                 for (i, ray) in some.iter().enumerate() {
                     let stays = staying >> i & 1 != 0;
                     assert!(stays || !enters(root, ray), "{ray:?}");
@@ -243,10 +222,7 @@ mod tests {
                 }
             }
             // Hardly any other stays.
-            assert!(
-                missing > 2000 && away > missing - missing / 20,
-                "{away} of {missing}"
-            );
+            assert!(missing > 2000 && away > missing - missing / 20, "{away} of {missing}");
         }
     }
 
@@ -254,11 +230,7 @@ mod tests {
     fn odd_rays_stay() {
         let scene = scene(1);
         let cull = RootCull::new(&scene);
-        let away = Ray {
-            origin: [0.0, 20.0, 0.0],
-            direction: [1.0, 1.0, 2.0],
-            t_max: 1.0,
-        };
+        let away = Ray { origin: [0.0, 20.0, 0.0], direction: [1.0, 1.0, 2.0], t_max: 1.0 };
         let mut rays = [away; 16];
         rays[1].direction[0] = 0.0;
         rays[2].direction = [f32::NAN; 3];

@@ -14,12 +14,7 @@ use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices,
 /// A query over packets. Rays are identified by their index in the chunk, lanes by `indices`.
 pub trait PacketQuery {
     /// Makes rays a packet in scaled scene coordinates or in those of an instance; false if it would not pay.
-    fn make_packet<I: Isa>(
-        &self,
-        rays: &[Ray],
-        instance: Option<&InstanceRecord>,
-        packet: &mut Packet,
-    ) -> bool;
+    fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool;
 
     /// A ray in instance coordinates, clipped at its closest hit.
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
@@ -28,20 +23,10 @@ pub trait PacketQuery {
     fn t_max(&self, index: usize, t_max: f32) -> f32;
 
     /// Traverses a subtree of an instance by a packet.
-    fn intersect_subtree<I: Isa>(
-        &mut self,
-        subtree: &SubtreeRef,
-        packet: &mut Packet,
-        indices: RayIndices,
-    );
+    fn intersect_subtree<I: Isa>(&mut self, subtree: &SubtreeRef, packet: &mut Packet, indices: RayIndices);
 
     /// Hands each ray of a mask to single-ray traversal of a subtree or, without one, of the scene.
-    fn trace_single<I: Isa>(
-        &mut self,
-        lanes: u64,
-        subtree: Option<&SubtreeRef>,
-        indices: RayIndices,
-    );
+    fn trace_single<I: Isa>(&mut self, lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices);
 }
 
 /// Scratch memory for the packets of a chunk.
@@ -63,40 +48,19 @@ impl PacketScratch {
     pub const EMPTY: PacketScratch = PacketScratch {
         scene_rays: RayBatch::EMPTY,
         scene_packet: Packet::EMPTY,
-        instance: InstanceScratch {
-            local: RayBatch::EMPTY,
-            inner: RayBatch::EMPTY,
-            packet: Packet::EMPTY,
-        },
+        instance: InstanceScratch { local: RayBatch::EMPTY, inner: RayBatch::EMPTY, packet: Packet::EMPTY },
     };
 
     /// Traces rays in scaled scene coordinates; the scene is not empty.
     #[inline(always)]
-    pub fn trace<I: Isa, Q: PacketQuery>(
-        &mut self,
-        query: &mut Q,
-        scene: &Scene,
-        rays: &[Ray],
-        indices: RayIndices,
-    ) {
+    pub fn trace<I: Isa, Q: PacketQuery>(&mut self, query: &mut Q, scene: &Scene, rays: &[Ray], indices: RayIndices) {
         let mut groups = OctantGroups::new(rays);
         while let Some((group, pays)) = groups.next() {
-            let (some, some_indices) =
-                self.scene_rays
-                    .subset(rays, indices, group, groups.is_whole);
+            let (some, some_indices) = self.scene_rays.subset(rays, indices, group, groups.is_whole);
             // A single mesh has no TLAS.
-            if scene.is_single_mesh
-                || pays && query.make_packet::<I>(some, None, &mut self.scene_packet)
-            {
+            if scene.is_single_mesh || pays && query.make_packet::<I>(some, None, &mut self.scene_packet) {
                 let packet = &mut self.scene_packet;
-                intersect_tlas::<I, Q>(
-                    query,
-                    scene,
-                    some,
-                    some_indices,
-                    packet,
-                    &mut self.instance,
-                );
+                intersect_tlas::<I, Q>(query, scene, some, some_indices, packet, &mut self.instance);
             } else if groups.is_whole {
                 groups.sort(rays);
             } else {
@@ -116,11 +80,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
     packet: &mut Packet,
     instance: &mut InstanceScratch,
 ) {
-    let InstanceScratch {
-        local,
-        inner,
-        packet: mesh_packet,
-    } = instance;
+    let InstanceScratch { local, inner, packet: mesh_packet } = instance;
     let mut stack = Stack::new();
     let (mut at, mut t_max) = match scene.is_single_mesh {
         true => (NodeRef::leaf(0), 0.0),
@@ -150,15 +110,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
                     true => (rays, indices),
                     false => local.all(),
                 };
-                intersect_subtree::<I, Q>(
-                    query,
-                    instance,
-                    subtree,
-                    some,
-                    some_indices,
-                    inner,
-                    mesh_packet,
-                );
+                intersect_subtree::<I, Q>(query, instance, subtree, some, some_indices, inner, mesh_packet);
             }
             if entered != 0 {
                 while entered != 0 {

@@ -6,11 +6,7 @@ use crate::simd::{Isa, Vector, packed_index};
 /// The corners of the triangles of a leaf.
 #[inline(always)]
 pub fn corners<I: Isa>(v: I::F32x16, index: &[I::LaneIndices; 3]) -> [I::F32x16; 3] {
-    [
-        I::permute(v, index[0]),
-        I::permute(v, index[1]),
-        I::permute(v, index[2]),
-    ]
+    [I::permute(v, index[0]), I::permute(v, index[1]), I::permute(v, index[2])]
 }
 
 /// The indices for [`corners`].
@@ -47,8 +43,7 @@ impl LeafNode {
 /// The lanes of the corners of triangle `k`.
 #[inline(always)]
 pub fn corner_lanes(leaf: &LeafNode, k: usize) -> [usize; 3] {
-    leaf.packed_indices
-        .map(|packed| usize::from(packed_index(packed, k)))
+    leaf.packed_indices.map(|packed| usize::from(packed_index(packed, k)))
 }
 
 /// [`inside_mask`] in two halves, since sixteen triangles exceed the registers; many leaves have no more than eight.
@@ -63,36 +58,18 @@ fn inside_mask_by_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) 
 
 /// [`inside_mask`] of triangles `8 * HALF ..`.
 #[inline(always)]
-fn inside_mask_half<I: Isa, const HALF: usize>(
-    px: I::F32x16,
-    py: I::F32x16,
-    leaf: &LeafNode,
-) -> u32 {
+fn inside_mask_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) -> u32 {
     let [a, b, c] = leaf.packed_indices;
     edge_functions_agree(
-        (
-            I::permute_half::<HALF>(px, a),
-            I::permute_half::<HALF>(py, a),
-        ),
-        (
-            I::permute_half::<HALF>(px, b),
-            I::permute_half::<HALF>(py, b),
-        ),
-        (
-            I::permute_half::<HALF>(px, c),
-            I::permute_half::<HALF>(py, c),
-        ),
+        (I::permute_half::<HALF>(px, a), I::permute_half::<HALF>(py, a)),
+        (I::permute_half::<HALF>(px, b), I::permute_half::<HALF>(py, b)),
+        (I::permute_half::<HALF>(px, c), I::permute_half::<HALF>(py, c)),
     )
 }
 
 /// Bit mask of the triangles that contain 0, from sheared vertices; `index` as of [`indices`].
 #[inline(always)]
-pub fn inside_mask<I: Isa>(
-    px: I::F32x16,
-    py: I::F32x16,
-    leaf: &LeafNode,
-    index: &[I::LaneIndices; 3],
-) -> u32 {
+pub fn inside_mask<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, index: &[I::LaneIndices; 3]) -> u32 {
     if I::RAY_LANES < 16 {
         return inside_mask_by_halves::<I>(px, py, leaf);
     }

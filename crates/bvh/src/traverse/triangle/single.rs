@@ -6,9 +6,7 @@ use std::hint::select_unpredictable;
 use crate::node::{LeafNode, cross};
 use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::TravRay;
-use crate::traverse::triangle::edge::{
-    corner_lanes, edge_functions_f64, indices, inside_mask, vertices_minus,
-};
+use crate::traverse::triangle::edge::{corner_lanes, edge_functions_f64, indices, inside_mask, vertices_minus};
 
 /// The view of a ray that triangle tests need, of a single ray or of one in a packet.
 pub trait RayView: Copy {
@@ -80,24 +78,14 @@ pub struct TriangleIntersection {
 
 /// Intersects triangle `k` of the leaf, which passed the [`edge_test`], at a t of `0..=t_max`.
 #[inline(always)]
-pub fn intersect_triangle(
-    leaf: &LeafNode,
-    k: usize,
-    ray: impl RayView,
-    t_max: f32,
-) -> Option<TriangleIntersection> {
+pub fn intersect_triangle(leaf: &LeafNode, k: usize, ray: impl RayView, t_max: f32) -> Option<TriangleIntersection> {
     intersect::<_, false>(leaf, k, ray, t_max)
 }
 
 /// A separate function keeps the common path small.
 #[cold]
 #[inline(never)]
-fn intersect_sliver(
-    leaf: &LeafNode,
-    k: usize,
-    ray: impl RayView,
-    t_max: f32,
-) -> Option<TriangleIntersection> {
+fn intersect_sliver(leaf: &LeafNode, k: usize, ray: impl RayView, t_max: f32) -> Option<TriangleIntersection> {
     intersect::<_, true>(leaf, k, ray, t_max)
 }
 
@@ -118,10 +106,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
     let ends = |axis: usize, [a, b, c]: [f32; 3]| {
         let (lower, upper) = (min_f32(min_f32(a, b), c), max_f32(max_f32(a, b), c));
         let backwards = ray.reciprocal(axis) < 0.0;
-        (
-            select_unpredictable(backwards, upper, lower),
-            select_unpredictable(backwards, lower, upper),
-        )
+        (select_unpredictable(backwards, upper, lower), select_unpredictable(backwards, lower, upper))
     };
     let slab = |axis: usize, corners: [f32; 3]| {
         let (first, last) = ends(axis, corners);
@@ -157,11 +142,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
         depth = plane_depth_f64(leaf, k, ray, depth);
     }
     let t = max_f32(min_f32(depth * ray.shear(2), leave), enter);
-    (0.0 <= t && t <= t_max).then(|| TriangleIntersection {
-        t,
-        u: v / det,
-        v: w / det,
-    })
+    (0.0 <= t && t <= t_max).then(|| TriangleIntersection { t, u: v / det, v: w / det })
 }
 
 /// The depth along the main axis at which the ray hits triangle `k` of the leaf, by the float64 plane of its corners;
@@ -171,9 +152,8 @@ fn intersect<L: RayView, const SLIVER: bool>(
 /// sign of that depth is unreliable.
 pub fn plane_depth_f64(leaf: &LeafNode, k: usize, ray: impl RayView, depth: f32) -> f32 {
     let axes = ray.axes();
-    let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
-        axes.map(|axis| f64::from(leaf.vertices[axis][lane]) - f64::from(ray.origin(axis)))
-    });
+    let [a, b, c] = corner_lanes(leaf, k)
+        .map(|lane| axes.map(|axis| f64::from(leaf.vertices[axis][lane]) - f64::from(ray.origin(axis))));
     let normal = cross([a, b, c]);
     let along = |p: [f64; 3]| normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
     let slope = along([f64::from(ray.shear(0)), f64::from(ray.shear(1)), 1.0]);

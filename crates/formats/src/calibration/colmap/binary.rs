@@ -35,15 +35,10 @@ const MODELS: [(&str, usize); 18] = [
 const POINT2D_BYTES: usize = 24;
 
 pub(crate) fn detect(path: &Path, _: &str) -> bool {
-    path.file_name()
-        .is_some_and(|name| Binary::NAMES.iter().any(|known| name == *known))
+    path.file_name().is_some_and(|name| Binary::NAMES.iter().any(|known| name == *known))
 }
 
-pub(crate) fn read(
-    source: &InputFile,
-    assets: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     records::read::<Binary>(source, assets)
 }
 
@@ -54,22 +49,12 @@ pub(crate) fn write(cameras: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
 struct Binary;
 
 impl ModelFormat for Binary {
-    const NAMES: [&'static str; 5] = [
-        "cameras.bin",
-        "images.bin",
-        "rigs.bin",
-        "frames.bin",
-        "points3D.bin",
-    ];
+    const NAMES: [&'static str; 5] = ["cameras.bin", "images.bin", "rigs.bin", "frames.bin", "points3D.bin"];
     type Reader<'a> = BinaryReader<'a>;
     type Writer = BinaryWriter;
 
     fn reader(file: &InputFile) -> Result<BinaryReader<'_>, FormatError> {
-        Ok(BinaryReader {
-            path: &file.path,
-            bytes: &file.bytes,
-            offset: 0,
-        })
+        Ok(BinaryReader { path: &file.path, bytes: &file.bytes, offset: 0 })
     }
 }
 
@@ -102,20 +87,13 @@ impl<'a> BinaryReader<'a> {
 }
 
 impl RecordReader for BinaryReader<'_> {
-    fn records<T>(
-        &mut self,
-        mut read: impl FnMut(&mut Self) -> Result<T, FormatError>,
-    ) -> Result<Vec<T>, FormatError> {
+    fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T, FormatError>) -> Result<Vec<T>, FormatError> {
         // The count is not trusted with memory: records are added one by one.
         let mut records = Vec::new();
         for _ in 0..self.u64()? {
             records.push(read(self)?);
         }
-        if self.offset == self.bytes.len() {
-            Ok(records)
-        } else {
-            Err(self.fail("more bytes than belong here".into()))
-        }
+        if self.offset == self.bytes.len() { Ok(records) } else { Err(self.fail("more bytes than belong here".into())) }
     }
 
     fn fail(&self, message: String) -> FormatError {
@@ -159,12 +137,9 @@ impl RecordReader for BinaryReader<'_> {
 
     fn image_name(&mut self) -> Result<String, FormatError> {
         let rest = self.bytes.get(self.offset..).unwrap_or_default();
-        let length = rest
-            .iter()
-            .position(|&b| b == 0)
-            .ok_or_else(|| self.fail("a name without an end".into()))?;
-        let name = std::str::from_utf8(self.read_bytes(length)?)
-            .map_err(|_| self.fail("a name that is not UTF-8".into()))?;
+        let length = rest.iter().position(|&b| b == 0).ok_or_else(|| self.fail("a name without an end".into()))?;
+        let name =
+            std::str::from_utf8(self.read_bytes(length)?).map_err(|_| self.fail("a name that is not UTF-8".into()))?;
         self.read_bytes(1)?;
         Ok(name.to_owned())
     }

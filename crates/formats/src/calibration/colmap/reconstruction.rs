@@ -84,33 +84,20 @@ impl Reconstruction {
         let placed = self.poses_from_frames(&fail)?;
         for image in &self.images {
             let Some(camera) = cameras.get(&image.camera) else {
-                return Err(fail(format!(
-                    "image {}: there is no camera {}",
-                    image.id, image.camera
-                )));
+                return Err(fail(format!("image {}: there is no camera {}", image.id, image.camera)));
             };
             let mut record = camera.clone();
             record.name.clone_from(&image.name);
             record.image = Some(image.name.clone());
             // The pose of the image itself is kept where it agrees: its digits are those of the file.
             let own = pose(&image.pose);
-            let (placed, mount) = placed
-                .get(&image.id)
-                .cloned()
-                .unwrap_or_else(|| (own.clone(), None));
-            record.pose = Some(if poses_equal(&own, &placed) {
-                own
-            } else {
-                placed
-            });
+            let (placed, mount) = placed.get(&image.id).cloned().unwrap_or_else(|| (own.clone(), None));
+            record.pose = Some(if poses_equal(&own, &placed) { own } else { placed });
             record.mount = mount;
             calibration.records.push(record);
         }
         if self.images.is_empty() {
-            let ids = self
-                .cameras
-                .iter()
-                .filter_map(|camera| cameras.remove(&camera.id));
+            let ids = self.cameras.iter().filter_map(|camera| cameras.remove(&camera.id));
             calibration.records = ids.collect();
         }
         Ok(calibration)
@@ -125,20 +112,13 @@ impl Reconstruction {
         let rigs: HashMap<u32, &Rig> = self.rigs.iter().map(|rig| (rig.id, rig)).collect();
         let mut placed = HashMap::new();
         for frame in &self.frames {
-            let rig = rigs
-                .get(&frame.rig)
-                .ok_or_else(|| fail(format!("frames: there is no rig {}", frame.rig)))?;
+            let rig = rigs.get(&frame.rig).ok_or_else(|| fail(format!("frames: there is no rig {}", frame.rig)))?;
             let body = pose(&frame.pose);
             for &(camera, image) in &frame.images {
                 let Some((_, from_rig)) = rig.cameras.iter().find(|(id, _)| *id == camera) else {
-                    return Err(fail(format!(
-                        "frames: rig {} has no camera {camera}",
-                        rig.id
-                    )));
+                    return Err(fail(format!("frames: rig {} has no camera {camera}", rig.id)));
                 };
-                let here = from_rig
-                    .as_ref()
-                    .map_or_else(|| body.clone(), |from_rig| pose(from_rig).compose(&body));
+                let here = from_rig.as_ref().map_or_else(|| body.clone(), |from_rig| pose(from_rig).compose(&body));
                 let mount = (rig.cameras.len() > 1).then(|| RigMount {
                     rig: rig.id.to_string(),
                     frame: frame.id.to_string(),
@@ -158,20 +138,13 @@ impl Reconstruction {
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
         for (i, record) in records.iter().enumerate() {
             let k = record.k_with(PixelCenter::Half, "COLMAP")?;
-            let (name, params) = camera::colmap_from_lens(k, &record.lens).map_err(|error| {
-                FormatError::Encode(format!("camera {:?}: {error}", record.name))
-            })?;
-            let mut camera = ColmapCamera {
-                id: 0,
-                model: name.into(),
-                size: record.require_size("COLMAP")?,
-                params,
-            };
+            let (name, params) = camera::colmap_from_lens(k, &record.lens)
+                .map_err(|error| FormatError::Encode(format!("camera {:?}: {error}", record.name)))?;
+            let mut camera = ColmapCamera { id: 0, model: name.into(), size: record.require_size("COLMAP")?, params };
             let owner = record.mount.as_ref().map(|m| (&m.rig[..], &m.name[..]));
             let same = |(other, its): (&ColmapCamera, &Option<_>)| {
                 *its == owner
-                    && (&other.model, other.size, &other.params)
-                        == (&camera.model, camera.size, &camera.params)
+                    && (&other.model, other.size, &other.params) == (&camera.model, camera.size, &camera.params)
             };
             let id = match model.cameras.iter().zip(&owners).position(same) {
                 Some(other) => other as u32 + 1,
@@ -184,10 +157,9 @@ impl Reconstruction {
             };
             let image = record.image.as_ref().unwrap_or(&record.name);
             if image.is_empty() || image.contains(char::is_whitespace) || image.contains('\0') {
-                return Err(record.unsupported_error(
-                    "COLMAP",
-                    &format!("the image name {image:?}: it has spaces or is empty"),
-                ));
+                return Err(
+                    record.unsupported_error("COLMAP", &format!("the image name {image:?}: it has spaces or is empty"))
+                );
             }
             model.images.push(ColmapImage {
                 id: i as u32 + 1,
@@ -216,20 +188,14 @@ impl Reconstruction {
             let cameras = &mut rigs[rig].1;
             add_rig_camera(cameras, image.camera, record, mount)?;
             let reference = cameras[0].1;
-            let same = |(rig, frame, _): &(&str, &str, Frame)| {
-                (*rig, *frame) == (&mount.rig[..], &mount.frame[..])
-            };
+            let same = |(rig, frame, _): &(&str, &str, Frame)| (*rig, *frame) == (&mount.rig[..], &mount.frame[..]);
             let frame = frames.iter().position(same).unwrap_or_else(|| {
                 let body = match reference.is_identity() {
                     true => mount.body.clone(),
                     false => reference.compose(&mount.body),
                 };
-                let frame = Frame {
-                    id: frames.len() as u32 + 1,
-                    rig: rig as u32 + 1,
-                    pose: rigid(&body),
-                    images: vec![],
-                };
+                let frame =
+                    Frame { id: frames.len() as u32 + 1, rig: rig as u32 + 1, pose: rigid(&body), images: vec![] };
                 frames.push((&mount.rig, &mount.frame, frame));
                 frames.len() - 1
             });
@@ -242,10 +208,10 @@ impl Reconstruction {
             }
             images.push((image.camera, image.id));
         }
-        let rigs = rigs.iter().enumerate().map(|(i, (_, cameras))| Rig {
-            id: i as u32 + 1,
-            cameras: poses_from_reference(cameras),
-        });
+        let rigs = rigs
+            .iter()
+            .enumerate()
+            .map(|(i, (_, cameras))| Rig { id: i as u32 + 1, cameras: poses_from_reference(cameras) });
         self.rigs = rigs.collect();
         self.frames = frames.into_iter().map(|(_, _, frame)| frame).collect();
         self.add_single_camera_rigs(records);
@@ -261,10 +227,7 @@ impl Reconstruction {
             }
             let rig = *rig_of_camera.entry(image.camera).or_insert_with(|| {
                 let id = self.rigs.len() as u32 + 1;
-                self.rigs.push(Rig {
-                    id,
-                    cameras: vec![(image.camera, None)],
-                });
+                self.rigs.push(Rig { id, cameras: vec![(image.camera, None)] });
                 id
             });
             self.frames.push(Frame {
@@ -292,10 +255,7 @@ fn add_rig_camera<'a>(
         Some((_, pose)) if !poses_equal(pose, &mount.camera) => {
             return Err(record.unsupported_error(
                 "COLMAP",
-                &format!(
-                    "a rig whose camera {:?} stands here and there on it",
-                    mount.name
-                ),
+                &format!("a rig whose camera {:?} stands here and there on it", mount.name),
             ));
         }
         Some(_) => {}
@@ -330,9 +290,6 @@ fn rigid(pose: &Pose) -> RigidPose {
 /// True if two poses are equal up to rounding.
 fn poses_equal(a: &Pose, b: &Pose) -> bool {
     let ((r, c), (r2, c2)) = (a.r_c(), b.r_c());
-    let off = (r - r2)
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |m: f64, v| m.max(v.abs()));
+    let off = (r - r2).to_cols_array().into_iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     off <= 1e-9 && (c - c2).length() <= 1e-9 * (1.0 + c.length())
 }

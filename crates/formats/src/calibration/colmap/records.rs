@@ -33,10 +33,7 @@ pub(crate) trait ModelFormat {
 /// Reads the fields of a file in order. Names of fields are those of the heads, for errors.
 pub(crate) trait RecordReader {
     /// The results of `read` for every record of the file.
-    fn records<T>(
-        &mut self,
-        read: impl FnMut(&mut Self) -> Result<T, FormatError>,
-    ) -> Result<Vec<T>, FormatError>;
+    fn records<T>(&mut self, read: impl FnMut(&mut Self) -> Result<T, FormatError>) -> Result<Vec<T>, FormatError>;
 
     /// The error of the record under way.
     fn fail(&self, message: String) -> FormatError;
@@ -98,10 +95,7 @@ pub(crate) trait RecordWriter: Sized {
 }
 
 /// The cameras of the model whose files lie beside `source`.
-pub(crate) fn read<F: ModelFormat>(
-    source: &InputFile,
-    assets: &mut AssetRoot,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -> Result<Calibration, FormatError> {
     let [cameras, images, rigs, frames, _] = F::NAMES;
     let mut model = Reconstruction::default();
     let mut open = |name: &str| assets.read_reference(&source.path, name);
@@ -121,9 +115,7 @@ pub(crate) fn read<F: ModelFormat>(
 fn optional(file: Result<InputFile, FormatError>) -> Result<Option<InputFile>, FormatError> {
     match file {
         Ok(file) => Ok(Some(file)),
-        Err(FormatError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
-            Ok(None)
-        }
+        Err(FormatError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(error),
     }
 }
@@ -133,28 +125,16 @@ fn read_pose(reader: &mut impl RecordReader) -> Result<RigidPose, FormatError> {
     for value in &mut pose {
         *value = reader.f64("number of a pose")?;
     }
-    if is_rigid(&pose) {
-        Ok(pose)
-    } else {
-        Err(reader.fail("no pose: a quaternion of length 0, or not finite".into()))
-    }
+    if is_rigid(&pose) { Ok(pose) } else { Err(reader.fail("no pose: a quaternion of length 0, or not finite".into())) }
 }
 
 fn read_camera(reader: &mut impl RecordReader) -> Result<ColmapCamera, FormatError> {
     let id = reader.u32("CAMERA_ID")?;
     let model = reader.camera_model(id)?;
-    let size = [
-        reader.size("WIDTH", "a width of")?,
-        reader.size("HEIGHT", "a height of")?,
-    ];
+    let size = [reader.size("WIDTH", "a width of")?, reader.size("HEIGHT", "a height of")?];
     let params = reader.camera_params(&model)?;
     reader.end_record()?;
-    Ok(ColmapCamera {
-        id,
-        model,
-        size,
-        params,
-    })
+    Ok(ColmapCamera { id, model, size, params })
 }
 
 fn read_image(reader: &mut impl RecordReader) -> Result<ColmapImage, FormatError> {
@@ -202,12 +182,7 @@ fn read_frame(reader: &mut impl RecordReader) -> Result<Frame, FormatError> {
         }
     }
     reader.end_record()?;
-    Ok(Frame {
-        id,
-        rig,
-        pose,
-        images,
-    })
+    Ok(Frame { id, rig, pose, images })
 }
 
 /// The files of the model of these cameras.
@@ -220,18 +195,11 @@ pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFi
         write_file::<F, _>(3, &model.frames, write_frame),
         write_file::<F, ()>(4, &[], |_, ()| {}),
     ];
-    Ok(OutputFiles {
-        files: files.into(),
-        notices: vec![],
-    })
+    Ok(OutputFiles { files: files.into(), notices: vec![] })
 }
 
 /// The name and the bytes of one of the files of [`ModelFormat::NAMES`].
-fn write_file<F: ModelFormat, T>(
-    file: usize,
-    records: &[T],
-    write: impl Fn(&mut F::Writer, &T),
-) -> (String, Vec<u8>) {
+fn write_file<F: ModelFormat, T>(file: usize, records: &[T], write: impl Fn(&mut F::Writer, &T)) -> (String, Vec<u8>) {
     let mut writer = F::Writer::new(HEADS[file], records.len());
     for record in records {
         write(&mut writer, record);

@@ -12,16 +12,11 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 pub(crate) fn detect(path: &Path, text: &str) -> bool {
-    path.file_name()
-        .is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))
+    path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))
         && !text.trim_start().starts_with('{')
 }
 
-pub(crate) fn read(
-    source: &InputFile,
-    assets: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     records::read::<Text>(source, assets)
 }
 
@@ -32,13 +27,7 @@ pub(crate) fn write(cameras: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
 struct Text;
 
 impl ModelFormat for Text {
-    const NAMES: [&'static str; 5] = [
-        "cameras.txt",
-        "images.txt",
-        "rigs.txt",
-        "frames.txt",
-        "points3D.txt",
-    ];
+    const NAMES: [&'static str; 5] = ["cameras.txt", "images.txt", "rigs.txt", "frames.txt", "points3D.txt"];
     type Reader<'a> = LineTokens<'a>;
     type Writer = LineWriter;
 
@@ -76,23 +65,17 @@ impl<'a> LineTokens<'a> {
     }
 
     fn word(&mut self, field: &str) -> Result<&'a str, FormatError> {
-        self.words
-            .next()
-            .ok_or_else(|| self.fail(format!("{field} is missing")))
+        self.words.next().ok_or_else(|| self.fail(format!("{field} is missing")))
     }
 
     fn parse<T: FromStr>(&mut self, field: &str) -> Result<T, FormatError> {
         let word = self.word(field)?;
-        word.parse()
-            .map_err(|_| self.fail(format!("{word:?} is no {field}")))
+        word.parse().map_err(|_| self.fail(format!("{word:?} is no {field}")))
     }
 }
 
 impl RecordReader for LineTokens<'_> {
-    fn records<T>(
-        &mut self,
-        mut read: impl FnMut(&mut Self) -> Result<T, FormatError>,
-    ) -> Result<Vec<T>, FormatError> {
+    fn records<T>(&mut self, mut read: impl FnMut(&mut Self) -> Result<T, FormatError>) -> Result<Vec<T>, FormatError> {
         let mut records = Vec::new();
         while self.next_line().is_some() {
             if !self.is_empty() {

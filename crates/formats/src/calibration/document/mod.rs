@@ -38,39 +38,26 @@ pub(crate) struct Cursor<'a> {
 
 impl<'a> Cursor<'a> {
     pub(crate) fn root(node: &'a DocumentNode, path: &'a Path) -> Self {
-        Self {
-            node,
-            path,
-            key: String::new(),
-        }
+        Self { node, path, key: String::new() }
     }
 
     /// The error of this node.
     pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
-        let key = if self.key.is_empty() {
-            "the file"
-        } else {
-            &self.key
-        };
+        let key = if self.key.is_empty() { "the file" } else { &self.key };
         FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
     }
 
     fn child(&self, key: &str, node: &'a DocumentNode) -> Self {
         let joint = if self.key.is_empty() { "" } else { "." };
-        Self {
-            node,
-            path: self.path,
-            key: format!("{}{joint}{key}", self.key),
-        }
+        Self { node, path: self.path, key: format!("{}{joint}{key}", self.key) }
     }
 
     /// The entries of a map.
     pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>, FormatError> {
         match &self.node.value {
-            Value::Map(entries) => Ok(entries
-                .iter()
-                .map(|(key, node)| (key.as_str(), self.child(key, node)))
-                .collect()),
+            Value::Map(entries) => {
+                Ok(entries.iter().map(|(key, node)| (key.as_str(), self.child(key, node))).collect())
+            }
             _ => Err(self.fail("expected keys and values")),
         }
     }
@@ -96,8 +83,7 @@ impl<'a> Cursor<'a> {
 
     /// The value of a key that has to be there.
     pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>, FormatError> {
-        self.get(key)
-            .ok_or_else(|| self.fail(format_args!("{key} is missing")))
+        self.get(key).ok_or_else(|| self.fail(format_args!("{key} is missing")))
     }
 
     pub(crate) fn word(&self) -> Result<&'a str, FormatError> {
@@ -131,11 +117,7 @@ impl<'a> Cursor<'a> {
         let Value::List(items) = &self.node.value else {
             return Err(self.fail("expected a list"));
         };
-        let item = |(i, node)| Self {
-            node,
-            path: self.path,
-            key: format!("{}[{i}]", self.key),
-        };
+        let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
         Ok(items.iter().enumerate().map(item).collect())
     }
 
@@ -155,15 +137,11 @@ impl<'a> Cursor<'a> {
                 }
                 return Ok(numbers);
             }
-            let (rows, cols) = (
-                self.require("rows")?.count()?,
-                self.require("cols")?.count()?,
-            );
+            let (rows, cols) = (self.require("rows")?.count()?, self.require("cols")?.count()?);
             if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
-                return Err(self.fail(format_args!(
-                    "{rows} rows of {cols} columns, but data has {} numbers",
-                    numbers.len()
-                )));
+                return Err(
+                    self.fail(format_args!("{rows} rows of {cols} columns, but data has {} numbers", numbers.len()))
+                );
             }
             return Ok(numbers);
         }
@@ -185,9 +163,7 @@ impl<'a> Cursor<'a> {
     pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N], FormatError> {
         let numbers = self.numbers()?;
         let count = numbers.len();
-        numbers
-            .try_into()
-            .map_err(|_| self.fail(format_args!("{count} numbers, expected {N}")))
+        numbers.try_into().map_err(|_| self.fail(format_args!("{count} numbers, expected {N}")))
     }
 
     /// A 3x3 matrix, row by row.
@@ -218,11 +194,7 @@ impl<'a> Cursor<'a> {
         let Value::Map(entries) = &self.node.value else {
             return vec![];
         };
-        let place = if self.key.is_empty() {
-            String::new()
-        } else {
-            format!("{}: ", self.key)
-        };
+        let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
         entries
             .iter()
             .filter(|(key, _)| !known.contains(&key.as_str()))
@@ -240,25 +212,14 @@ pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
 /// The lens that calibration tools call by a name.
 fn lens(name: &str, given: &[f64]) -> Result<Lens, String> {
     let model = match name {
-        "plumb_bob"
-        | "rational_polynomial"
-        | "thin_prism"
-        | "radtan"
-        | "radial-tangential"
-        | "opencv"
-        | "brown" => LensModel::OpenCv,
+        "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {
+            LensModel::OpenCv
+        }
         "equidistant" | "fisheye" | "equi" | "kannala_brandt" => LensModel::Fisheye,
         "fov" => LensModel::Fov,
         "none" | "" if given.iter().all(|v| *v == 0.0) => return Ok(Lens::Pinhole),
         _ => {
-            let names = [
-                "plumb_bob",
-                "rational_polynomial",
-                "radtan",
-                "equidistant",
-                "fov",
-                "none",
-            ];
+            let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];
             let hint = suggestion(name, names);
             return Err(format!("raycam has no distortion model {name:?}{hint}"));
         }

@@ -6,19 +6,12 @@ use crate::error::FormatError;
 
 /// The lines that are neither empty nor comments (`#`), with their numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let numbered = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()));
+    let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
 /// The `N` finite numbers of a line.
-pub(crate) fn numbers<const N: usize>(
-    path: &Path,
-    line: usize,
-    text: &str,
-) -> Result<[f64; N], FormatError> {
+pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N], FormatError> {
     let mut values = Vec::with_capacity(N);
     for word in text.split_whitespace() {
         match word.parse::<f64>() {
@@ -31,9 +24,7 @@ pub(crate) fn numbers<const N: usize>(
         }
     }
     let count = values.len();
-    values
-        .try_into()
-        .map_err(|_| FormatError::line(path, line, format!("{count} numbers, expected {N}")))
+    values.try_into().map_err(|_| FormatError::line(path, line, format!("{count} numbers, expected {N}")))
 }
 
 /// True if each of the first lines has `count` numbers.

@@ -10,20 +10,13 @@ use crate::error::FormatError;
 
 /// The tree below `opencv_storage`.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
-    let options = ParsingOptions {
-        allow_dtd: false,
-        nodes_limit: 1 << 22,
-        ..ParsingOptions::default()
-    };
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: 1 << 22, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| FormatError::line(path, error.pos().row as usize, error.to_string()))?;
     let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let root = document.root_element();
     if root.tag_name().name() != "opencv_storage" {
-        return Err(FormatError::whole(
-            path,
-            "expected <opencv_storage>, OpenCV's XML",
-        ));
+        return Err(FormatError::whole(path, "expected <opencv_storage>, OpenCV's XML"));
     }
     node(root, &lines, path, 0)
 }
@@ -36,42 +29,23 @@ fn node(
 ) -> Result<DocumentNode, FormatError> {
     let line = 1 + lines.partition_point(|&at| at < element.range().start);
     if depth >= MAX_DEPTH {
-        return Err(FormatError::line(
-            path,
-            line,
-            "nested too deeply for a calibration",
-        ));
+        return Err(FormatError::line(path, line, "nested too deeply for a calibration"));
     }
-    let children: Vec<_> = element
-        .children()
-        .filter(roxmltree::Node::is_element)
-        .collect();
+    let children: Vec<_> = element.children().filter(roxmltree::Node::is_element).collect();
     let word = |word: &str| Value::Scalar(word.to_owned());
     let value = if children.is_empty() {
-        let text: String = element
-            .children()
-            .filter_map(|child| child.text())
-            .collect();
+        let text: String = element.children().filter_map(|child| child.text()).collect();
         let text = text.trim();
-        if let Some(quoted) = text
-            .strip_prefix('"')
-            .and_then(|text| text.strip_suffix('"'))
-        {
+        if let Some(quoted) = text.strip_prefix('"').and_then(|text| text.strip_suffix('"')) {
             word(quoted)
         } else if text.split_whitespace().nth(1).is_some() || element.tag_name().name() == "data" {
-            let item = |text| DocumentNode {
-                value: word(text),
-                line,
-            };
+            let item = |text| DocumentNode { value: word(text), line };
             Value::List(text.split_whitespace().map(item).collect())
         } else {
             word(text)
         }
     } else if children.iter().all(|child| child.tag_name().name() == "_") {
-        let items: Result<_, _> = children
-            .into_iter()
-            .map(|child| node(child, lines, path, depth + 1))
-            .collect();
+        let items: Result<_, _> = children.into_iter().map(|child| node(child, lines, path, depth + 1)).collect();
         Value::List(items?)
     } else {
         let mut entries: Vec<(String, DocumentNode)> = Vec::new();
@@ -80,11 +54,7 @@ fn node(
             let name = child.tag_name().name();
             let inner = node(child, lines, path, depth + 1)?;
             if !known.insert(name) {
-                return Err(FormatError::line(
-                    path,
-                    inner.line,
-                    format!("{name} is there twice"),
-                ));
+                return Err(FormatError::line(path, inner.line, format!("{name} is there twice")));
             }
             entries.push((name.to_owned(), inner));
         }

@@ -22,15 +22,11 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError
     let mut open: Vec<(Open, usize)> = Vec::new();
     let mut root: Option<DocumentNode> = None;
     for event in Parser::new_from_str(body) {
-        let (event, span) =
-            event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
+        let (event, span) = event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
         let line = span.start.line();
         let fail = |message: &str| Err(FormatError::line(path, line, message));
         let done = match event {
-            Event::Scalar(word, _, 0, _) => DocumentNode {
-                value: Value::Scalar(word.into_owned()),
-                line,
-            },
+            Event::Scalar(word, _, 0, _) => DocumentNode { value: Value::Scalar(word.into_owned()), line },
             Event::SequenceStart(0, _) | Event::MappingStart(0, _) => {
                 if open.len() >= MAX_DEPTH {
                     return fail("nested too deeply for a calibration");
@@ -43,49 +39,28 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError
                 continue;
             }
             Event::SequenceEnd | Event::MappingEnd => match open.pop() {
-                Some((Open::List(items), line)) => DocumentNode {
-                    value: Value::List(items),
-                    line,
-                },
-                Some((Open::Map(entries, None, _), line)) => DocumentNode {
-                    value: Value::Map(entries),
-                    line,
-                },
+                Some((Open::List(items), line)) => DocumentNode { value: Value::List(items), line },
+                Some((Open::Map(entries, None, _), line)) => DocumentNode { value: Value::Map(entries), line },
                 _ => return fail("a key without a value"),
             },
-            Event::Alias(_)
-            | Event::Scalar(..)
-            | Event::SequenceStart(..)
-            | Event::MappingStart(..) => {
+            Event::Alias(_) | Event::Scalar(..) | Event::SequenceStart(..) | Event::MappingStart(..) => {
                 return fail("anchors and aliases (& and *) are not read: write the values out");
             }
             Event::DocumentStart(_) if root.is_some() => {
                 return fail("a second document; expected one calibration in a file");
             }
-            Event::Nothing
-            | Event::StreamStart
-            | Event::StreamEnd
-            | Event::DocumentStart(_)
-            | Event::DocumentEnd => continue,
+            Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentStart(_) | Event::DocumentEnd => {
+                continue;
+            }
         };
         match open.last_mut() {
             None => root = Some(done),
             Some((Open::List(items), _)) => items.push(done),
             Some((Open::Map(entries, key, known), _)) => match (key.take(), done) {
                 (Some(key), value) => entries.push((key, value)),
-                (
-                    None,
-                    DocumentNode {
-                        value: Value::Scalar(word),
-                        line,
-                    },
-                ) => {
+                (None, DocumentNode { value: Value::Scalar(word), line }) => {
                     if !known.insert(word.clone()) {
-                        return Err(FormatError::line(
-                            path,
-                            line,
-                            format!("{word} is there twice"),
-                        ));
+                        return Err(FormatError::line(path, line, format!("{word} is there twice")));
                     }
                     *key = Some(word);
                 }

@@ -16,15 +16,8 @@ use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
-const K: [&str; 7] = [
-    "camera_matrix",
-    "Camera_Matrix",
-    "cameraMatrix",
-    "K",
-    "camera_intrinsics",
-    "M",
-    "intrinsic_matrix",
-];
+const K: [&str; 7] =
+    ["camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "camera_intrinsics", "M", "intrinsic_matrix"];
 const D: [&str; 8] = [
     "distortion_coefficients",
     "Distortion_Coefficients",
@@ -82,17 +75,10 @@ const OTHER: [&str; 41] = [
 
 pub(crate) fn detect(_: &Path, text: &str) -> bool {
     let has = |word: &str| text.contains(word);
-    has("%YAML:1.0")
-        || has("opencv-matrix")
-        || has("<opencv_storage>")
-        || (has("T_BS") && has("intrinsics"))
+    has("%YAML:1.0") || has("opencv-matrix") || has("<opencv_storage>") || (has("T_BS") && has("intrinsics"))
 }
 
-pub(crate) fn read(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let text = source.text()?;
     let node = match text.trim_start().starts_with('<') {
         true => xml::parse(text, &source.path)?,
@@ -101,11 +87,7 @@ pub(crate) fn read(
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     if root.any(&K).is_some() || root.get("intrinsics").is_some() {
-        camera(
-            &root,
-            source.stem().unwrap_or_else(|| "camera".into()),
-            &mut calibration,
-        )?;
+        camera(&root, source.stem().unwrap_or_else(|| "camera".into()), &mut calibration)?;
         return Ok(calibration);
     }
     if root.get("M1").is_some() {
@@ -115,16 +97,11 @@ pub(crate) fn read(
         if inner.is_map() && (inner.any(&K).is_some() || inner.get("intrinsics").is_some()) {
             camera(&inner, name.to_owned(), &mut calibration)?;
         } else {
-            calibration
-                .notices
-                .push(format!("{name} (line {}) is not read", inner.node.line));
+            calibration.notices.push(format!("{name} (line {}) is not read", inner.node.line));
         }
     }
     if calibration.records.is_empty() {
-        return Err(root.fail(format_args!(
-            "no camera in it: expected one of {}",
-            K.join(", ")
-        )));
+        return Err(root.fail(format_args!("no camera in it: expected one of {}", K.join(", "))));
     }
     Ok(calibration)
 }
@@ -132,17 +109,7 @@ pub(crate) fn read(
 /// `M1`, `D1`, `M2`, `D2`, and `R`, `T` that bring points from the first camera to the second.
 fn stereo(root: &Cursor<'_>) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
-    let sizes = [
-        "image_width",
-        "image_height",
-        "image_size",
-        "R",
-        "T",
-        "M1",
-        "D1",
-        "M2",
-        "D2",
-    ];
+    let sizes = ["image_width", "image_height", "image_size", "R", "T", "M1", "D1", "M2", "D2"];
     calibration.notices = root.unknown_keys(&sizes);
     for i in ["1", "2"] {
         let mut record = CameraRecord::new(format!("camera{i}"), PixelCenter::Integer);
@@ -181,12 +148,8 @@ fn size(at: &Cursor<'_>) -> Result<Option<[u32; 2]>, FormatError> {
 
 /// The camera of a map; several where it has several poses of the board.
 fn camera(at: &Cursor<'_>, name: String, calibration: &mut Calibration) -> Result<(), FormatError> {
-    calibration
-        .notices
-        .extend(at.unknown_keys(&[&K[..], &D, &OTHER].concat()));
-    let name = at
-        .get("name")
-        .map_or(Ok(name), |at| at.word().map(str::to_owned))?;
+    calibration.notices.extend(at.unknown_keys(&[&K[..], &D, &OTHER].concat()));
+    let name = at.get("name").map_or(Ok(name), |at| at.word().map(str::to_owned))?;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     record.size = size(at)?;
     record.time = at.get("time").map(|at| at.number()).transpose()?;
@@ -194,11 +157,7 @@ fn camera(at: &Cursor<'_>, name: String, calibration: &mut Calibration) -> Resul
         Some(k) => k.matrix3()?,
         None => {
             let [fx, fy, cx, cy] = at.require("intrinsics")?.array::<4>()?;
-            DMat3::from_cols(
-                DVec3::new(fx, 0.0, 0.0),
-                DVec3::new(0.0, fy, 0.0),
-                DVec3::new(cx, cy, 1.0),
-            )
+            DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
         }
     });
     if let Some(model) = at.get("camera_model")
@@ -217,10 +176,7 @@ fn camera(at: &Cursor<'_>, name: String, calibration: &mut Calibration) -> Resul
         record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     } else if let Some((r, t)) = at.get("rvec").zip(at.get("tvec")) {
         let t = DVec3::from_array(t.array::<3>()?);
-        record.pose = Some(Pose::camera_from_world(
-            Rotation::Matrix(from_vector(r.array::<3>()?)),
-            t,
-        ));
+        record.pose = Some(Pose::camera_from_world(Rotation::Matrix(from_vector(r.array::<3>()?)), t));
     } else if let Some(pose) = at.get("T_BS") {
         // The body's axes are the world's; the matrix brings points of the sensor to the body.
         let (r, c) = pose.matrix4()?;
@@ -228,8 +184,7 @@ fn camera(at: &Cursor<'_>, name: String, calibration: &mut Calibration) -> Resul
     } else if let Some(views) = at.any(&["extrinsic_parameters", "Extrinsic_Parameters"]) {
         let numbers = views.numbers()?;
         if numbers.len() % 6 != 0 || numbers.is_empty() {
-            return Err(views
-                .fail("expected a rotation vector and a translation for each view, six numbers"));
+            return Err(views.fail("expected a rotation vector and a translation for each view, six numbers"));
         }
         for (i, view) in numbers.chunks_exact(6).enumerate() {
             let mut record = record.clone();

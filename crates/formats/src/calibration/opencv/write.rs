@@ -29,25 +29,15 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
             // FileStorage wants names that begin with a letter.
             let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
             let name = &record.name;
-            let is_key =
-                name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(plain);
-            let key = if is_key {
-                name.clone()
-            } else {
-                format!("camera{i}")
-            };
+            let is_key = name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(plain);
+            let key = if is_key { name.clone() } else { format!("camera{i}") };
             root.push((key, StorageNode::Map(item)));
         }
     }
-    let extension = path
-        .extension()
-        .map(|extension| extension.to_string_lossy().to_lowercase());
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     Ok(OutputFiles::one(match extension.as_deref() {
         Some("json") => format!("{}\n", json(&StorageNode::Map(root), 0)),
-        Some("xml") => format!(
-            "<?xml version=\"1.0\"?>\n<opencv_storage>\n{}</opencv_storage>\n",
-            xml(&root)
-        ),
+        Some("xml") => format!("<?xml version=\"1.0\"?>\n<opencv_storage>\n{}</opencv_storage>\n", xml(&root)),
         _ => format!("%YAML:1.0\n---\n{}", yaml(&root, 0)),
     }))
 }
@@ -60,10 +50,7 @@ fn camera(record: &CameraRecord) -> Result<Vec<(String, StorageNode)>, FormatErr
         items.push(("image_width".into(), StorageNode::Word(width.to_string())));
         items.push(("image_height".into(), StorageNode::Word(height.to_string())));
     }
-    items.push((
-        "camera_matrix".into(),
-        StorageNode::Matrix(3, 3, matrix_rows3(k).to_vec()),
-    ));
+    items.push(("camera_matrix".into(), StorageNode::Matrix(3, 3, matrix_rows3(k).to_vec())));
     let (d, name) = match record.lens.coefficients() {
         None => (vec![0.0; 5], None),
         Some((LensModel::OpenCv, d)) => (d.to_vec(), None),
@@ -74,25 +61,18 @@ fn camera(record: &CameraRecord) -> Result<Vec<(String, StorageNode)>, FormatErr
         Some((model, d)) => (d.to_vec(), Some(model.name())),
     };
     if let Some(name) = name {
-        return Err(record.unsupported_error(
-            format,
-            &format!("the {name} lens, distortion {d:?}: OpenCV has no such model"),
-        ));
+        return Err(
+            record.unsupported_error(format, &format!("the {name} lens, distortion {d:?}: OpenCV has no such model"))
+        );
     }
-    items.push((
-        "distortion_coefficients".into(),
-        StorageNode::Matrix(d.len(), 1, d),
-    ));
+    items.push(("distortion_coefficients".into(), StorageNode::Matrix(d.len(), 1, d)));
     if let Some(time) = record.time {
         items.push(("time".into(), StorageNode::Word(yaml_float(time))));
     }
     let pose = record.require_pose()?;
     if pose.r_c() != (DMat3::IDENTITY, DVec3::ZERO) {
         let (rotation, t) = pose.r_t();
-        items.push((
-            "R".into(),
-            StorageNode::Matrix(3, 3, matrix_rows3(rotation.matrix()).to_vec()),
-        ));
+        items.push(("R".into(), StorageNode::Matrix(3, 3, matrix_rows3(rotation.matrix()).to_vec())));
         items.push(("T".into(), StorageNode::Matrix(3, 1, t.to_array().to_vec())));
     }
     Ok(items)
@@ -113,11 +93,7 @@ fn yaml(items: &[(String, StorageNode)], depth: usize) -> String {
                      {inner}data: [ {data} ]"
                 )
             }
-            StorageNode::Map(items) => writeln!(
-                text,
-                "{indent}{key}:\n{}",
-                yaml(items, depth + 1).trim_end()
-            ),
+            StorageNode::Map(items) => writeln!(text, "{indent}{key}:\n{}", yaml(items, depth + 1).trim_end()),
         };
     }
     text
@@ -135,9 +111,7 @@ fn json(item: &StorageNode, depth: usize) -> String {
             "    ".repeat(depth)
         ),
         StorageNode::Map(items) => {
-            let entry = |(key, item): &(String, StorageNode)| {
-                format!("{indent}\"{key}\": {}", json(item, depth + 1))
-            };
+            let entry = |(key, item): &(String, StorageNode)| format!("{indent}\"{key}\": {}", json(item, depth + 1));
             let entries: Vec<String> = items.iter().map(entry).collect();
             format!("{{\n{}\n{}}}", entries.join(",\n"), "    ".repeat(depth))
         }
@@ -146,11 +120,7 @@ fn json(item: &StorageNode, depth: usize) -> String {
 
 fn xml(items: &[(String, StorageNode)]) -> String {
     let mut text = String::new();
-    let escaped = |word: &str| {
-        word.replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;")
-    };
+    let escaped = |word: &str| word.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     for (key, item) in items {
         let _ = match item {
             StorageNode::Word(word) => writeln!(text, "<{key}>{word}</{key}>"),

@@ -42,10 +42,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
     let (header, mut stream, tail) = Stream::open(bytes, tail_size)?;
     let channels = stride / 4;
     let (baseline, modes) = match header {
-        0xa0 => (
-            &tail[tail.len() - stride..],
-            vec![ChannelMode::Bytes; channels],
-        ),
+        0xa0 => (&tail[tail.len() - stride..], vec![ChannelMode::Bytes; channels]),
         0xa1 => {
             let (baseline, modes) = tail[tail.len() - stride - channels..].split_at(stride);
             let modes: Result<_, _> = modes.iter().map(|&mode| ChannelMode::new(mode)).collect();
@@ -71,9 +68,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
                 let control = controls.get(channel).map(|c| c >> (2 * byte) & 3);
                 read_deltas(&mut stream, control, elements, deltas)?;
             }
-            add_deltas(mode, &deltas, &mut target[4 * channel..], stride, {
-                &mut last[4 * channel..][..4]
-            });
+            add_deltas(mode, &deltas, &mut target[4 * channel..], stride, { &mut last[4 * channel..][..4] });
         }
         left -= elements;
     }
@@ -103,10 +98,7 @@ fn read_deltas(
     };
     let groups = elements.div_ceil(GROUP_ELEMENTS);
     let headers = stream.read_bytes(groups.div_ceil(4))?;
-    for (group, deltas) in deltas.as_chunks_mut::<GROUP_ELEMENTS>().0[..groups]
-        .iter_mut()
-        .enumerate()
-    {
+    for (group, deltas) in deltas.as_chunks_mut::<GROUP_ELEMENTS>().0[..groups].iter_mut().enumerate() {
         let width = widths[usize::from(headers[group / 4] >> (2 * (group % 4)) & 3)];
         match width {
             0 => deltas.fill(0),
@@ -118,11 +110,7 @@ fn read_deltas(
 }
 
 /// A group of differences of 1, 2 or 4 bits; where all of them are set, the difference follows as a byte.
-fn read_packed(
-    stream: &mut Stream<'_>,
-    width: usize,
-    deltas: &mut [u8; GROUP_ELEMENTS],
-) -> Result<(), String> {
+fn read_packed(stream: &mut Stream<'_>, width: usize, deltas: &mut [u8; GROUP_ELEMENTS]) -> Result<(), String> {
     let packed = stream.read_bytes(2 * width)?;
     let per_byte = 8 / width;
     let sentinel = (1 << width) - 1;
@@ -160,9 +148,7 @@ fn add_deltas(
                 let word = |low: usize| {
                     let delta = u16::from_le_bytes([delta[low], delta[low + 1]]);
                     let delta = delta >> 1 ^ (delta & 1).wrapping_neg();
-                    u16::from_le_bytes([before[low], before[low + 1]])
-                        .wrapping_add(delta)
-                        .to_le_bytes()
+                    u16::from_le_bytes([before[low], before[low + 1]]).wrapping_add(delta).to_le_bytes()
                 };
                 let ([a, b], [c, d]) = (word(0), word(2));
                 [a, b, c, d]

@@ -10,10 +10,7 @@ struct RecentRing<T> {
 
 impl<T: Copy> RecentRing<T> {
     fn new() -> Self {
-        Self {
-            entries: [None; 16],
-            next: 0,
-        }
+        Self { entries: [None; 16], next: 0 }
     }
 
     fn push(&mut self, entry: T) {
@@ -53,13 +50,7 @@ pub(super) fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec
         return Err("an impossible table of codes in its tail".into());
     }
     let codes = stream.read_bytes(count)?;
-    let mut state = Triangles {
-        data: stream,
-        next: 0,
-        last: 0,
-        edges: RecentRing::new(),
-        vertices: RecentRing::new(),
-    };
+    let mut state = Triangles { data: stream, next: 0, last: 0, edges: RecentRing::new(), vertices: RecentRing::new() };
     let mut out = Vec::with_capacity(3 * count * stride);
     for &code in codes {
         for index in state.triangle(code, table)? {
@@ -97,11 +88,7 @@ impl Triangles<'_> {
             self.next = 0;
         }
         let (second, third) = (pair >> 4, pair & 15);
-        let a = if low == 15 {
-            self.explicit()?
-        } else {
-            self.fresh()
-        };
+        let a = if low == 15 { self.explicit()? } else { self.fresh() };
         let b = self.free(second)?;
         let c = self.free(third)?;
         self.vertices.push(a);

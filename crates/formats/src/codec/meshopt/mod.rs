@@ -43,20 +43,10 @@ pub struct ViewHeader {
 /// # Errors
 /// When the shape is none that the extension allows, the bytes are not a whole stream of that shape, an element is
 /// outside of what its filter defines, or the budget has fewer bytes left.
-pub fn decode(
-    bytes: &[u8],
-    shape: ViewHeader,
-    path: &Path,
-    budget: &mut Budget,
-) -> Result<Vec<u8>, FormatError> {
-    let fault =
-        |message: String| FormatError::whole(path, format!("meshopt compression: {message}"));
+pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget) -> Result<Vec<u8>, FormatError> {
+    let fault = |message: String| FormatError::whole(path, format!("meshopt compression: {message}"));
     shape.check().map_err(fault)?;
-    let ViewHeader {
-        mode,
-        count,
-        stride,
-    } = shape;
+    let ViewHeader { mode, count, stride } = shape;
     // Before anything is allocated: the shortest stream of so many elements.
     let least = match mode {
         Mode::Attributes(_) => count.div_ceil(attributes::block_elements(stride)) * (stride / 4),
@@ -84,10 +74,9 @@ impl ViewHeader {
     fn check(self) -> Result<(), String> {
         let (stride, count) = (self.stride, self.count);
         let (strides, fits) = match self.mode {
-            Mode::Attributes(Filter::None | Filter::Exponential) => (
-                "a multiple of 4 up to 256",
-                stride % 4 == 0 && (4..=256).contains(&stride),
-            ),
+            Mode::Attributes(Filter::None | Filter::Exponential) => {
+                ("a multiple of 4 up to 256", stride % 4 == 0 && (4..=256).contains(&stride))
+            }
             Mode::Attributes(Filter::Octahedral | Filter::Color) => {
                 ("4 or 8 with this filter", stride == 4 || stride == 8)
             }

@@ -8,10 +8,7 @@ pub(crate) struct Stream<'a> {
 
 impl<'a> Stream<'a> {
     /// The stream without its first byte, which is returned, and its tail of `tail` bytes, which is too.
-    pub(crate) fn open(
-        bytes: &'a [u8],
-        tail: impl Fn(u8) -> usize,
-    ) -> Result<(u8, Self, &'a [u8]), String> {
+    pub(crate) fn open(bytes: &'a [u8], tail: impl Fn(u8) -> usize) -> Result<(u8, Self, &'a [u8]), String> {
         let (&header, rest) = bytes.split_first().ok_or("no bytes")?;
         let start = rest.len().checked_sub(tail(header));
         let (rest, tail) = rest.split_at(start.ok_or("ends before its tail")?);

@@ -49,11 +49,7 @@ impl Layout {
         } else {
             columns * column
         };
-        Ok(Self {
-            component,
-            arity: columns * rows,
-            size,
-        })
+        Ok(Self { component, arity: columns * rows, size })
     }
 }
 
@@ -74,28 +70,18 @@ impl<'a> Document<'a> {
         let size = layout.size;
         let count = accessor.count;
         if count == 0 {
-            return Err(fault(
-                ".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into(),
-            ));
+            return Err(fault(".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into()));
         }
         let (mut bytes, mut stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
                 allowance.charge(self.path, &place, count, size as u64)?;
-                (
-                    ByteSource::Memory(vec![0; count as usize * size].into()),
-                    size,
-                )
+                (ByteSource::Memory(vec![0; count as usize * size].into()), size)
             }
             Some(view) => {
-                let (bytes, stride) = self
-                    .resources
-                    .bytes(view)
-                    .map_err(|e| fault(format!(".bufferView: {e}")))?;
+                let (bytes, stride) = self.resources.bytes(view).map_err(|e| fault(format!(".bufferView: {e}")))?;
                 let stride = stride.unwrap_or(size);
                 let range = element_bytes(bytes, accessor.byte_offset, count, size, stride)
-                    .map_err(|e| {
-                        fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
-                    })?;
+                    .map_err(|e| fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)")))?;
                 (range, stride)
             }
         };
@@ -127,13 +113,7 @@ impl<'a> Document<'a> {
     }
 
     /// Writes the elements of a sparse accessor, of `size` bytes each, over those of `dense`.
-    fn overwrite_sparse(
-        &self,
-        place: &str,
-        sparse: &Sparse,
-        size: usize,
-        dense: &mut [u8],
-    ) -> Result<(), FormatError> {
+    fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<(), FormatError> {
         let fault = |message: String| self.fault(format!("{place}.sparse.{message}"));
         let count = dense.len() / size;
         let indices = &sparse.indices;
@@ -152,15 +132,9 @@ impl<'a> Document<'a> {
             )));
         }
         let part = |name: &str, view: usize, offset: u64, size: usize| {
-            let (bytes, _) = self
-                .resources
-                .bytes(view)
-                .map_err(|e| fault(format!("{name}.bufferView: {e}")))?;
-            let range = element_bytes(bytes, offset, sparse.count, size, size).map_err(|e| {
-                fault(format!(
-                    "{name}{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"
-                ))
-            })?;
+            let (bytes, _) = self.resources.bytes(view).map_err(|e| fault(format!("{name}.bufferView: {e}")))?;
+            let range = element_bytes(bytes, offset, sparse.count, size, size)
+                .map_err(|e| fault(format!("{name}{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)")))?;
             range.read().map_err(|error| self.read_error(error))
         };
         let (view, offset) = (indices.buffer_view, indices.byte_offset);

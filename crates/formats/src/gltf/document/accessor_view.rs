@@ -87,11 +87,7 @@ impl AccessorView<'_> {
         }
         let start = (first * self.stride).min(self.bytes.len());
         let end = self.bytes.len();
-        Self {
-            bytes: self.bytes.part(start..end),
-            count,
-            ..self
-        }
+        Self { bytes: self.bytes.part(start..end), count, ..self }
     }
 
     /// All elements as floats, integers divided by their largest where they are normalised.
@@ -127,47 +123,29 @@ impl AccessorView<'_> {
                 };
                 self.decode::<4, N, _, _>(f32::from_le_bytes, finite, make)
             }
-            Component::I8 if unit => self.decode::<1, N, _, _>(
-                |[v]| (f32::from(v as i8) / 127.0).max(-1.0),
-                always_valid,
-                make,
-            ),
-            Component::I8 => {
-                self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), always_valid, make)
+            Component::I8 if unit => {
+                self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), always_valid, make)
             }
-            Component::U8 if unit => {
-                self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, always_valid, make)
-            }
+            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), always_valid, make),
+            Component::U8 if unit => self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, always_valid, make),
             Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), always_valid, make),
             Component::I16 if unit => self.decode::<2, N, _, _>(
                 |v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0),
                 always_valid,
                 make,
             ),
-            Component::I16 => {
-                self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), always_valid, make)
+            Component::I16 => self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), always_valid, make),
+            Component::U16 if unit => {
+                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, always_valid, make)
             }
-            Component::U16 if unit => self.decode::<2, N, _, _>(
-                |v| f32::from(u16::from_le_bytes(v)) / 65535.0,
-                always_valid,
-                make,
-            ),
-            Component::U16 => {
-                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), always_valid, make)
-            }
+            Component::U16 => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), always_valid, make),
             Component::U32 => {
-                return Err(document.fault(format!(
-                    "{}.componentType: 5125 is for indices only ({})",
-                    self.place, self.wrong_format
-                )));
+                return Err(document
+                    .fault(format!("{}.componentType: 5125 is for indices only ({})", self.place, self.wrong_format)));
             }
         };
         let (made, finite) = made.map_err(|error| document.read_error(error))?;
-        if finite {
-            Ok(made)
-        } else {
-            Err(self.non_finite_error::<N>(document))
-        }
+        if finite { Ok(made) } else { Err(self.non_finite_error::<N>(document)) }
     }
 
     /// The error of the first element that is not finite.
@@ -206,27 +184,20 @@ impl AccessorView<'_> {
                 let block = &mut block[number..];
                 let all = if stride == size {
                     let elements = bytes.chunks_exact(size);
-                    block
-                        .iter_mut()
-                        .zip(elements)
-                        .for_each(|(to, from)| *to = element(from));
+                    block.iter_mut().zip(elements).for_each(|(to, from)| *to = element(from));
                     valid(bytes)
                 } else {
                     let elements = bytes.chunks(stride);
-                    block
-                        .iter_mut()
-                        .zip(elements)
-                        .fold(true, |all, (to, from)| {
-                            *to = element(from);
-                            all & valid(&from[..size])
-                        })
+                    block.iter_mut().zip(elements).fold(true, |all, (to, from)| {
+                        *to = element(from);
+                        all & valid(&from[..size])
+                    })
                 };
                 if !all {
                     all_valid.store(false, Ordering::Relaxed);
                 }
             };
-            self.bytes
-                .for_each_window(first * stride, count, stride, size, window)
+            self.bytes.for_each_window(first * stride, count, stride, size, window)
         };
         parallel::fill_blocks(&mut made, BLOCK_ELEMENTS, block)?;
         Ok((made, all_valid.into_inner()))
@@ -242,9 +213,7 @@ impl AccessorView<'_> {
         allowance.charge(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let made = match self.component {
             Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), always_valid, |v| v),
-            Component::U16 => {
-                self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), always_valid, |v| v)
-            }
+            Component::U16 => self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), always_valid, |v| v),
             _ => self.decode::<4, N, _, _>(u32::from_le_bytes, always_valid, |v| v),
         };
         let (made, _) = made.map_err(|error| document.read_error(error))?;

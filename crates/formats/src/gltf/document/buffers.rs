@@ -47,8 +47,7 @@ impl<'a> Resources<'a> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");
-            let fault =
-                |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
+            let fault = |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
             // Its place may be taken by compressed views.
             let mut views = root.buffer_views.iter();
             let unused = views.all(|view| view.buffer != i || is_compressed(view));
@@ -63,9 +62,7 @@ impl<'a> Resources<'a> {
                     if buffers_hold_only_accessors(root) {
                         bytes
                     } else {
-                        let bytes = bytes
-                            .read()
-                            .map_err(|error| read_error(&source.path, error))?;
+                        let bytes = bytes.read().map_err(|error| read_error(&source.path, error))?;
                         ByteSource::Memory(bytes)
                     }
                 }
@@ -88,10 +85,7 @@ impl<'a> Resources<'a> {
             }
             buffers.push(bytes);
         }
-        let mut resources = Self {
-            buffers,
-            views: Vec::new(),
-        };
+        let mut resources = Self { buffers, views: Vec::new() };
         for (i, view) in root.buffer_views.iter().enumerate() {
             let view = resources.view(i, view, source, assets, diagnostics, allowance)?;
             resources.views.push(view);
@@ -108,16 +102,11 @@ impl<'a> Resources<'a> {
         diagnostics: &mut Diagnostics,
         allowance: &mut MemoryAllowance,
     ) -> Result<View, FormatError> {
-        let fault = |message: String| {
-            FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"))
-        };
+        let fault = |message: String| FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"));
         // glTF 1.0 had 0 for elements without gaps.
         let stride = view.byte_stride.map(|stride| stride as usize);
         let stride = stride.filter(|&stride| stride > 0);
-        if let Some(stride) = view
-            .byte_stride
-            .filter(|s| !(4..=252).contains(s) || s % 4 != 0)
-        {
+        if let Some(stride) = view.byte_stride.filter(|s| !(4..=252).contains(s) || s % 4 != 0) {
             let message = match stride {
                 0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
                 _ => format!("{stride}, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
@@ -129,25 +118,16 @@ impl<'a> Resources<'a> {
             ("KHR_meshopt_compression", &extensions.khr_meshopt),
             ("EXT_meshopt_compression", &extensions.ext_meshopt),
         ];
-        if let Some((name, compressed)) = compressed
-            .iter()
-            .find_map(|(name, compressed)| compressed.as_ref().map(|compressed| (name, compressed)))
+        if let Some((name, compressed)) =
+            compressed.iter().find_map(|(name, compressed)| compressed.as_ref().map(|compressed| (name, compressed)))
         {
             let place = format!(".extensions.{name}");
             let range = self
-                .range(
-                    compressed.buffer,
-                    compressed.byte_offset,
-                    compressed.byte_length,
-                )
+                .range(compressed.buffer, compressed.byte_offset, compressed.byte_length)
                 .map_err(|message| fault(format!("{place}{message}")))?;
-            let header =
-                view_header(compressed).map_err(|message| fault(format!("{place}{message}")))?;
+            let header = view_header(compressed).map_err(|message| fault(format!("{place}{message}")))?;
             let packed_stride = compressed.byte_stride as usize;
-            let compressed = self.buffers[compressed.buffer]
-                .borrowed()
-                .part(range)
-                .read();
+            let compressed = self.buffers[compressed.buffer].borrowed().part(range).read();
             let bytes = meshopt::decode(
                 &compressed.map_err(|error| read_error(&source.path, error))?,
                 header,
@@ -162,26 +142,15 @@ impl<'a> Resources<'a> {
                 )));
             }
             allowance.grant(bytes.len());
-            return Ok(View {
-                bytes: ViewStorage::Decoded(bytes),
-                stride: stride.or(Some(packed_stride)),
-            });
+            return Ok(View { bytes: ViewStorage::Decoded(bytes), stride: stride.or(Some(packed_stride)) });
         }
-        let range = self
-            .range(view.buffer, view.byte_offset, view.byte_length)
-            .map_err(fault)?;
-        Ok(View {
-            bytes: ViewStorage::Plain(view.buffer, range),
-            stride,
-        })
+        let range = self.range(view.buffer, view.byte_offset, view.byte_length).map_err(fault)?;
+        Ok(View { bytes: ViewStorage::Plain(view.buffer, range), stride })
     }
 
     fn range(&self, buffer: usize, offset: u64, length: u64) -> Result<Range<usize>, String> {
         let Some(bytes) = self.buffers.get(buffer) else {
-            return Err(format!(
-                ".buffer: {buffer}, but there are {} (UNRESOLVED_REFERENCE)",
-                self.buffers.len()
-            ));
+            return Err(format!(".buffer: {buffer}, but there are {} (UNRESOLVED_REFERENCE)", self.buffers.len()));
         };
         match offset.checked_add(length) {
             Some(end) if end <= bytes.len() as u64 => Ok(offset as usize..end as usize),
@@ -197,17 +166,12 @@ impl<'a> Resources<'a> {
         match self.views.get(view) {
             Some(View { bytes, stride }) => Ok((
                 match bytes {
-                    ViewStorage::Plain(buffer, range) => {
-                        self.buffers[*buffer].borrowed().part(range.clone())
-                    }
+                    ViewStorage::Plain(buffer, range) => self.buffers[*buffer].borrowed().part(range.clone()),
                     ViewStorage::Decoded(bytes) => ByteSource::Memory(bytes[..].into()),
                 },
                 *stride,
             )),
-            None => Err(format!(
-                "{view}, but there are {} (UNRESOLVED_REFERENCE)",
-                self.views.len()
-            )),
+            None => Err(format!("{view}, but there are {} (UNRESOLVED_REFERENCE)", self.views.len())),
         }
     }
 }
@@ -222,20 +186,14 @@ fn is_compressed(BufferView { extensions, .. }: &BufferView) -> bool {
 fn buffers_hold_only_accessors(root: &Root) -> bool {
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     root.images.iter().all(|image| image.buffer_view.is_none())
-        && root
-            .accessors
-            .iter()
-            .all(|accessor| accessor.sparse.is_none())
+        && root.accessors.iter().all(|accessor| accessor.sparse.is_none())
         && !root.buffer_views.iter().any(is_compressed)
         && primitives.all(|primitive| primitive.extensions.draco.is_none())
 }
 
 /// The error of bytes that cannot be read.
 pub(crate) fn read_error(path: &Path, source: io::Error) -> FormatError {
-    FormatError::Io {
-        path: path.into(),
-        source,
-    }
+    FormatError::Io { path: path.into(), source }
 }
 
 fn view_header(view: &MeshoptView) -> Result<ViewHeader, String> {
@@ -253,14 +211,8 @@ fn view_header(view: &MeshoptView) -> Result<ViewHeader, String> {
         "INDICES" => Mode::Indices,
         other => return Err(format!(".mode: {other:?} is unknown")),
     };
-    let whole = |name, value: u64| {
-        usize::try_from(value).map_err(|_| format!(".{name}: {value} is too large"))
-    };
-    Ok(ViewHeader {
-        mode,
-        count: whole("count", view.count)?,
-        stride: whole("byteStride", view.byte_stride)?,
-    })
+    let whole = |name, value: u64| usize::try_from(value).map_err(|_| format!(".{name}: {value} is too large"));
+    Ok(ViewHeader { mode, count: whole("count", view.count)?, stride: whole("byteStride", view.byte_stride)? })
 }
 
 /// The bytes of a URI: its own data, or a file of the same folder.
@@ -284,8 +236,7 @@ pub(crate) fn read_uri(
         return bytes.ok_or_else(|| fault("not base64 (INVALID_URI)".into()));
     }
     let name = percent_decoded(uri);
-    let name = std::str::from_utf8(&name)
-        .map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
+    let name = std::str::from_utf8(&name).map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
     // As browsers take it.
     let file = assets.read_reference(&source.path, &name.replace('\\', "/"));
     let named = |error| FormatError::Named {
@@ -331,10 +282,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
         }
         values
     };
-    let end = text
-        .iter()
-        .rposition(|&byte| byte != b'=')
-        .map_or(0, |i| i + 1);
+    let end = text.iter().rposition(|&byte| byte != b'=').map_or(0, |i| i + 1);
     let text = (text.len() - end <= 2).then_some(&text[..end])?;
     if text.len() % 4 == 1 {
         return None;
@@ -360,14 +308,9 @@ mod tests {
 
     #[test]
     fn base64_of_rfc_4648() {
-        for (text, bytes) in [
-            ("", ""),
-            ("Zg==", "f"),
-            ("Zm8=", "fo"),
-            ("Zm8", "fo"),
-            ("Zm9v", "foo"),
-            ("Zm9vYmFy", "foobar"),
-        ] {
+        for (text, bytes) in
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm8", "fo"), ("Zm9v", "foo"), ("Zm9vYmFy", "foobar")]
+        {
             assert_eq!(base64(text.as_bytes()).unwrap(), bytes.as_bytes());
         }
         for bad in ["A", "Z===", "Zg=g", "Z g=", "Zm9v-"] {
@@ -377,13 +320,7 @@ mod tests {
 
     #[test]
     fn percent_signs() {
-        for (text, bytes) in [
-            ("a%20b", "a b"),
-            ("%2E%2e/", "../"),
-            ("50%", "50%"),
-            ("%4", "%4"),
-            ("%zz", "%zz"),
-        ] {
+        for (text, bytes) in [("a%20b", "a b"), ("%2E%2e/", "../"), ("50%", "50%"), ("%4", "%4"), ("%zz", "%zz")] {
             assert_eq!(&*percent_decoded(text), bytes.as_bytes());
         }
     }

@@ -42,10 +42,7 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 
 impl Container {
     /// Recognised by the magic number.
-    pub(crate) fn open(
-        source: &InputFile,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<Self, FormatError> {
+    pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self, FormatError> {
         let bytes = &source.bytes;
         if bytes.starts_with(MAGIC) {
             let length = glb_length(source, diagnostics)?;
@@ -57,26 +54,18 @@ impl Container {
         } else {
             0
         };
-        Ok(Self {
-            json: start..bytes.len(),
-            binary: None,
-        })
+        Ok(Self { json: start..bytes.len(), binary: None })
     }
 
     /// The chunks of a GLB file of `length` bytes.
-    fn from_chunks(
-        source: &InputFile,
-        length: usize,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<Self, FormatError> {
+    fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self, FormatError> {
         let InputFile { path, bytes, .. } = source;
         let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
         let (mut json, mut binary) = (None, None);
         let mut at = 12;
         while at < length {
             let (Some(size), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) else {
-                let message =
-                    "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)";
+                let message = "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)";
                 return fault(at, message);
             };
             let start = at + 8;
@@ -91,10 +80,7 @@ impl Container {
             match (kind, json.is_none()) {
                 (kind, true) if kind == JSON => json = Some(start..end),
                 (_, true) => {
-                    return fault(
-                        at,
-                        "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)",
-                    );
+                    return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)");
                 }
                 (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
                 (kind, false) if kind == BIN || kind == JSON => {
@@ -141,9 +127,8 @@ impl Container {
         };
         check_version(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
-            let message = format!(
-                "asset.minVersion {least:?}; glTF 2.0 is read (ASSET_MIN_VERSION_GREATER_THAN_VERSION)"
-            );
+            let message =
+                format!("asset.minVersion {least:?}; glTF 2.0 is read (ASSET_MIN_VERSION_GREATER_THAN_VERSION)");
             return Err(FormatError::unsupported(path, message));
         }
         Ok(root)
@@ -169,16 +154,12 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
     }
     let length = length as usize;
     if length > source.len() || length < 12 {
-        let message = format!(
-            "{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)",
-            source.len()
-        );
+        let message = format!("{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)", source.len());
         return Err(FormatError::byte(path, 8, message));
     }
     if length < source.len() {
         let extra = source.len() - length;
-        let message =
-            format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
+        let message = format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
         diagnostics.note("the file", message);
     }
     Ok(length)
@@ -201,8 +182,7 @@ fn check_version(version: &str, path: &Path) -> Result<(), FormatError> {
     if version.split('.').next() == Some("2") {
         return Ok(());
     }
-    let message =
-        format!("asset.version {version:?} (UNKNOWN_ASSET_MAJOR_VERSION); glTF 2.0 is read");
+    let message = format!("asset.version {version:?} (UNKNOWN_ASSET_MAJOR_VERSION); glTF 2.0 is read");
     Err(FormatError::unsupported(path, message))
 }
 

@@ -33,11 +33,7 @@ impl Diagnostics {
             self.suppressed += 1;
         } else {
             self.known.insert(message.clone(), self.notices.len());
-            self.notices.push(Notice {
-                place: place.into(),
-                message,
-                more: 0,
-            });
+            self.notices.push(Notice { place: place.into(), message, more: 0 });
         }
     }
 
@@ -45,11 +41,7 @@ impl Diagnostics {
     pub(crate) fn into_notices(self, path: &Path, assets: &mut AssetRoot) -> Vec<String> {
         let mut notices = assets.drain_notices();
         notices.extend(self.notices.into_iter().map(|notice| {
-            let Notice {
-                place,
-                message,
-                more,
-            } = notice;
+            let Notice { place, message, more } = notice;
             let others = match more {
                 0 => String::new(),
                 _ => format!(" and {more} more"),
@@ -57,11 +49,7 @@ impl Diagnostics {
             format!("{}: {place}{others}: {message}", path.display())
         }));
         if self.suppressed > 0 {
-            notices.push(format!(
-                "{}: {} more notices are not kept",
-                path.display(),
-                self.suppressed
-            ));
+            notices.push(format!("{}: {} more notices are not kept", path.display(), self.suppressed));
         }
         notices
     }
@@ -84,9 +72,6 @@ mod tests {
         let notices = diagnostics.into_notices(path, &mut assets);
         assert_eq!(notices.len(), MAX_NOTICES + 1);
         assert_eq!(notices[0], "a.gltf: nodes[0] and 2999 more: odd");
-        assert_eq!(
-            notices[MAX_NOTICES],
-            "a.gltf: 2001 more notices are not kept"
-        );
+        assert_eq!(notices[MAX_NOTICES], "a.gltf: 2001 more notices are not kept");
     }
 }

@@ -39,18 +39,10 @@ const SUPPORTED: &[&str] = &[
 const IGNORABLE: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
 
 /// Refuses a file that requires what is not read; says what is used and not read.
-pub(crate) fn check(
-    root: &Root,
-    path: &Path,
-    diagnostics: &mut Diagnostics,
-) -> Result<(), FormatError> {
+pub(crate) fn check(root: &Root, path: &Path, diagnostics: &mut Diagnostics) -> Result<(), FormatError> {
     let known = |name: &String| SUPPORTED.contains(&&name[..]) || IGNORABLE.contains(&&name[..]);
-    let unknown: Vec<&str> = root
-        .extensions_required
-        .iter()
-        .filter(|name| !known(name))
-        .map(|name| &name[..])
-        .collect();
+    let unknown: Vec<&str> =
+        root.extensions_required.iter().filter(|name| !known(name)).map(|name| &name[..]).collect();
     if !unknown.is_empty() {
         let message = format!(
             "extensionsRequired: {} (UNSUPPORTED_EXTENSION); read are {}",

@@ -25,21 +25,13 @@ impl MemoryAllowance {
     }
 
     /// Charges `count` elements of `size` bytes, before they are allocated. `place` names them in the error.
-    pub(crate) fn charge(
-        &mut self,
-        path: &Path,
-        place: &str,
-        count: u64,
-        size: u64,
-    ) -> Result<(), FormatError> {
+    pub(crate) fn charge(&mut self, path: &Path, place: &str, count: u64, size: u64) -> Result<(), FormatError> {
         let bytes = count.saturating_mul(size);
         match self.0.checked_sub(bytes) {
             Some(left) => self.0 = left,
             None => {
-                let message = format!(
-                    "{place}: {bytes} bytes to decode, {} of which are left to so short a file",
-                    self.0
-                );
+                let message =
+                    format!("{place}: {bytes} bytes to decode, {} of which are left to so short a file", self.0);
                 return Err(FormatError::whole(path, message));
             }
         }

@@ -40,20 +40,12 @@ impl Document<'_> {
 
     /// The error of an index that leads nowhere.
     pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
-        self.fault(format!(
-            "{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)"
-        ))
+        self.fault(format!("{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)"))
     }
 
     /// The item at an index that is written at `place`.
-    pub(crate) fn get<'b, T>(
-        &self,
-        all: &'b [T],
-        index: usize,
-        place: &str,
-    ) -> Result<&'b T, FormatError> {
-        all.get(index)
-            .ok_or_else(|| self.unresolved(place, index, all.len()))
+    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T, FormatError> {
+        all.get(index).ok_or_else(|| self.unresolved(place, index, all.len()))
     }
 
     pub(crate) fn scene(&self, place: &str, source: SceneError) -> FormatError {

@@ -7,8 +7,8 @@ pub(crate) mod texture_info;
 use serde::Deserialize;
 
 use crate::gltf::json::extensions::{
-    Attributes, GpuInstancing, Lights, MeshoptView, NodeLight, Pointer, TextureSource, Variant,
-    VariantMapping, Variants, Visibility,
+    Attributes, GpuInstancing, Lights, MeshoptView, NodeLight, Pointer, TextureSource, Variant, VariantMapping,
+    Variants, Visibility,
 };
 use crate::gltf::json::material::Material;
 
@@ -87,9 +87,7 @@ impl Node {
         let parts = self.translation.is_some() || self.rotation.is_some() || self.scale.is_some();
         let square: f64 = (self.rotation).map_or(1.0, |xyzw| xyzw.iter().map(|v| v * v).sum());
         if self.matrix.is_some() && parts {
-            Some(
-                "a matrix, and translation, rotation or scale: the matrix counts (NODE_MATRIX_TRS)",
-            )
+            Some("a matrix, and translation, rotation or scale: the matrix counts (NODE_MATRIX_TRS)")
         } else if (square.sqrt() - 1.0).abs() > 0.01 {
             Some("the length of its rotation is not 1: it is made 1 (ROTATION_NON_UNIT)")
         } else {

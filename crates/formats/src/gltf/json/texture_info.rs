@@ -46,9 +46,7 @@ impl TextureInfo {
     /// Index of the set of texture coordinates.
     pub(crate) fn uv_set(&self) -> usize {
         let transform = self.extensions.transform.as_ref();
-        transform
-            .and_then(|transform| transform.tex_coord)
-            .unwrap_or(self.tex_coord)
+        transform.and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
     }
 
     /// The transform of texture coordinates; the identity where the file has none.

@@ -56,12 +56,7 @@ impl<'a> AttributeSource<'a> {
             allowance.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
             decoded = Some((draco, mesh));
         }
-        Ok(Self {
-            document,
-            place: place.into(),
-            primitive,
-            decoded,
-        })
+        Ok(Self { document, place: place.into(), primitive, decoded })
     }
 
     pub(crate) fn has(&self, name: &str) -> bool {
@@ -93,9 +88,9 @@ impl<'a> AttributeSource<'a> {
             )));
         };
         let Some(component) = Component::from_draco(attribute.component) else {
-            return Err(self.document.fault(format!(
-                "{place}: 32-bit signed integers in the Draco stream, which glTF does not have"
-            )));
+            return Err(self
+                .document
+                .fault(format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not have")));
         };
         Ok(Some(AccessorView {
             place,
@@ -124,11 +119,8 @@ impl<'a> AttributeSource<'a> {
         let Some(index) = self.primitive.indices else {
             let place = format!("{}.attributes", self.place);
             allowance.charge(document.path, &place, count as u64, 4)?;
-            let count = u32::try_from(count).map_err(|_| {
-                document.fault(format!(
-                    "{place}: {count} vertices, more than 32 bits count"
-                ))
-            })?;
+            let count = u32::try_from(count)
+                .map_err(|_| document.fault(format!("{place}: {count} vertices, more than 32 bits count")))?;
             let each = N as u32;
             let group = |i: u32| std::array::from_fn(|j| i * each + j as u32);
             let groups = (0..count / each).map(group).collect();
@@ -149,14 +141,10 @@ impl<'a> AttributeSource<'a> {
             && let Some(i) = indices.iter().position(|&index| index as usize >= count)
         {
             let found = indices[i];
-            let code = if found == restart {
-                "ACCESSOR_INDEX_PRIMITIVE_RESTART"
-            } else {
-                "ACCESSOR_INDEX_OOB"
-            };
-            return Err(document.fault(format!(
-                "{place}: index {i} is {found}, but there are {count} vertices ({code})"
-            )));
+            let code = if found == restart { "ACCESSOR_INDEX_PRIMITIVE_RESTART" } else { "ACCESSOR_INDEX_OOB" };
+            return Err(
+                document.fault(format!("{place}: index {i} is {found}, but there are {count} vertices ({code})"))
+            );
         }
         Ok((groups, over))
     }

@@ -41,9 +41,8 @@ impl MaterialRequirements {
     /// Notes each set of texture coordinates that the mesh lacks.
     pub(crate) fn check_uvs(&self, place: &str, mesh: &Mesh, diagnostics: &mut Diagnostics) {
         for set in self.sets.iter().filter(|&&set| mesh.uv_set(set).is_none()) {
-            let message = format!(
-                "its material uses TEXCOORD_{set}, which it lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)"
-            );
+            let message =
+                format!("its material uses TEXCOORD_{set}, which it lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)");
             diagnostics.note(place, message);
         }
     }

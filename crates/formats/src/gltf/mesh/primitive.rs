@@ -75,15 +75,10 @@ impl PrimitiveReader<'_> {
         let amount = window.length + 3 * triangles.len();
         let budget = &mut self.assets.budget;
         budget.take_elements(self.document.path, amount as u64)?;
-        let mut mesh = Mesh {
-            vertices: self.positions(window.slice(positions))?,
-            triangles,
-            ..Mesh::default()
-        };
+        let mut mesh = Mesh { vertices: self.positions(window.slice(positions))?, triangles, ..Mesh::default() };
         self.shading_attributes(&window, &mut mesh)?;
         self.colors(&window, &mut mesh)?;
-        let mut skin_morph =
-            window.skin_morph(self.place, self.primitive, self.diagnostics, self.allowance)?;
+        let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics, self.allowance)?;
         let needed = MaterialRequirements::of_primitive(self.document, self.place, self.primitive)?;
         needed.check_uvs(self.place, &mesh, self.diagnostics);
         if mesh.tangents.is_none()
@@ -92,11 +87,7 @@ impl PrimitiveReader<'_> {
             let sources = tangent::generate(&mut mesh, set);
             skin_morph.resample(&sources);
         }
-        Ok(Some(PrimitiveMesh {
-            mesh,
-            material: self.primitive.material,
-            skin_morph,
-        }))
+        Ok(Some(PrimitiveMesh { mesh, material: self.primitive.material, skin_morph }))
     }
 
     /// True for lists, strips and fans of triangles; points and lines get a notice.
@@ -106,10 +97,9 @@ impl PrimitiveReader<'_> {
             1..=3 => "lines",
             4..=6 => return Ok(true),
             mode => {
-                return Err(self.document.fault(format!(
-                    "{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)",
-                    self.place
-                )));
+                return Err(self
+                    .document
+                    .fault(format!("{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
         let message = format!("{what} are not shown: only triangles have a surface");
@@ -137,11 +127,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// The triangles of the primitive, whose attributes have `count` elements; `None` where it has none.
-    fn triangles(
-        &mut self,
-        source: &AttributeSource<'_>,
-        count: usize,
-    ) -> Result<Option<Vec<[u32; 3]>>, FormatError> {
+    fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>, FormatError> {
         let (triangles, over) = match self.primitive.mode {
             4 => source.corners::<3>(count, self.allowance)?,
             mode => {
@@ -157,8 +143,7 @@ impl PrimitiveReader<'_> {
             return Ok(None);
         }
         if over > 0 {
-            let message =
-                "corners that make no triangle are left over (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
+            let message = "corners that make no triangle are left over (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
             self.diagnostics.note(self.place, message);
         }
         Ok(Some(triangles))
@@ -175,20 +160,13 @@ impl PrimitiveReader<'_> {
     }
 
     /// Normals, texture coordinates and tangents.
-    fn shading_attributes(
-        &mut self,
-        window: &VertexWindow<'_>,
-        mesh: &mut Mesh,
-    ) -> Result<(), FormatError> {
+    fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<(), FormatError> {
         if let Some(normals) = window.elements("NORMAL", self.allowance)? {
             let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
             mesh.normals = Some(normals.map_floats(self.document, self.allowance, unit)?);
         }
         mesh.uvs = window.floats("TEXCOORD_0", self.allowance)?;
-        while let Some(uvs) = window.floats(
-            &format!("TEXCOORD_{}", mesh.more_uvs.len() + 1),
-            self.allowance,
-        )? {
+        while let Some(uvs) = window.floats(&format!("TEXCOORD_{}", mesh.more_uvs.len() + 1), self.allowance)? {
             mesh.more_uvs.push(uvs);
         }
         if mesh.uvs.is_none() && !mesh.more_uvs.is_empty() {
@@ -229,12 +207,7 @@ impl PrimitiveReader<'_> {
         }
         if elements.arity == 4 {
             let colors = elements.floats::<4>(document, self.allowance)?;
-            mesh.vertex_colors = Some(
-                colors
-                    .iter()
-                    .map(|&[r, g, b, _]| [r, g, b].map(&mut unit_interval))
-                    .collect(),
-            );
+            mesh.vertex_colors = Some(colors.iter().map(|&[r, g, b, _]| [r, g, b].map(&mut unit_interval)).collect());
             if colors.iter().any(|color| color[3] != 1.0) {
                 let alphas = colors.iter().map(|color| unit_interval(color[3]));
                 mesh.vertex_opacities = Some(alphas.collect());

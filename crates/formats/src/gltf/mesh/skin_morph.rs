@@ -28,25 +28,19 @@ impl VertexWindow<'_> {
     ) -> Result<SkinMorph, FormatError> {
         let mut skin_morph = SkinMorph::default();
         for (i, attributes) in primitive.targets.iter().enumerate() {
-            let target =
-                self.target(&format!("targets[{i}]"), attributes, diagnostics, allowance)?;
+            let target = self.target(&format!("targets[{i}]"), attributes, diagnostics, allowance)?;
             skin_morph.targets.push(target);
         }
         for set in 0.. {
             let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
-            let found = (
-                self.elements(&joints, allowance)?,
-                self.elements(&weights, allowance)?,
-            );
+            let found = (self.elements(&joints, allowance)?, self.elements(&weights, allowance)?);
             let (Some(joints), Some(weights)) = found else {
                 break;
             };
             let joints = joints.integers::<4>(self.document, allowance)?;
             let weights = weights.floats::<4>(self.document, allowance)?;
             if weights.as_flattened().iter().any(|&weight| weight < 0.0) {
-                let message = format!(
-                    "{place}.attributes.WEIGHTS_{set}: negative (ACCESSOR_WEIGHTS_NEGATIVE)"
-                );
+                let message = format!("{place}.attributes.WEIGHTS_{set}: negative (ACCESSOR_WEIGHTS_NEGATIVE)");
                 return Err(self.document.fault(message));
             }
             let narrow = |all: [u32; 4]| all.map(|joint| joint.min(u32::from(u16::MAX)) as u16);
@@ -68,19 +62,14 @@ impl VertexWindow<'_> {
         for (name, &index) in attributes {
             let elements = self.accessor(index, &format!("{place}.{name}"), allowance)?;
             match (&name[..], elements.arity) {
-                ("POSITION", _) => {
-                    target.vertices = Some(elements.floats(self.document, allowance)?)
-                }
+                ("POSITION", _) => target.vertices = Some(elements.floats(self.document, allowance)?),
                 ("NORMAL", _) => target.normals = Some(elements.floats(self.document, allowance)?),
-                ("TANGENT", _) => {
-                    target.tangents = Some(elements.floats(self.document, allowance)?)
-                }
+                ("TANGENT", _) => target.tangents = Some(elements.floats(self.document, allowance)?),
                 ("TEXCOORD_0", _) => target.uvs = Some(elements.floats(self.document, allowance)?),
                 ("COLOR_0", 3) => target.colors = Some(elements.floats(self.document, allowance)?),
                 ("COLOR_0", _) => {
                     let colors = elements.floats::<4>(self.document, allowance)?;
-                    target.colors =
-                        Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+                    target.colors = Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
                 }
                 _ => diagnostics.note(format!("{place}.{name}"), "is not morphed"),
             }
@@ -106,11 +95,7 @@ impl SkinMorph {
                     self.joints[later / 4].1[vertex][later % 4] = 0.0;
                 }
             }
-            let sum: f32 = self
-                .joints
-                .iter()
-                .flat_map(|(_, weights)| weights[vertex])
-                .sum();
+            let sum: f32 = self.joints.iter().flat_map(|(_, weights)| weights[vertex]).sum();
             if sum > 0.0 {
                 for (_, weights) in &mut self.joints {
                     weights[vertex] = weights[vertex].map(|weight| weight / sum);
@@ -122,23 +107,11 @@ impl SkinMorph {
     /// Repeats the data of split vertices: `sources` holds the source of each vertex.
     pub(crate) fn resample(&mut self, sources: &[u32]) {
         for target in &mut self.targets {
-            target
-                .vertices
-                .iter_mut()
-                .for_each(|all| resample(all, sources));
-            target
-                .normals
-                .iter_mut()
-                .for_each(|all| resample(all, sources));
-            target
-                .tangents
-                .iter_mut()
-                .for_each(|all| resample(all, sources));
+            target.vertices.iter_mut().for_each(|all| resample(all, sources));
+            target.normals.iter_mut().for_each(|all| resample(all, sources));
+            target.tangents.iter_mut().for_each(|all| resample(all, sources));
             target.uvs.iter_mut().for_each(|all| resample(all, sources));
-            target
-                .colors
-                .iter_mut()
-                .for_each(|all| resample(all, sources));
+            target.colors.iter_mut().for_each(|all| resample(all, sources));
         }
         for (joints, weights) in &mut self.joints {
             resample(joints, sources);
@@ -162,22 +135,14 @@ impl SkinMorph {
         };
         let set = |i: usize| {
             let joints = gather_or_zero(parts, |part| part.joints.get(i).map(|(joints, _)| joints));
-            let weights =
-                gather_or_zero(parts, |part| part.joints.get(i).map(|(_, weights)| weights));
+            let weights = gather_or_zero(parts, |part| part.joints.get(i).map(|(_, weights)| weights));
             (joints.unwrap_or_default(), weights.unwrap_or_default())
         };
-        Some(Self {
-            targets: (0..targets).map(target).collect(),
-            joints: (0..sets).map(set).collect(),
-        })
+        Some(Self { targets: (0..targets).map(target).collect(), joints: (0..sets).map(set).collect() })
     }
 
     pub(crate) fn shape(self, mesh: std::sync::Arc<raycam_scene::Mesh>) -> DeformableMesh {
-        DeformableMesh {
-            mesh,
-            targets: self.targets,
-            joints: self.joints,
-        }
+        DeformableMesh { mesh, targets: self.targets, joints: self.joints }
     }
 }
 

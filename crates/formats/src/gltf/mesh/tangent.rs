@@ -67,11 +67,7 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let Some(uvs) = mesh.uv_set(set) else {
         return unchanged();
     };
-    let mut corners = Corners {
-        tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()],
-        uvs,
-        mesh,
-    };
+    let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], uvs, mesh };
     // Its error has no variants yet; with one, the mesh keeps what it has.
     if bevy_mikktspace::generate_tangents(&mut corners).is_err() {
         return unchanged();
@@ -86,13 +82,11 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
             Some(first) if first == tangent => {}
             Some(_) => {
                 let vertex = *corner;
-                *corner = *split
-                    .entry((vertex, tangent.map(f32::to_bits)))
-                    .or_insert_with(|| {
-                        sources.push(vertex);
-                        own.push(Some(tangent));
-                        sources.len() as u32 - 1
-                    });
+                *corner = *split.entry((vertex, tangent.map(f32::to_bits))).or_insert_with(|| {
+                    sources.push(vertex);
+                    own.push(Some(tangent));
+                    sources.len() as u32 - 1
+                });
             }
         }
     }
@@ -100,15 +94,9 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     for uvs in mesh.uvs.iter_mut().chain(&mut mesh.more_uvs) {
         resample(uvs, &sources);
     }
-    mesh.normals
-        .iter_mut()
-        .for_each(|all| resample(all, &sources));
-    mesh.vertex_colors
-        .iter_mut()
-        .for_each(|all| resample(all, &sources));
-    mesh.vertex_opacities
-        .iter_mut()
-        .for_each(|all| resample(all, &sources));
+    mesh.normals.iter_mut().for_each(|all| resample(all, &sources));
+    mesh.vertex_colors.iter_mut().for_each(|all| resample(all, &sources));
+    mesh.vertex_opacities.iter_mut().for_each(|all| resample(all, &sources));
     let unused = [1.0, 0.0, 0.0, 1.0];
     mesh.tangents = Some(own.into_iter().map(|t| t.unwrap_or(unused)).collect());
     sources

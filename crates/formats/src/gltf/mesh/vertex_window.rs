@@ -30,8 +30,7 @@ impl<'a> VertexWindow<'a> {
         let Some(elements) = self.source.elements(name, allowance)? else {
             return Ok(None);
         };
-        self.checked(elements, &format!("attributes.{name}"))
-            .map(Some)
+        self.checked(elements, &format!("attributes.{name}")).map(Some)
     }
 
     /// The same elements of an accessor of its own, as morph targets have it.
@@ -46,11 +45,7 @@ impl<'a> VertexWindow<'a> {
         self.checked(elements, name)
     }
 
-    fn checked(
-        &self,
-        elements: AccessorView<'a>,
-        name: &str,
-    ) -> Result<AccessorView<'a>, FormatError> {
+    fn checked(&self, elements: AccessorView<'a>, name: &str) -> Result<AccessorView<'a>, FormatError> {
         if elements.count != self.count {
             return Err(self.document.fault(format!(
                 "{}.{name}: {} elements, but there are {} positions \

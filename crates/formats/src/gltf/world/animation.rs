@@ -32,15 +32,9 @@ impl Builder<'_, '_> {
                 };
                 let rotation = matches!(target, AnimationTarget::Rotation(_));
                 let sampler = Arc::new(self.sampler(&at, sampler, width, rotation)?);
-                channels.extend(targets.into_iter().map(|target| Channel {
-                    target,
-                    sampler: sampler.clone(),
-                }));
+                channels.extend(targets.into_iter().map(|target| Channel { target, sampler: sampler.clone() }));
             }
-            animations.push(Animation {
-                name: json.name.clone(),
-                channels,
-            });
+            animations.push(Animation { name: json.name.clone(), channels });
         }
         Ok(animations)
     }
@@ -57,31 +51,27 @@ impl Builder<'_, '_> {
         let pointer = json.extensions.pointer.as_ref().map(|p| &p.pointer[..]);
         let (node, path) = match (&json.path[..], pointer, json.node) {
             ("pointer", Some(pointer), _) => {
-                let node = pointer
-                    .strip_prefix("/nodes/")
-                    .and_then(|rest| rest.split_once('/'));
+                let node = pointer.strip_prefix("/nodes/").and_then(|rest| rest.split_once('/'));
                 let node = node.and_then(|(node, path)| Some((node.parse::<usize>().ok()?, path)));
                 match node {
                     Some((node, path)) => (node, path),
                     None => {
                         let found = document.resolve_pointer(pointer);
                         if found.is_none() {
-                            self.diagnostics
-                                .note(place, format!("{pointer} is not animated"));
+                            self.diagnostics.note(place, format!("{pointer} is not animated"));
                         }
                         let mut found = found.unwrap_or_default();
                         // Weights of a mesh without morph targets have no effect.
-                        found.retain(|target| {
-                            !matches!(target, AnimationTarget::Weights(i) if nodes[*i].weights.is_empty())
-                        });
+                        found.retain(
+                            |target| !matches!(target, AnimationTarget::Weights(i) if nodes[*i].weights.is_empty()),
+                        );
                         return Ok(found);
                     }
                 }
             }
             (path, _, Some(node)) => (node, path),
             (_, _, None) => {
-                self.diagnostics
-                    .note(place, "a channel without a target moves nothing");
+                self.diagnostics.note(place, "a channel without a target moves nothing");
                 return Ok(Vec::new());
             }
         };
@@ -107,9 +97,7 @@ impl Builder<'_, '_> {
         };
         let of_transform = matches!(
             target,
-            AnimationTarget::Translation(_)
-                | AnimationTarget::Rotation(_)
-                | AnimationTarget::Scale(_)
+            AnimationTarget::Translation(_) | AnimationTarget::Rotation(_) | AnimationTarget::Scale(_)
         );
         if of_transform && matches!(found.transform, Transform::Matrix(_)) {
             let message = "a node with a matrix cannot be animated \
@@ -133,9 +121,7 @@ impl Builder<'_, '_> {
             "LINEAR" => SamplerInterpolation::Linear,
             "CUBICSPLINE" => SamplerInterpolation::CubicSpline,
             other => {
-                return Err(document.fault(format!(
-                    "{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)"
-                )));
+                return Err(document.fault(format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
             }
         };
         let allowance = &mut self.allowance;

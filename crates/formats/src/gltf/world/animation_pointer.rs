@@ -18,233 +18,82 @@ pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
     ("pbrMetallicRoughness/roughnessFactor", P::Roughness),
     ("alphaCutoff", P::AlphaCutoff),
     ("emissiveFactor", P::EmissionColor),
-    (
-        "extensions/KHR_materials_emissive_strength/emissiveStrength",
-        P::EmissionStrength,
-    ),
+    ("extensions/KHR_materials_emissive_strength/emissiveStrength", P::EmissionStrength),
     ("normalTexture/scale", P::NormalScale),
     ("occlusionTexture/strength", P::OcclusionStrength),
     ("extensions/KHR_materials_ior/ior", P::Ior),
-    (
-        "extensions/KHR_materials_specular/specularFactor",
-        P::Specular,
-    ),
-    (
-        "extensions/KHR_materials_specular/specularColorFactor",
-        P::SpecularColor,
-    ),
-    (
-        "extensions/KHR_materials_transmission/transmissionFactor",
-        P::Transmission,
-    ),
-    (
-        "extensions/KHR_materials_volume/thicknessFactor",
-        P::Thickness,
-    ),
-    (
-        "extensions/KHR_materials_volume/attenuationColor",
-        P::AttenuationColor,
-    ),
-    (
-        "extensions/KHR_materials_volume/attenuationDistance",
-        P::AttenuationDistance,
-    ),
-    (
-        "extensions/KHR_materials_dispersion/dispersion",
-        P::Dispersion,
-    ),
-    (
-        "extensions/KHR_materials_clearcoat/clearcoatFactor",
-        P::Clearcoat,
-    ),
-    (
-        "extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor",
-        P::ClearcoatRoughness,
-    ),
-    (
-        "extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale",
-        P::ClearcoatNormalScale,
-    ),
-    (
-        "extensions/KHR_materials_sheen/sheenColorFactor",
-        P::SheenColor,
-    ),
-    (
-        "extensions/KHR_materials_sheen/sheenRoughnessFactor",
-        P::SheenRoughness,
-    ),
-    (
-        "extensions/KHR_materials_iridescence/iridescenceFactor",
-        P::Iridescence,
-    ),
-    (
-        "extensions/KHR_materials_iridescence/iridescenceIor",
-        P::IridescenceIor,
-    ),
-    (
-        "extensions/KHR_materials_iridescence/iridescenceThicknessMinimum",
-        P::IridescenceThinnest,
-    ),
-    (
-        "extensions/KHR_materials_iridescence/iridescenceThicknessMaximum",
-        P::IridescenceThickest,
-    ),
-    (
-        "extensions/KHR_materials_anisotropy/anisotropyStrength",
-        P::Anisotropy,
-    ),
-    (
-        "extensions/KHR_materials_anisotropy/anisotropyRotation",
-        P::AnisotropyRotation,
-    ),
-    (
-        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor",
-        P::DiffuseTransmission,
-    ),
-    (
-        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
-        P::DiffuseTransmissionColor,
-    ),
+    ("extensions/KHR_materials_specular/specularFactor", P::Specular),
+    ("extensions/KHR_materials_specular/specularColorFactor", P::SpecularColor),
+    ("extensions/KHR_materials_transmission/transmissionFactor", P::Transmission),
+    ("extensions/KHR_materials_volume/thicknessFactor", P::Thickness),
+    ("extensions/KHR_materials_volume/attenuationColor", P::AttenuationColor),
+    ("extensions/KHR_materials_volume/attenuationDistance", P::AttenuationDistance),
+    ("extensions/KHR_materials_dispersion/dispersion", P::Dispersion),
+    ("extensions/KHR_materials_clearcoat/clearcoatFactor", P::Clearcoat),
+    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor", P::ClearcoatRoughness),
+    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale", P::ClearcoatNormalScale),
+    ("extensions/KHR_materials_sheen/sheenColorFactor", P::SheenColor),
+    ("extensions/KHR_materials_sheen/sheenRoughnessFactor", P::SheenRoughness),
+    ("extensions/KHR_materials_iridescence/iridescenceFactor", P::Iridescence),
+    ("extensions/KHR_materials_iridescence/iridescenceIor", P::IridescenceIor),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessMinimum", P::IridescenceThinnest),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessMaximum", P::IridescenceThickest),
+    ("extensions/KHR_materials_anisotropy/anisotropyStrength", P::Anisotropy),
+    ("extensions/KHR_materials_anisotropy/anisotropyRotation", P::AnisotropyRotation),
+    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor", P::DiffuseTransmission),
+    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor", P::DiffuseTransmissionColor),
 ];
 
 type TextureFinder = fn(&Material) -> Option<&TextureInfo>;
 
 /// Textures of a material, by their paths below it.
 pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
-    ("pbrMetallicRoughness/baseColorTexture", T::BaseColor, |m| {
-        m.pbr_metallic_roughness.base_color_texture.as_ref()
+    ("pbrMetallicRoughness/baseColorTexture", T::BaseColor, |m| m.pbr_metallic_roughness.base_color_texture.as_ref()),
+    ("pbrMetallicRoughness/metallicRoughnessTexture", T::MetallicRoughness, |m| {
+        m.pbr_metallic_roughness.metallic_roughness_texture.as_ref()
     }),
-    (
-        "pbrMetallicRoughness/metallicRoughnessTexture",
-        T::MetallicRoughness,
-        |m| m.pbr_metallic_roughness.metallic_roughness_texture.as_ref(),
-    ),
     ("normalTexture", T::Normal, |m| m.normal_texture.as_ref()),
-    ("occlusionTexture", T::Occlusion, |m| {
-        m.occlusion_texture.as_ref()
+    ("occlusionTexture", T::Occlusion, |m| m.occlusion_texture.as_ref()),
+    ("emissiveTexture", T::Emission, |m| m.emissive_texture.as_ref()),
+    ("extensions/KHR_materials_specular/specularTexture", T::Specular, |m| {
+        m.extensions.specular.as_ref()?.specular_texture.as_ref()
     }),
-    ("emissiveTexture", T::Emission, |m| {
-        m.emissive_texture.as_ref()
+    ("extensions/KHR_materials_specular/specularColorTexture", T::SpecularColor, |m| {
+        m.extensions.specular.as_ref()?.specular_color_texture.as_ref()
     }),
-    (
-        "extensions/KHR_materials_specular/specularTexture",
-        T::Specular,
-        |m| m.extensions.specular.as_ref()?.specular_texture.as_ref(),
-    ),
-    (
-        "extensions/KHR_materials_specular/specularColorTexture",
-        T::SpecularColor,
-        |m| {
-            m.extensions
-                .specular
-                .as_ref()?
-                .specular_color_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_transmission/transmissionTexture",
-        T::Transmission,
-        |m| {
-            m.extensions
-                .transmission
-                .as_ref()?
-                .transmission_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_volume/thicknessTexture",
-        T::Thickness,
-        |m| m.extensions.volume.as_ref()?.thickness_texture.as_ref(),
-    ),
-    (
-        "extensions/KHR_materials_clearcoat/clearcoatTexture",
-        T::Clearcoat,
-        |m| m.extensions.clearcoat.as_ref()?.clearcoat_texture.as_ref(),
-    ),
-    (
-        "extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
-        T::ClearcoatRoughness,
-        |m| {
-            m.extensions
-                .clearcoat
-                .as_ref()?
-                .clearcoat_roughness_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
-        T::ClearcoatNormal,
-        |m| {
-            m.extensions
-                .clearcoat
-                .as_ref()?
-                .clearcoat_normal_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_sheen/sheenColorTexture",
-        T::SheenColor,
-        |m| m.extensions.sheen.as_ref()?.sheen_color_texture.as_ref(),
-    ),
-    (
-        "extensions/KHR_materials_sheen/sheenRoughnessTexture",
-        T::SheenRoughness,
-        |m| {
-            m.extensions
-                .sheen
-                .as_ref()?
-                .sheen_roughness_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_iridescence/iridescenceTexture",
-        T::Iridescence,
-        |m| {
-            m.extensions
-                .iridescence
-                .as_ref()?
-                .iridescence_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_iridescence/iridescenceThicknessTexture",
-        T::IridescenceThickness,
-        |m| {
-            m.extensions
-                .iridescence
-                .as_ref()?
-                .iridescence_thickness_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_anisotropy/anisotropyTexture",
-        T::Anisotropy,
-        |m| {
-            m.extensions
-                .anisotropy
-                .as_ref()?
-                .anisotropy_texture
-                .as_ref()
-        },
-    ),
-    (
-        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture",
-        T::DiffuseTransmission,
-        |m| {
-            m.extensions
-                .diffuse_transmission
-                .as_ref()?
-                .diffuse_transmission_texture
-                .as_ref()
-        },
-    ),
+    ("extensions/KHR_materials_transmission/transmissionTexture", T::Transmission, |m| {
+        m.extensions.transmission.as_ref()?.transmission_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_volume/thicknessTexture", T::Thickness, |m| {
+        m.extensions.volume.as_ref()?.thickness_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_clearcoat/clearcoatTexture", T::Clearcoat, |m| {
+        m.extensions.clearcoat.as_ref()?.clearcoat_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", T::ClearcoatRoughness, |m| {
+        m.extensions.clearcoat.as_ref()?.clearcoat_roughness_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", T::ClearcoatNormal, |m| {
+        m.extensions.clearcoat.as_ref()?.clearcoat_normal_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_sheen/sheenColorTexture", T::SheenColor, |m| {
+        m.extensions.sheen.as_ref()?.sheen_color_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_sheen/sheenRoughnessTexture", T::SheenRoughness, |m| {
+        m.extensions.sheen.as_ref()?.sheen_roughness_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_iridescence/iridescenceTexture", T::Iridescence, |m| {
+        m.extensions.iridescence.as_ref()?.iridescence_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessTexture", T::IridescenceThickness, |m| {
+        m.extensions.iridescence.as_ref()?.iridescence_thickness_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_anisotropy/anisotropyTexture", T::Anisotropy, |m| {
+        m.extensions.anisotropy.as_ref()?.anisotropy_texture.as_ref()
+    }),
+    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture", T::DiffuseTransmission, |m| {
+        m.extensions.diffuse_transmission.as_ref()?.diffuse_transmission_texture.as_ref()
+    }),
     (
         "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
         T::DiffuseTransmissionColor,
@@ -257,14 +106,8 @@ pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
 
 /// The parts of a texture's transform, by their paths below the texture.
 pub(crate) const UV_PROPERTIES: &[(&str, UvProperty)] = &[
-    (
-        "/extensions/KHR_texture_transform/offset",
-        UvProperty::Offset,
-    ),
-    (
-        "/extensions/KHR_texture_transform/rotation",
-        UvProperty::Rotation,
-    ),
+    ("/extensions/KHR_texture_transform/offset", UvProperty::Offset),
+    ("/extensions/KHR_texture_transform/rotation", UvProperty::Rotation),
     ("/extensions/KHR_texture_transform/scale", UvProperty::Scale),
 ];
 
@@ -277,12 +120,8 @@ pub(crate) type CameraTarget = fn(usize) -> AnimationTarget;
 /// Animated properties of a camera, by their paths below it.
 pub(crate) const CAMERA_PROPERTIES: &[(&str, CameraTarget)] = &[
     ("perspective/yfov", AnimationTarget::FieldOfView),
-    ("orthographic/xmag", |camera| {
-        AnimationTarget::Magnification(camera, 0)
-    }),
-    ("orthographic/ymag", |camera| {
-        AnimationTarget::Magnification(camera, 1)
-    }),
+    ("orthographic/xmag", |camera| AnimationTarget::Magnification(camera, 0)),
+    ("orthographic/ymag", |camera| AnimationTarget::Magnification(camera, 1)),
 ];
 
 /// Properties of a light, by their paths below it.
@@ -336,19 +175,14 @@ fn property(path: &str) -> Option<MaterialProperty> {
 
 impl Builder<'_, '_> {
     /// The materials that channels animate, in their state at rest.
-    pub(crate) fn animated_materials(
-        &self,
-        targets: impl Iterator<Item = AnimationTarget>,
-    ) -> Vec<AnimatedMaterial> {
+    pub(crate) fn animated_materials(&self, targets: impl Iterator<Item = AnimationTarget>) -> Vec<AnimatedMaterial> {
         let mut moving: Vec<AnimatedMaterial> = Vec::new();
         for target in targets {
             let AnimationTarget::Material(material, property) = target else {
                 continue;
             };
             let document = &self.document.root.materials;
-            let (Some(json), Some(base)) =
-                (document.get(material), self.world.materials.get(material))
-            else {
+            let (Some(json), Some(base)) = (document.get(material), self.world.materials.get(material)) else {
                 continue;
             };
             let known = moving.iter().position(|other| other.material == material);

@@ -51,10 +51,8 @@ impl Builder<'_, '_> {
         let c = world_from_camera.translation;
         let pixel_center = PixelCenter::default();
         let camera = match projection {
-            Projection::Perspective { yfov, size } => {
-                intrinsics_from_fov(yfov.to_degrees(), size, pixel_center)
-                    .and_then(|k| Camera::new(k, r, c, size, pixel_center))
-            }
+            Projection::Perspective { yfov, size } => intrinsics_from_fov(yfov.to_degrees(), size, pixel_center)
+                .and_then(|k| Camera::new(k, r, c, size, pixel_center)),
             Projection::Orthographic { half, size } => {
                 let k = intrinsics_from_extent(half, size, pixel_center);
                 Camera::orthographic(k, r, c, size, pixel_center)
@@ -76,15 +74,11 @@ impl Builder<'_, '_> {
             ("perspective", Some(perspective), _) => {
                 let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
                 if !(aspect.is_normal() && aspect > 0.0) {
-                    return Err(fault(
-                        ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
-                    ));
+                    return Err(fault(".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)"));
                 }
                 let yfov = perspective.yfov;
                 if !(yfov.is_finite() && yfov > 0.0) {
-                    return Err(fault(
-                        ".perspective.yfov: expected more than 0 (VALUE_NOT_IN_RANGE)",
-                    ));
+                    return Err(fault(".perspective.yfov: expected more than 0 (VALUE_NOT_IN_RANGE)"));
                 }
                 let size = image_size(aspect);
                 Ok(Projection::Perspective { yfov, size })
@@ -92,9 +86,7 @@ impl Builder<'_, '_> {
             ("orthographic", _, Some(orthographic)) => {
                 let [x, y] = [orthographic.xmag, orthographic.ymag];
                 if !(x.is_normal() && y.is_normal()) {
-                    return Err(fault(
-                        ".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)",
-                    ));
+                    return Err(fault(".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)"));
                 }
                 if x < 0.0 || y < 0.0 {
                     let message = "a negative magnification is taken as positive \
@@ -105,12 +97,10 @@ impl Builder<'_, '_> {
                 let size = image_size(half[0] / half[1]);
                 Ok(Projection::Orthographic { half, size })
             }
-            ("perspective" | "orthographic", ..) => Err(fault(
-                ": the object that its type names is missing (UNDEFINED_PROPERTY)",
-            )),
-            _ => Err(fault(
-                ".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)",
-            )),
+            ("perspective" | "orthographic", ..) => {
+                Err(fault(": the object that its type names is missing (UNDEFINED_PROPERTY)"))
+            }
+            _ => Err(fault(".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)")),
         }
     }
 }

@@ -43,21 +43,11 @@ impl Builder<'_, '_> {
             return Ok(None);
         };
         let light = match &json.kind[..] {
-            "directional" => Light::Sun {
-                direction: direction.to_array(),
-                irradiance: power,
-                angular_diameter: 0.0,
-            },
-            "point" => Light::Point {
-                position,
-                power: None,
-                intensity: Some(power),
-                radius: 0.0,
-            },
+            "directional" => Light::Sun { direction: direction.to_array(), irradiance: power, angular_diameter: 0.0 },
+            "point" => Light::Point { position, power: None, intensity: Some(power), radius: 0.0 },
             "spot" => {
-                let (inner, outer) = json.spot.as_ref().map_or((0.0, FRAC_PI_4), |spot| {
-                    (spot.inner_cone_angle, spot.outer_cone_angle)
-                });
+                let (inner, outer) =
+                    json.spot.as_ref().map_or((0.0, FRAC_PI_4), |spot| (spot.inner_cone_angle, spot.outer_cone_angle));
                 if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2) {
                     return Err(document.fault(format!(
                         "{place}.spot: angles {inner} and {outer}, expected 0 <= inner < outer <= pi/2 \
@@ -81,13 +71,6 @@ impl Builder<'_, '_> {
         };
         let added = self.world.add_light(light.clone());
         let added = added.map_err(|error| document.scene(&place, error))?;
-        Ok(Some(NodeLight {
-            light: added,
-            node,
-            definition: index,
-            base: light,
-            color,
-            intensity,
-        }))
+        Ok(Some(NodeLight { light: added, node, definition: index, base: light, color, intensity }))
     }
 }

@@ -28,11 +28,7 @@ impl Builder<'_, '_> {
     }
 
     /// The index in the world of a material of the document, or of glTF's own for those that have none.
-    pub(crate) fn material_index(
-        &mut self,
-        place: &str,
-        index: Option<usize>,
-    ) -> Result<usize, FormatError> {
+    pub(crate) fn material_index(&mut self, place: &str, index: Option<usize>) -> Result<usize, FormatError> {
         let document = self.document;
         let count = document.root.materials.len();
         match index {
@@ -92,11 +88,7 @@ impl Builder<'_, '_> {
         let emission = self.numbers(&at("emissiveFactor"), json.emissive_factor, UNIT_INTERVAL);
         material.emission = Textured {
             value: emission.map(|v| v * strength),
-            texture: self.slot(
-                &at("emissiveTexture"),
-                json.emissive_texture.as_ref(),
-                Color,
-            )?,
+            texture: self.slot(&at("emissiveTexture"), json.emissive_texture.as_ref(), Color)?,
         };
         let normal = json.normal_texture.as_ref();
         material.normal_map = self.normal_map(&at("normalTexture"), normal)?;
@@ -118,11 +110,7 @@ impl Builder<'_, '_> {
             None | Some("OPAQUE") => Alpha::Opaque,
             Some("BLEND") => Alpha::Blend,
             Some("MASK") => Alpha::Mask {
-                cutoff: self.number(
-                    &format!("{place}.alphaCutoff"),
-                    json.alpha_cutoff.unwrap_or(0.5),
-                    NON_NEGATIVE,
-                ),
+                cutoff: self.number(&format!("{place}.alphaCutoff"), json.alpha_cutoff.unwrap_or(0.5), NON_NEGATIVE),
             },
             Some(mode) => {
                 return Err(self.document.fault(format!(
@@ -160,52 +148,27 @@ impl Builder<'_, '_> {
             self.volume(&format!("{place}.KHR_materials_volume"), json, principled)?;
         }
         if let Some(json) = &extensions.dispersion {
-            principled.dispersion = self.number(
-                &at("dispersion", "dispersion"),
-                json.dispersion,
-                NON_NEGATIVE,
-            );
+            principled.dispersion = self.number(&at("dispersion", "dispersion"), json.dispersion, NON_NEGATIVE);
         }
         if let Some(json) = &extensions.clearcoat {
-            self.clearcoat(
-                &format!("{place}.KHR_materials_clearcoat"),
-                json,
-                principled,
-            )?;
+            self.clearcoat(&format!("{place}.KHR_materials_clearcoat"), json, principled)?;
         }
         if let Some(json) = &extensions.sheen {
             self.sheen(&format!("{place}.KHR_materials_sheen"), json, principled)?;
         }
         if let Some(json) = &extensions.iridescence {
-            self.iridescence(
-                &format!("{place}.KHR_materials_iridescence"),
-                json,
-                principled,
-            )?;
+            self.iridescence(&format!("{place}.KHR_materials_iridescence"), json, principled)?;
         }
         if let Some(json) = &extensions.anisotropy {
-            self.anisotropy(
-                &format!("{place}.KHR_materials_anisotropy"),
-                json,
-                principled,
-            )?;
+            self.anisotropy(&format!("{place}.KHR_materials_anisotropy"), json, principled)?;
         }
         if let Some(json) = &extensions.diffuse_transmission {
-            self.diffuse_transmission(
-                &format!("{place}.KHR_materials_diffuse_transmission"),
-                json,
-                principled,
-            )?;
+            self.diffuse_transmission(&format!("{place}.KHR_materials_diffuse_transmission"), json, principled)?;
         }
         Ok(())
     }
 
-    fn specular(
-        &mut self,
-        place: &str,
-        json: &json::Specular,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn specular(&mut self, place: &str, json: &json::Specular, principled: &mut Principled) -> Result<(), FormatError> {
         let at = |key: &str| format!("{place}.{key}");
         principled.specular = self.textured_factor(
             &at("specular"),
@@ -216,39 +179,23 @@ impl Builder<'_, '_> {
         let color = json.specular_color_factor.unwrap_or([1.0; 3]);
         principled.specular_color = Textured {
             value: self.numbers(&at("specularColorFactor"), color, NON_NEGATIVE),
-            texture: self.slot(
-                &at("specularColorTexture"),
-                json.specular_color_texture.as_ref(),
-                Color,
-            )?,
+            texture: self.slot(&at("specularColorTexture"), json.specular_color_texture.as_ref(), Color)?,
         };
         Ok(())
     }
 
-    fn volume(
-        &mut self,
-        place: &str,
-        json: &json::Volume,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn volume(&mut self, place: &str, json: &json::Volume, principled: &mut Principled) -> Result<(), FormatError> {
         let at = |key: &str| format!("{place}.{key}");
         principled.thickness = Textured {
             value: self.number(&at("thicknessFactor"), json.thickness_factor, NON_NEGATIVE),
-            texture: self.slot(
-                &at("thicknessTexture"),
-                json.thickness_texture.as_ref(),
-                Data,
-            )?,
+            texture: self.slot(&at("thicknessTexture"), json.thickness_texture.as_ref(), Data)?,
         };
         let color = json.attenuation_color.unwrap_or([1.0; 3]);
         principled.attenuation_color = self.numbers(&at("attenuationColor"), color, UNIT_INTERVAL);
         if let Some(distance) = json.attenuation_distance {
             let least = f64::from(f32::MIN_POSITIVE);
-            principled.attenuation_distance = self.number(
-                &at("attenuationDistance"),
-                distance,
-                [least, NON_NEGATIVE[1]],
-            );
+            principled.attenuation_distance =
+                self.number(&at("attenuationDistance"), distance, [least, NON_NEGATIVE[1]]);
         }
         Ok(())
     }
@@ -264,36 +211,22 @@ impl Builder<'_, '_> {
         let texture = json.clearcoat_texture.as_ref();
         principled.clearcoat = self.textured_factor(&at("clearcoat"), strength, texture, Data)?;
         let texture = json.clearcoat_roughness_texture.as_ref();
-        principled.clearcoat_roughness =
-            self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
+        principled.clearcoat_roughness = self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
         let normal = json.clearcoat_normal_texture.as_ref();
         principled.clearcoat_normal = self.normal_map(&at("clearcoatNormalTexture"), normal)?;
         Ok(())
     }
 
-    fn sheen(
-        &mut self,
-        place: &str,
-        json: &json::Sheen,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn sheen(&mut self, place: &str, json: &json::Sheen, principled: &mut Principled) -> Result<(), FormatError> {
         let at = |key: &str| format!("{place}.{key}");
         let color = json.sheen_color_factor;
         principled.sheen_color = Textured {
             value: self.numbers(&at("sheenColorFactor"), color, UNIT_INTERVAL),
-            texture: self.slot(
-                &at("sheenColorTexture"),
-                json.sheen_color_texture.as_ref(),
-                Color,
-            )?,
+            texture: self.slot(&at("sheenColorTexture"), json.sheen_color_texture.as_ref(), Color)?,
         };
         let texture = json.sheen_roughness_texture.as_ref();
-        principled.sheen_roughness = self.textured_factor(
-            &at("sheenRoughness"),
-            json.sheen_roughness_factor,
-            texture,
-            Color,
-        )?;
+        principled.sheen_roughness =
+            self.textured_factor(&at("sheenRoughness"), json.sheen_roughness_factor, texture, Color)?;
         Ok(())
     }
 
@@ -305,20 +238,14 @@ impl Builder<'_, '_> {
     ) -> Result<(), FormatError> {
         let at = |key: &str| format!("{place}.{key}");
         let texture = json.iridescence_texture.as_ref();
-        principled.iridescence =
-            self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
+        principled.iridescence = self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
         let ior = json.iridescence_ior.unwrap_or(1.3);
-        principled.iridescence_ior =
-            self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
-        let thickness = [
-            json.iridescence_thickness_minimum.unwrap_or(100.0),
-            json.iridescence_thickness_maximum.unwrap_or(400.0),
-        ];
-        principled.iridescence_thickness =
-            self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
+        principled.iridescence_ior = self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
+        let thickness =
+            [json.iridescence_thickness_minimum.unwrap_or(100.0), json.iridescence_thickness_maximum.unwrap_or(400.0)];
+        principled.iridescence_thickness = self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
         let texture = json.iridescence_thickness_texture.as_ref();
-        principled.iridescence_thickness_texture =
-            self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
+        principled.iridescence_thickness_texture = self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
         Ok(())
     }
 
@@ -330,16 +257,8 @@ impl Builder<'_, '_> {
     ) -> Result<(), FormatError> {
         let at = |key: &str| format!("{place}.{key}");
         principled.anisotropy = Textured {
-            value: self.number(
-                &at("anisotropyStrength"),
-                json.anisotropy_strength,
-                UNIT_INTERVAL,
-            ),
-            texture: self.slot(
-                &at("anisotropyTexture"),
-                json.anisotropy_texture.as_ref(),
-                Data,
-            )?,
+            value: self.number(&at("anisotropyStrength"), json.anisotropy_strength, UNIT_INTERVAL),
+            texture: self.slot(&at("anisotropyTexture"), json.anisotropy_texture.as_ref(), Data)?,
         };
         principled.anisotropy_rotation = json.anisotropy_rotation as f32;
         Ok(())
@@ -354,8 +273,7 @@ impl Builder<'_, '_> {
         let at = |key: &str| format!("{place}.{key}");
         let texture = json.diffuse_transmission_texture.as_ref();
         let factor = json.diffuse_transmission_factor;
-        principled.diffuse_transmission =
-            self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
+        principled.diffuse_transmission = self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
         let color = json.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
         principled.diffuse_transmission_color = Textured {
             value: self.numbers(&at("diffuseTransmissionColorFactor"), color, UNIT_INTERVAL),
@@ -382,17 +300,10 @@ impl Builder<'_, '_> {
         })
     }
 
-    fn normal_map(
-        &mut self,
-        place: &str,
-        info: Option<&TextureInfo>,
-    ) -> Result<Option<NormalMap>, FormatError> {
+    fn normal_map(&mut self, place: &str, info: Option<&TextureInfo>) -> Result<Option<NormalMap>, FormatError> {
         let slot: Option<TextureSlot> = self.slot(place, info, Data)?;
         let scale = info.and_then(|info| info.scale).unwrap_or(1.0);
-        Ok(slot.map(|texture| NormalMap {
-            texture,
-            scale: scale.clamp(-NON_NEGATIVE[1], NON_NEGATIVE[1]) as f32,
-        }))
+        Ok(slot.map(|texture| NormalMap { texture, scale: scale.clamp(-NON_NEGATIVE[1], NON_NEGATIVE[1]) as f32 }))
     }
 
     pub(crate) fn number(&mut self, place: &str, value: f64, range: [f64; 2]) -> f32 {
@@ -400,12 +311,7 @@ impl Builder<'_, '_> {
     }
 
     /// Numbers of a range; others are clamped, and that is said.
-    pub(crate) fn numbers<const N: usize>(
-        &mut self,
-        place: &str,
-        values: [f64; N],
-        [low, high]: [f64; 2],
-    ) -> [f32; N] {
+    pub(crate) fn numbers<const N: usize>(&mut self, place: &str, values: [f64; N], [low, high]: [f64; 2]) -> [f32; N] {
         if values.iter().any(|v| !(low..=high).contains(v)) {
             let message = format!("{values:?} is clamped to {low}..={high} (VALUE_NOT_IN_RANGE)");
             self.diagnostics.note(place, message);

@@ -11,11 +11,7 @@ use crate::gltf::world::builder::{Builder, ImportedMesh};
 
 impl Builder<'_, '_> {
     /// A mesh that `place` refers to; `None` where it has no triangles.
-    pub(crate) fn mesh(
-        &mut self,
-        place: &str,
-        index: usize,
-    ) -> Result<Option<ImportedMesh>, FormatError> {
+    pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>, FormatError> {
         if let Some(known) = self.meshes.known.get(&index) {
             return Ok(known.clone());
         }
@@ -45,42 +41,35 @@ impl Builder<'_, '_> {
             }
         }
         let place = format!("meshes[{index}]");
-        let imported =
-            match merge_primitives(parts).map_err(|error| document.scene(&place, error))? {
-                Some((mesh, materials)) => {
-                    mesh.validate()
-                        .map_err(|error| document.scene(&place, error))?;
-                    let mesh = self.world.add_mesh(mesh);
-                    let shared = self.world.meshes[mesh].clone();
-                    let bends = SkinMorph::concat(&bends);
-                    Some(ImportedMesh {
-                        mesh,
-                        materials,
-                        primitives,
-                        shape: bends.map(|bends| Arc::new(bends.shape(shared))),
-                    })
-                }
-                None => None,
-            };
+        let imported = match merge_primitives(parts).map_err(|error| document.scene(&place, error))? {
+            Some((mesh, materials)) => {
+                mesh.validate().map_err(|error| document.scene(&place, error))?;
+                let mesh = self.world.add_mesh(mesh);
+                let shared = self.world.meshes[mesh].clone();
+                let bends = SkinMorph::concat(&bends);
+                Some(ImportedMesh {
+                    mesh,
+                    materials,
+                    primitives,
+                    shape: bends.map(|bends| Arc::new(bends.shape(shared))),
+                })
+            }
+            None => None,
+        };
         self.meshes.known.insert(index, imported.clone());
         Ok(imported)
     }
 }
 
 /// All parts, each a mesh and its material, as one mesh with the materials of its slots.
-fn merge_primitives(
-    mut parts: Vec<(Mesh, usize)>,
-) -> Result<Option<(Mesh, Vec<usize>)>, raycam_scene::SceneError> {
+fn merge_primitives(mut parts: Vec<(Mesh, usize)>) -> Result<Option<(Mesh, Vec<usize>)>, raycam_scene::SceneError> {
     if parts.len() < 2 {
         return Ok(parts.pop().map(|(mesh, material)| (mesh, vec![material])));
     }
     // A slot for each primitive, even where materials are the same: variants may tell them apart.
     let materials: Vec<usize> = parts.iter().map(|(_, material)| *material).collect();
-    let part = |(slot, (mesh, _)): (usize, (Mesh, usize))| MeshPart {
-        name: String::new(),
-        mesh,
-        materials: vec![slot],
-    };
+    let part =
+        |(slot, (mesh, _)): (usize, (Mesh, usize))| MeshPart { name: String::new(), mesh, materials: vec![slot] };
     let model = MeshFile {
         parts: parts.into_iter().enumerate().map(part).collect(),
         // Only their number counts.

@@ -30,10 +30,7 @@ impl Builder<'_, '_> {
         for &root in &roots {
             shown[root] = true;
         }
-        let mut rig = NodeTree {
-            skins: self.skins()?,
-            ..NodeTree::default()
-        };
+        let mut rig = NodeTree { skins: self.skins()?, ..NodeTree::default() };
         for (i, node) in nodes.iter().enumerate() {
             if let Some(message) = node.transform_warning() {
                 self.diagnostics.note(format!("nodes[{i}]"), message);
@@ -41,11 +38,7 @@ impl Builder<'_, '_> {
             rig.nodes.push(rig::Node {
                 parent: tree.parents[i],
                 transform: document.local_transform(i, node)?,
-                visible: node
-                    .extensions
-                    .visibility
-                    .as_ref()
-                    .is_none_or(|v| v.visible),
+                visible: node.extensions.visibility.as_ref().is_none_or(|v| v.visible),
                 weights: document.weights(node),
             });
         }
@@ -68,28 +61,18 @@ impl Builder<'_, '_> {
         rig.materials = self.animated_materials(channels.map(|channel| channel.target));
         let moving = !rig.animations.is_empty();
         if moving {
-            rig.hidden_mesh = self.world.add_mesh(Mesh {
-                vertices: vec![DVec3::ZERO],
-                triangles: vec![[0; 3]],
-                ..Mesh::default()
-            });
+            rig.hidden_mesh =
+                self.world.add_mesh(Mesh { vertices: vec![DVec3::ZERO], triangles: vec![[0; 3]], ..Mesh::default() });
         }
         let variants = document.root.extensions.variants().iter();
-        self.world.variants = variants
-            .map(|variant| Variant {
-                name: variant.name.clone(),
-                materials: Vec::new(),
-            })
-            .collect();
+        self.world.variants =
+            variants.map(|variant| Variant { name: variant.name.clone(), materials: Vec::new() }).collect();
         // In the order of the document, which is that of the object ids.
         for i in (0..nodes.len()).filter(|&i| shown[i]) {
             self.add_node(i, world_from_node[i], visible[i], &mut rig)?;
         }
         if moving || rig.objects.iter().any(|mount| mount.deformable.is_some()) {
-            let world = World {
-                node_tree: Some(Arc::new(rig)),
-                ..std::mem::take(&mut self.world)
-            };
+            let world = World { node_tree: Some(Arc::new(rig)), ..std::mem::take(&mut self.world) };
             let rested = world.at_rest();
             self.world = rested.map_err(|error| document.scene("nodes", error))?;
             self.world.node_tree = self.world.node_tree.take().filter(|_| moving);
@@ -124,8 +107,7 @@ impl Builder<'_, '_> {
         }
         if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
-            rig.lights
-                .extend(self.light(&place, light.light, i, transform)?);
+            rig.lights.extend(self.light(&place, light.light, i, transform)?);
         }
         if let Some(mesh) = node.mesh.filter(|_| visible || moving)
             && let Some(imported) = self.mesh(&format!("{place}.mesh"), mesh)?
@@ -142,9 +124,7 @@ impl Builder<'_, '_> {
         let index = match root.scene {
             Some(index) => index,
             None if root.scenes.is_empty() => {
-                return Ok((0..root.nodes.len())
-                    .filter(|&i| tree.parents[i].is_none())
-                    .collect());
+                return Ok((0..root.nodes.len()).filter(|&i| tree.parents[i].is_none()).collect());
             }
             None => 0,
         };
@@ -190,9 +170,7 @@ impl Builder<'_, '_> {
         }
         let moving = !rig.animations.is_empty();
         let shape = imported.shape.as_ref();
-        let skin = node
-            .skin
-            .filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
+        let skin = node.skin.filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
         for node_from_mesh in self.instances(place, node)? {
             let mut world_from_mesh = world_from_node * node_from_mesh;
             let mut mesh = imported.mesh;
@@ -205,8 +183,7 @@ impl Builder<'_, '_> {
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();
                 let size = whole.vertices.len() + whole.triangles.len();
-                self.allowance
-                    .charge(document.path, place, size as u64, 64)?;
+                self.allowance.charge(document.path, place, size as u64, 64)?;
                 match rig::flattened(&whole, world_from_mesh) {
                     Some(_) if shape.is_some() => world_from_mesh.matrix3 = DMat3::IDENTITY,
                     Some(flat) => {
@@ -225,8 +202,7 @@ impl Builder<'_, '_> {
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {
                 let size = shape.mesh.vertices.len() + shape.mesh.triangles.len();
-                self.allowance
-                    .charge(document.path, place, size as u64, 64)?;
+                self.allowance.charge(document.path, place, size as u64, 64)?;
                 self.world.meshes.push(shape.mesh.clone());
                 mesh = self.world.meshes.len() - 1;
             }
@@ -251,12 +227,7 @@ impl Builder<'_, '_> {
     }
 
     /// `KHR_materials_variants`: which materials an object has in which.
-    fn apply_variants(
-        &mut self,
-        object: usize,
-        node: &Node,
-        imported: &ImportedMesh,
-    ) -> Result<(), FormatError> {
+    fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<(), FormatError> {
         let document = self.document;
         let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
         for (slot, &primitive) in imported.primitives.iter().enumerate() {
@@ -301,24 +272,17 @@ impl Builder<'_, '_> {
             let amount = 16 * elements.count as u64;
             self.assets.budget.take_elements(document.path, amount)?;
             match &name[..] {
-                "TRANSLATION" => {
-                    translations = Some(elements.floats::<3>(document, &mut self.allowance)?)
-                }
-                "ROTATION" => {
-                    rotations = Some(elements.floats::<4>(document, &mut self.allowance)?)
-                }
+                "TRANSLATION" => translations = Some(elements.floats::<3>(document, &mut self.allowance)?),
+                "ROTATION" => rotations = Some(elements.floats::<4>(document, &mut self.allowance)?),
                 _ => scales = Some(elements.floats::<3>(document, &mut self.allowance)?),
             }
         }
         let count = count.unwrap_or(0);
-        self.allowance
-            .charge(document.path, &place, count as u64, 512)?;
+        self.allowance.charge(document.path, &place, count as u64, 512)?;
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         Ok((0..count)
             .map(|i| {
-                let translation = translations
-                    .as_ref()
-                    .map_or(DVec3::ZERO, |all| wide(all[i]));
+                let translation = translations.as_ref().map_or(DVec3::ZERO, |all| wide(all[i]));
                 let scale = scales.as_ref().map_or(DVec3::ONE, |all| wide(all[i]));
                 let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |all| {
                     normalize_quaternion(all[i].map(f64::from)).unwrap_or(DQuat::IDENTITY)
@@ -361,8 +325,7 @@ impl Document<'_> {
             let mut reached = vec![false; nodes.len()];
             order.iter().for_each(|&i| reached[i] = true);
             let i = reached.iter().position(|reached| !reached).unwrap_or(0);
-            let message =
-                format!("nodes[{i}]: above or below a node that is above itself (NODE_LOOP)");
+            let message = format!("nodes[{i}]: above or below a node that is above itself (NODE_LOOP)");
             return Err(self.fault(message));
         }
         Ok(NodeOrder { order, parents })
@@ -389,11 +352,7 @@ impl Document<'_> {
         if !(translation.is_finite() && scale.is_finite()) {
             return fault("translation or scale: not finite".into());
         }
-        Ok(Transform::Trs {
-            translation,
-            rotation,
-            scale,
-        })
+        Ok(Transform::Trs { translation, rotation, scale })
     }
 
     /// The weights of a node's morph targets: its own, its mesh's, or 0 for each.

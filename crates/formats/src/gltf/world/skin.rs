@@ -33,10 +33,7 @@ impl Builder<'_, '_> {
                     *inverse = DAffine3::from_mat4(matrix);
                 }
             }
-            skins.push(Skin {
-                joints: json.joints.clone(),
-                inverse_bind,
-            });
+            skins.push(Skin { joints: json.joints.clone(), inverse_bind });
         }
         Ok(skins)
     }

@@ -25,8 +25,7 @@ impl Builder<'_, '_> {
         principled: &mut Principled,
     ) -> Result<(), FormatError> {
         let share = [0.0, 1.0];
-        let at =
-            |key: &str| format!("{place}.extensions.KHR_materials_pbrSpecularGlossiness.{key}");
+        let at = |key: &str| format!("{place}.extensions.KHR_materials_pbrSpecularGlossiness.{key}");
         let diffuse = json.diffuse_factor.unwrap_or([1.0; 4]);
         let [r, g, b, a] = self.numbers(&at("diffuseFactor"), diffuse, share);
         (material.color, material.opacity) = ([r, g, b], a);
@@ -37,17 +36,11 @@ impl Builder<'_, '_> {
         let specular = json.specular_factor.unwrap_or([1.0; 3]);
         principled.metallic = 0.0.into();
         principled.ior = 0.0;
-        principled.specular_color = Textured {
-            value: self.numbers(&at("specularFactor"), specular, share),
-            texture,
-        };
+        principled.specular_color = Textured { value: self.numbers(&at("specularFactor"), specular, share), texture };
         let glossiness = json.glossiness_factor.unwrap_or(1.0);
         let glossiness = self.number(&at("glossinessFactor"), glossiness, share);
         principled.roughness = match texture {
-            Some(slot) => Textured {
-                value: 1.0,
-                texture: Some(self.roughness(slot, glossiness)?),
-            },
+            Some(slot) => Textured { value: 1.0, texture: Some(self.roughness(slot, glossiness)?) },
             None => (1.0 - glossiness).into(),
         };
         Ok(())
@@ -61,21 +54,10 @@ impl Builder<'_, '_> {
             [v, v, v, u16::MAX]
         };
         let texels = image.texels.in_memory()?;
-        let texels = (0..texels.len())
-            .map(|i| rough(texels.linear(i)[3]))
-            .collect();
-        let image = Image {
-            name: format!("{} (roughness)", image.name),
-            size: image.size,
-            texels: Texels::Linear16(texels),
-        };
-        let texture = Texture {
-            image: self.assets.store_texture(Arc::new(image))?,
-            sampler: *sampler,
-        };
-        Ok(TextureSlot {
-            texture: self.world.add_texture(texture),
-            ..slot
-        })
+        let texels = (0..texels.len()).map(|i| rough(texels.linear(i)[3])).collect();
+        let image =
+            Image { name: format!("{} (roughness)", image.name), size: image.size, texels: Texels::Linear16(texels) };
+        let texture = Texture { image: self.assets.store_texture(Arc::new(image))?, sampler: *sampler };
+        Ok(TextureSlot { texture: self.world.add_texture(texture), ..slot })
     }
 }

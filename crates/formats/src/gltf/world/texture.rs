@@ -28,20 +28,11 @@ impl Builder<'_, '_> {
         let Some(texture) = self.texture(index, info.index, color_use)? else {
             return Ok(None);
         };
-        Ok(Some(TextureSlot {
-            texture,
-            uv_set: info.uv_set(),
-            image_from_mesh: info.uv_transform().image_from_mesh(),
-        }))
+        Ok(Some(TextureSlot { texture, uv_set: info.uv_set(), image_from_mesh: info.uv_transform().image_from_mesh() }))
     }
 
     /// A texture for a use; `None` where it has no image.
-    fn texture(
-        &mut self,
-        place: &str,
-        index: usize,
-        color_use: ColorUse,
-    ) -> Result<Option<usize>, FormatError> {
+    fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>, FormatError> {
         let document = self.document;
         let texture = document.get(&document.root.textures, index, place)?;
         let key = (index, color_use == ColorUse::Color);
@@ -67,22 +58,14 @@ impl Builder<'_, '_> {
                 let json = document.get(&document.root.samplers, sampler, place)?;
                 sampler_from_json(document, &format!("samplers[{sampler}]"), json)?
             }
-            None => TextureSampler {
-                mip: Some(TexelFilter::Linear),
-                ..TextureSampler::default()
-            },
+            None => TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() },
         };
         let added = self.world.add_texture(Texture { image, sampler });
         self.textures.textures.insert(key, added);
         Ok(Some(added))
     }
 
-    fn image(
-        &mut self,
-        place: &str,
-        index: usize,
-        color_use: ColorUse,
-    ) -> Result<Arc<Image>, FormatError> {
+    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Arc<Image>, FormatError> {
         let document = self.document;
         let image = document.get(&document.root.images, index, place)?;
         let key = (index, color_use == ColorUse::Color);
@@ -99,27 +82,18 @@ impl Builder<'_, '_> {
             }
             (None, Some(view)) => {
                 let found = document.resources.bytes(view);
-                let (bytes, _) =
-                    found.map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
+                let (bytes, _) = found.map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
                 let bytes = bytes.read().map_err(|error| document.read_error(error))?;
                 (bytes, None)
             }
             (None, None) => {
-                return Err(document.fault(format!(
-                    "{place}: neither uri nor bufferView (ONE_OF_MISMATCH)"
-                )));
+                return Err(document.fault(format!("{place}: neither uri nor bufferView (ONE_OF_MISMATCH)")));
             }
         };
         let shown = document.path.display();
         let path = PathBuf::from(format!("{shown}: {place}"));
         let mut notices = Vec::new();
-        let mut decoded = decode_image(
-            &bytes,
-            &path,
-            color_use,
-            &mut self.assets.budget,
-            &mut notices,
-        )?;
+        let mut decoded = decode_image(&bytes, &path, color_use, &mut self.assets.budget, &mut notices)?;
         self.world.notices.extend(notices);
         decoded.name = match (&image.name[..], name) {
             ("", Some(name)) => name.into(),
@@ -132,14 +106,8 @@ impl Builder<'_, '_> {
     }
 }
 
-fn sampler_from_json(
-    document: &Document<'_>,
-    place: &str,
-    sampler: &Sampler,
-) -> Result<TextureSampler, FormatError> {
-    let unknown = |name: &str, code: u32| {
-        document.fault(format!("{place}.{name}: {code} (VALUE_NOT_IN_LIST)"))
-    };
+fn sampler_from_json(document: &Document<'_>, place: &str, sampler: &Sampler) -> Result<TextureSampler, FormatError> {
+    let unknown = |name: &str, code: u32| document.fault(format!("{place}.{name}: {code} (VALUE_NOT_IN_LIST)"));
     let wrap = |name, code| match code {
         None | Some(10497) => Ok(Wrap::Repeat),
         Some(33071) => Ok(Wrap::Clamp),
@@ -162,10 +130,7 @@ fn sampler_from_json(
         Some(code) => return Err(unknown("minFilter", code)),
     };
     Ok(TextureSampler {
-        wrap: [
-            wrap("wrapS", sampler.wrap_s)?,
-            wrap("wrapT", sampler.wrap_t)?,
-        ],
+        wrap: [wrap("wrapS", sampler.wrap_s)?, wrap("wrapT", sampler.wrap_t)?],
         magnification,
         minification,
         mip,

@@ -25,10 +25,7 @@ impl Writer<'_> {
                 let weights = matches!(channel.target, AnimationTarget::Weights(_));
                 let targets = self.channel_targets(channel.target, rig);
                 if targets.is_empty() {
-                    self.note(format!(
-                        "animation {:?}: a channel moves nothing that is there",
-                        animation.name
-                    ));
+                    self.note(format!("animation {:?}: a channel moves nothing that is there", animation.name));
                     continue;
                 }
                 let key = (Arc::as_ptr(&channel.sampler), rotation, weights);
@@ -41,10 +38,7 @@ impl Writer<'_> {
                 }
             }
             if channels.is_empty() {
-                self.note(format!(
-                    "animation {:?} is left out: nothing of it is there",
-                    animation.name
-                ));
+                self.note(format!("animation {:?} is left out: nothing of it is there", animation.name));
                 continue;
             }
             let Animation { name, .. } = animation;
@@ -86,47 +80,26 @@ impl Writer<'_> {
                     mount.node == i && mount.node_from_mesh == glam::DAffine3::IDENTITY
                 };
                 let found = rig.objects.iter().any(mounted);
-                return if found {
-                    node(i, "weights")
-                } else {
-                    Vec::new()
-                };
+                return if found { node(i, "weights") } else { Vec::new() };
             }
             AnimationTarget::Visible(i) => {
                 vec![format!("/nodes/{i}/extensions/KHR_node_visibility/visible")]
             }
             AnimationTarget::Material(i, property) => {
                 let path = material_path(property);
-                path.iter()
-                    .map(|path| format!("/materials/{i}/{path}"))
-                    .collect()
+                path.iter().map(|path| format!("/materials/{i}/{path}")).collect()
             }
             AnimationTarget::Light(definition, property) => {
-                let path = LIGHT_PROPERTIES
-                    .iter()
-                    .find(|(_, other)| *other == property);
+                let path = LIGHT_PROPERTIES.iter().find(|(_, other)| *other == property);
                 let path = path.map_or("", |(path, _)| path);
-                let copies = self
-                    .light_definition
-                    .iter()
-                    .filter(|(of, _)| *of == definition);
-                copies
-                    .map(|(_, i)| format!("{LIGHT_PATH}{i}/{path}"))
-                    .collect()
+                let copies = self.light_definition.iter().filter(|(of, _)| *of == definition);
+                copies.map(|(_, i)| format!("{LIGHT_PATH}{i}/{path}")).collect()
             }
-            AnimationTarget::FieldOfView(definition)
-            | AnimationTarget::Magnification(definition, _) => {
-                let path = CAMERA_PROPERTIES
-                    .iter()
-                    .find(|(_, of)| of(definition) == target);
+            AnimationTarget::FieldOfView(definition) | AnimationTarget::Magnification(definition, _) => {
+                let path = CAMERA_PROPERTIES.iter().find(|(_, of)| of(definition) == target);
                 let path = path.map_or("", |(path, _)| path);
-                let copies = self
-                    .camera_definition
-                    .iter()
-                    .filter(|(of, _)| *of == definition);
-                copies
-                    .map(|(_, i)| format!("/cameras/{i}/{path}"))
-                    .collect()
+                let copies = self.camera_definition.iter().filter(|(of, _)| *of == definition);
+                copies.map(|(_, i)| format!("/cameras/{i}/{path}")).collect()
             }
         };
         let pointer = |pointer: &String| {
@@ -147,8 +120,6 @@ fn material_path(property: MaterialProperty) -> Option<String> {
         let (part, _) = UV_PROPERTIES.iter().find(|(_, other)| *other == part)?;
         return Some(format!("{texture}{part}"));
     }
-    let (path, _) = MATERIAL_PROPERTIES
-        .iter()
-        .find(|(_, other)| *other == property)?;
+    let (path, _) = MATERIAL_PROPERTIES.iter().find(|(_, other)| *other == property)?;
     Some((*path).into())
 }

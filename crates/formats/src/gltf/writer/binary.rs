@@ -37,13 +37,8 @@ impl BinaryChunk {
     fn view_for(&mut self, data: &[u8], target: BufferTarget, like: String) -> usize {
         let mut hasher = DefaultHasher::new();
         data.hash(&mut hasher);
-        let same = self
-            .known
-            .entry((hasher.finish(), target, like))
-            .or_default();
-        let found = same
-            .iter()
-            .find(|(start, length, _)| self.bytes[*start..start + length] == *data);
+        let same = self.known.entry((hasher.finish(), target, like)).or_default();
+        let found = same.iter().find(|(start, length, _)| self.bytes[*start..start + length] == *data);
         if let Some(&(_, _, index)) = found {
             return index;
         }
@@ -62,23 +57,13 @@ impl BinaryChunk {
     }
 
     /// An accessor of float32 elements; positions and times have `bounds`.
-    pub(super) fn floats<const N: usize>(
-        &mut self,
-        values: &[[f32; N]],
-        target: BufferTarget,
-        bounds: bool,
-    ) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
+    pub(super) fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: BufferTarget, bounds: bool) -> usize {
+        let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let mut more = Map::new();
         if bounds {
             let fold = |start: f32, pick: fn(f32, f32) -> f32| {
-                let ends: [f32; N] = values.iter().fold([start; N], |ends, v| {
-                    std::array::from_fn(|i| pick(ends[i], v[i]))
-                });
+                let ends: [f32; N] =
+                    values.iter().fold([start; N], |ends, v| std::array::from_fn(|i| pick(ends[i], v[i])));
                 ends.map(f64::from).to_vec()
             };
             more.insert("min".into(), json!(fold(f32::INFINITY, f32::min)));
@@ -89,20 +74,9 @@ impl BinaryChunk {
 
     /// An accessor of four joints for each vertex.
     pub(super) fn joints(&mut self, values: &[[u16; 4]]) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
+        let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let count = values.len();
-        self.accessor(
-            &bytes,
-            5123,
-            "VEC4",
-            count,
-            BufferTarget::Vertices,
-            Map::new(),
-        )
+        self.accessor(&bytes, 5123, "VEC4", count, BufferTarget::Vertices, Map::new())
     }
 
     /// An accessor of indices into so many vertices, in 16 bits where these count them. The largest number of its type
@@ -115,14 +89,7 @@ impl BinaryChunk {
             (5125, values.iter().flat_map(|v| v.to_le_bytes()).collect())
         };
         let count = values.len();
-        self.accessor(
-            &bytes,
-            code,
-            "SCALAR",
-            count,
-            BufferTarget::Indices,
-            Map::new(),
-        )
+        self.accessor(&bytes, code, "SCALAR", count, BufferTarget::Indices, Map::new())
     }
 
     fn accessor(
@@ -139,13 +106,10 @@ impl BinaryChunk {
             accessor[key] = value;
         }
         accessor["bufferView"] = json!(self.view_for(bytes, target, accessor.to_string()));
-        *self
-            .known_accessors
-            .entry(accessor.to_string())
-            .or_insert_with(|| {
-                self.accessors.push(accessor);
-                self.accessors.len() - 1
-            })
+        *self.known_accessors.entry(accessor.to_string()).or_insert_with(|| {
+            self.accessors.push(accessor);
+            self.accessors.len() - 1
+        })
     }
 
     /// Views, accessors and bytes.

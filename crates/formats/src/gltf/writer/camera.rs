@@ -45,17 +45,13 @@ impl Writer<'_> {
                 ("orthographic", lens)
             }
             Center::Infinity => {
-                self.note(format!(
-                    "camera {name:?}: its centre lies at infinity: left out, glTF has no such thing"
-                ));
+                self.note(format!("camera {name:?}: its centre lies at infinity: left out, glTF has no such thing"));
                 return None;
             }
         };
         if !lost.is_empty() {
             let lost = lost.join(", ");
-            self.note(format!(
-                "camera {name:?}: {lost}: left out, glTF has no such thing"
-            ));
+            self.note(format!("camera {name:?}: {lost}: left out, glTF has no such thing"));
         }
         let json = json!({ "name": name, "type": kind, kind: lens });
         let index = self.push("cameras", json);

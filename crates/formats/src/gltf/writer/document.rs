@@ -61,12 +61,7 @@ impl Writer<'_> {
     }
 
     /// Adds the object of an extension, and declares the extension.
-    pub(crate) fn extend(
-        &mut self,
-        item: &mut Map<String, Value>,
-        name: &'static str,
-        extension: Value,
-    ) {
+    pub(crate) fn extend(&mut self, item: &mut Map<String, Value>, name: &'static str, extension: Value) {
         self.extensions.insert(name);
         let all = item.entry("extensions").or_insert_with(|| json!({}));
         if let Some(all) = all.as_object_mut() {

@@ -22,11 +22,7 @@ impl Writer<'_> {
             intensity.or(power.map(|power| power.map(share)))
         };
         let (mut json, rgb, position, direction) = match light {
-            Light::Sun {
-                direction,
-                irradiance,
-                angular_diameter,
-            } => {
+            Light::Sun { direction, irradiance, angular_diameter } => {
                 if *angular_diameter > 0.0 {
                     let message = "its angular diameter is left out: glTF's suns are points";
                     self.note(format!("light {number}: {message}"));
@@ -34,12 +30,7 @@ impl Writer<'_> {
                 let json = json!({ "type": "directional" });
                 (json, *irradiance, DVec3::ZERO, DVec3::from(*direction))
             }
-            Light::Point {
-                position,
-                power,
-                intensity,
-                radius,
-            } => {
+            Light::Point { position, power, intensity, radius } => {
                 if *radius > 0.0 {
                     let message = "its radius is left out: glTF's bulbs are points";
                     self.note(format!("light {number}: {message}"));
@@ -48,24 +39,13 @@ impl Writer<'_> {
                 let json = json!({ "type": "point" });
                 (json, rgb, DVec3::from(*position), DVec3::NEG_Z)
             }
-            Light::Spot {
-                position,
-                direction,
-                power,
-                intensity,
-                inner,
-                outer,
-            } => {
+            Light::Spot { position, direction, power, intensity, inner, outer } => {
                 let [a, b] = [inner, outer].map(|angle| angle.to_radians().cos());
                 let whole = TAU * (1.0 - a + (a - b) / 3.0);
                 let rgb = spread(*power, *intensity, whole).unwrap_or_default();
                 let (inner, outer) = (inner.to_radians(), outer.to_radians());
                 // An edge without width is not allowed.
-                let inner = if inner < outer {
-                    inner
-                } else {
-                    outer * (1.0 - 1e-6)
-                };
+                let inner = if inner < outer { inner } else { outer * (1.0 - 1e-6) };
                 let spot = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
                 let json = json!({ "type": "spot", "spot": spot });
                 (json, rgb, DVec3::from(*position), DVec3::from(*direction))
@@ -105,10 +85,6 @@ pub(super) fn color_and_strength(rgb: [f32; 3]) -> ([f32; 3], f32) {
         return ([1.0; 3], 0.0);
     }
     let exact = |strength: f32| rgb.iter().all(|&v| v / strength * strength == v);
-    let strength = if exact(largest) {
-        largest
-    } else {
-        largest.log2().ceil().exp2()
-    };
+    let strength = if exact(largest) { largest } else { largest.log2().ceil().exp2() };
     (rgb.map(|v| (v / strength).min(1.0)), strength)
 }

@@ -75,11 +75,7 @@ impl Writer<'_> {
             self.extend(&mut json, "KHR_materials_emissive_strength", extension);
         }
         self.normal_map(&mut json, "normalTexture", material.normal_map)?;
-        if let Some(Textured {
-            value,
-            texture: Some(slot),
-        }) = &material.occlusion
-        {
+        if let Some(Textured { value, texture: Some(slot) }) = &material.occlusion {
             let mut info = self.texture_info(slot, Data)?;
             factor(&mut info, "strength", *value, 1.0);
             json.insert("occlusionTexture".into(), info.into());
@@ -93,10 +89,7 @@ impl Writer<'_> {
     }
 
     /// Every extension with the values that differ from its defaults.
-    fn extensions_of(
-        &mut self,
-        p: &Principled,
-    ) -> Result<Vec<(&'static str, Object)>, FormatError> {
+    fn extensions_of(&mut self, p: &Principled) -> Result<Vec<(&'static str, Object)>, FormatError> {
         let mut all = Vec::new();
         let mut json = Object::new();
         factor(&mut json, "ior", p.ior, 1.5);
@@ -104,12 +97,7 @@ impl Writer<'_> {
 
         let mut json = Object::new();
         self.textured(&mut json, "specular", p.specular, 1.0, Color)?;
-        color3(
-            &mut json,
-            "specularColorFactor",
-            p.specular_color.value,
-            1.0,
-        );
+        color3(&mut json, "specularColorFactor", p.specular_color.value, 1.0);
         let texture = p.specular_color.texture;
         self.texture(&mut json, "specularColorTexture", texture, Color)?;
         all.push(("KHR_materials_specular", json));
@@ -141,11 +129,7 @@ impl Writer<'_> {
     }
 
     /// The extensions of layers on top of the base, and of the way that light is scattered.
-    fn coating_extensions(
-        &mut self,
-        p: &Principled,
-        all: &mut Vec<(&'static str, Object)>,
-    ) -> Result<(), FormatError> {
+    fn coating_extensions(&mut self, p: &Principled, all: &mut Vec<(&'static str, Object)>) -> Result<(), FormatError> {
         let mut json = Object::new();
         self.textured(&mut json, "clearcoat", p.clearcoat, 0.0, Data)?;
         let roughness = p.clearcoat_roughness;
@@ -179,12 +163,7 @@ impl Writer<'_> {
         let share = p.diffuse_transmission;
         self.textured(&mut json, "diffuseTransmission", share, 0.0, Color)?;
         let color = p.diffuse_transmission_color;
-        color3(
-            &mut json,
-            "diffuseTransmissionColorFactor",
-            color.value,
-            1.0,
-        );
+        color3(&mut json, "diffuseTransmissionColorFactor", color.value, 1.0);
         let key = "diffuseTransmissionColorTexture";
         self.texture(&mut json, key, color.texture, Color)?;
         all.push(("KHR_materials_diffuse_transmission", json));
@@ -218,12 +197,7 @@ impl Writer<'_> {
         self.texture(json, &format!("{key}Texture"), of.texture, color_use)
     }
 
-    fn normal_map(
-        &mut self,
-        json: &mut Object,
-        key: &str,
-        normal: Option<NormalMap>,
-    ) -> Result<(), FormatError> {
+    fn normal_map(&mut self, json: &mut Object, key: &str, normal: Option<NormalMap>) -> Result<(), FormatError> {
         if let Some(NormalMap { texture, scale }) = &normal {
             let mut info = self.texture_info(texture, Data)?;
             factor(&mut info, "scale", *scale, 1.0);
@@ -250,8 +224,7 @@ impl Writer<'_> {
             (None, Some(slot)) if metallic.value == 0.0 => slot,
             (Some(slot), other) | (None, other @ Some(slot)) => {
                 let other = other.filter(|other| {
-                    let same = other.uv_set == slot.uv_set
-                        && other.image_from_mesh == slot.image_from_mesh;
+                    let same = other.uv_set == slot.uv_set && other.image_from_mesh == slot.image_from_mesh;
                     if !same {
                         let message = "roughness and metalness are placed differently on the mesh: \
                                        the texture of roughness is left out";
@@ -286,18 +259,11 @@ impl Writer<'_> {
         let mut texels = Vec::with_capacity(width as usize * height as usize);
         for y in 0..height {
             for x in 0..width {
-                let uv = [
-                    (x as f32 + 0.5) / width as f32,
-                    (y as f32 + 0.5) / height as f32,
-                ];
+                let uv = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
                 texels.push([0, value(0, 1, uv), value(1, 2, uv), u16::MAX]);
             }
         }
-        let image = Arc::new(Image {
-            name: String::new(),
-            size: [width, height],
-            texels: Texels::Linear16(texels),
-        });
+        let image = Arc::new(Image { name: String::new(), size: [width, height], texels: Texels::Linear16(texels) });
         self.textures.generated.push(image.clone());
         let sampler = world.textures[slot.texture].sampler;
         let info = self.image_info(&image, sampler, &slot, Data)?;

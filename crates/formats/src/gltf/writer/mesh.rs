@@ -43,7 +43,8 @@ impl Writer<'_> {
                         None => by_material.push((material, vec![variant])),
                     }
                 }
-                let mapping = |(material, variants): &(usize, Vec<usize>)| json!({ "material": material, "variants": variants });
+                let mapping =
+                    |(material, variants): &(usize, Vec<usize>)| json!({ "material": material, "variants": variants });
                 let mappings: Vec<_> = by_material.iter().map(mapping).collect();
                 let extension = json!({ "mappings": mappings });
                 self.extend(&mut primitive, "KHR_materials_variants", extension);
@@ -64,20 +65,11 @@ impl Writer<'_> {
     }
 
     fn primitives(&mut self, mesh: &Mesh, shape: Option<&DeformableMesh>) -> Vec<(usize, Value)> {
-        let rounding = mesh
-            .vertices
-            .iter()
-            .map(|v| (v.as_vec3().as_dvec3() - *v).length());
+        let rounding = mesh.vertices.iter().map(|v| (v.as_vec3().as_dvec3() - *v).length());
         let rounding = rounding.fold(0.0, f64::max);
         if rounding > 0.0 {
-            let moved = if rounding < 1e-6 {
-                "less than a millionth".into()
-            } else {
-                format!("up to {rounding:.1e}")
-            };
-            self.note(format!(
-                "positions are rounded to float32, by {moved} of their unit"
-            ));
+            let moved = if rounding < 1e-6 { "less than a millionth".into() } else { format!("up to {rounding:.1e}") };
+            self.note(format!("positions are rounded to float32, by {moved} of their unit"));
         }
         let Some(slots) = &mesh.material_slots else {
             let corners = mesh.triangles.as_flattened().to_vec();
@@ -90,24 +82,13 @@ impl Writer<'_> {
         let mut primitives = Vec::new();
         for slot in 0..mesh.slot_count() {
             let of_slot = |&(_, &other): &(usize, &u16)| usize::from(other) == slot;
-            let faces: Vec<usize> = slots
-                .iter()
-                .enumerate()
-                .filter(of_slot)
-                .map(|f| f.0)
-                .collect();
+            let faces: Vec<usize> = slots.iter().enumerate().filter(of_slot).map(|f| f.0).collect();
             if faces.is_empty() {
                 continue;
             }
-            let corners = faces
-                .iter()
-                .flat_map(|&face| mesh.triangles[face])
-                .collect();
+            let corners = faces.iter().flat_map(|&face| mesh.triangles[face]).collect();
             let whole = mesh.slot_count() == 1;
-            primitives.push((
-                slot,
-                self.primitive(mesh, shape, corners, Some(&faces), whole),
-            ));
+            primitives.push((slot, self.primitive(mesh, shape, corners, Some(&faces), whole)));
         }
         primitives
     }
@@ -128,10 +109,7 @@ impl Writer<'_> {
         let apart = flat || mesh.face_colors.is_some();
         let (sources, indices) = match (apart, whole) {
             (true, _) => (corners.clone(), None),
-            (_, true) => (
-                (0..mesh.vertices.len() as u32).collect(),
-                Some(corners.clone()),
-            ),
+            (_, true) => ((0..mesh.vertices.len() as u32).collect(), Some(corners.clone())),
             (false, false) => compact(&corners, mesh.vertices.len()),
         };
         let count = sources.len();
@@ -146,9 +124,7 @@ impl Writer<'_> {
         }
         let has_tangents = self.tangents(mesh, &sources, shading.as_ref(), &mut attributes);
         for (set, uvs) in mesh.uvs.iter().chain(&mesh.more_uvs).enumerate() {
-            let index = self
-                .binary
-                .floats(&gather(&sources, |i| uvs[i]), Vertices, false);
+            let index = self.binary.floats(&gather(&sources, |i| uvs[i]), Vertices, false);
             attributes.insert(format!("TEXCOORD_{set}"), json!(index));
         }
         let colored = self.colors(mesh, &sources, faces, &mut attributes);
@@ -156,11 +132,7 @@ impl Writer<'_> {
         if let Some(shape) = shape {
             self.skin(shape, &sources, &mut attributes);
             let base = [shading.is_some(), has_tangents, mesh.uvs.is_some(), colored];
-            let targets: Vec<_> = shape
-                .targets
-                .iter()
-                .map(|target| self.target(target, &sources, base))
-                .collect();
+            let targets: Vec<_> = shape.targets.iter().map(|target| self.target(target, &sources, base)).collect();
             if !targets.is_empty() {
                 json["targets"] = targets.into();
             }
@@ -198,12 +170,7 @@ impl Writer<'_> {
     }
 
     /// `JOINTS_n` and `WEIGHTS_n`.
-    fn skin(
-        &mut self,
-        shape: &DeformableMesh,
-        sources: &[u32],
-        attributes: &mut Map<String, Value>,
-    ) {
+    fn skin(&mut self, shape: &DeformableMesh, sources: &[u32], attributes: &mut Map<String, Value>) {
         for (set, (joints, weights)) in shape.joints.iter().enumerate() {
             let joints = gather(sources, |i| used(joints[i], weights[i]));
             let index = self.binary.joints(&joints);
@@ -234,9 +201,7 @@ impl Writer<'_> {
             .map(|(corner, &i)| {
                 let own = of_vertices.map_or([1.0; 3], |all| all[i as usize]);
                 // With colours of faces, vertices are corners.
-                let face = faces.map_or(corner / 3, |faces| {
-                    faces.get(corner / 3).copied().unwrap_or(0)
-                });
+                let face = faces.map_or(corner / 3, |faces| faces.get(corner / 3).copied().unwrap_or(0));
                 let face = of_faces.map_or([1.0; 3], |all| all[face]);
                 std::array::from_fn(|i| own[i] * face[i])
             })
@@ -253,21 +218,9 @@ impl Writer<'_> {
         true
     }
 
-    fn target(
-        &mut self,
-        target: &MorphTarget,
-        sources: &[u32],
-        [normals, tangents, uvs, colors]: [bool; 4],
-    ) -> Value {
+    fn target(&mut self, target: &MorphTarget, sources: &[u32], [normals, tangents, uvs, colors]: [bool; 4]) -> Value {
         let mut json = Map::new();
-        let zero = vec![
-            [0.0; 3];
-            if target.vertices.is_none() {
-                sources.len()
-            } else {
-                0
-            }
-        ];
+        let zero = vec![[0.0; 3]; if target.vertices.is_none() { sources.len() } else { 0 }];
         let moved = match &target.vertices {
             Some(all) => gather(sources, |i| all[i]),
             // Something has to be there.
@@ -282,16 +235,12 @@ impl Writer<'_> {
         ];
         for (name, based, values) in three {
             if let (true, Some(all)) = (based, values) {
-                let index = self
-                    .binary
-                    .floats(&gather(sources, |i| all[i]), Vertices, false);
+                let index = self.binary.floats(&gather(sources, |i| all[i]), Vertices, false);
                 json.insert(name.into(), json!(index));
             }
         }
         if let (true, Some(all)) = (uvs, &target.uvs) {
-            let index = self
-                .binary
-                .floats(&gather(sources, |i| all[i]), Vertices, false);
+            let index = self.binary.floats(&gather(sources, |i| all[i]), Vertices, false);
             json.insert("TEXCOORD_0".into(), json!(index));
         }
         json.into()
@@ -299,48 +248,28 @@ impl Writer<'_> {
 }
 
 /// Unit normals of the vertices; with `flat`, vertices are corners and zero normals are those of their faces.
-fn shading_normals(
-    all: &[[f32; 3]],
-    sources: &[u32],
-    positions: &[[f32; 3]],
-    flat: bool,
-) -> Vec<[f32; 3]> {
+fn shading_normals(all: &[[f32; 3]], sources: &[u32], positions: &[[f32; 3]], flat: bool) -> Vec<[f32; 3]> {
     let mut normals = gather(sources, |i| all[i]);
     if flat {
         for (corners, normals) in positions.chunks(3).zip(normals.chunks_mut(3)) {
             let [a, b, c] = [0, 1, 2].map(|i| Vec3::from_array(corners[i]));
             let face = (b - a).cross(c - a).normalize_or(Vec3::Z).to_array();
-            normals
-                .iter_mut()
-                .filter(|n| **n == [0.0; 3])
-                .for_each(|n| *n = face);
+            normals.iter_mut().filter(|n| **n == [0.0; 3]).for_each(|n| *n = face);
         }
     }
-    normals
-        .into_iter()
-        .map(|n| Vec3::from_array(n).normalize_or(Vec3::Z).to_array())
-        .collect::<Vec<_>>()
+    normals.into_iter().map(|n| Vec3::from_array(n).normalize_or(Vec3::Z).to_array()).collect::<Vec<_>>()
 }
 
 /// The vertices that these corners use, in their order, and the corners among them.
 fn compact(corners: &[u32], vertices: usize) -> (Vec<u32>, Option<Vec<u32>>) {
     let mut places = vec![u32::MAX; vertices];
-    corners
-        .iter()
-        .for_each(|&corner| places[corner as usize] = 0);
+    corners.iter().for_each(|&corner| places[corner as usize] = 0);
     let mut sources = Vec::new();
-    for (vertex, place) in places
-        .iter_mut()
-        .enumerate()
-        .filter(|(_, place)| **place == 0)
-    {
+    for (vertex, place) in places.iter_mut().enumerate().filter(|(_, place)| **place == 0) {
         *place = sources.len() as u32;
         sources.push(vertex as u32);
     }
-    let corners = corners
-        .iter()
-        .map(|&corner| places[corner as usize])
-        .collect();
+    let corners = corners.iter().map(|&corner| places[corner as usize]).collect();
     (sources, Some(corners))
 }
 

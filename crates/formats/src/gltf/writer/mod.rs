@@ -80,10 +80,7 @@ impl Writer<'_> {
     fn finish(mut self, roots: &[usize]) -> Result<(Vec<u8>, Vec<String>), FormatError> {
         let generator = format!("raycam {}", env!("CARGO_PKG_VERSION"));
         let mut root = Map::new();
-        root.insert(
-            "asset".into(),
-            json!({ "version": "2.0", "generator": generator }),
-        );
+        root.insert("asset".into(), json!({ "version": "2.0", "generator": generator }));
         if !roots.is_empty() {
             root.insert("scene".into(), json!(0));
             root.insert("scenes".into(), json!([{ "nodes": roots }]));
@@ -93,11 +90,7 @@ impl Writer<'_> {
             self.extend(&mut root, "KHR_lights_punctual", lights);
         }
         if !self.world.variants.is_empty() {
-            let names = self
-                .world
-                .variants
-                .iter()
-                .map(|v| json!({ "name": v.name }));
+            let names = self.world.variants.iter().map(|v| json!({ "name": v.name }));
             let variants = json!({ "variants": names.collect::<Vec<_>>() });
             self.extend(&mut root, "KHR_materials_variants", variants);
         }
@@ -128,11 +121,8 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>, FormatErr
         chunks.push((*b"BIN\0", bytes));
     }
     let total = 12 + chunks.iter().map(|(_, data)| 8 + data.len()).sum::<usize>();
-    let length = u32::try_from(total).map_err(|_| {
-        FormatError::Encode(format!(
-            "GLB: {total} bytes, and no file has more than 4 GiB"
-        ))
-    })?;
+    let length = u32::try_from(total)
+        .map_err(|_| FormatError::Encode(format!("GLB: {total} bytes, and no file has more than 4 GiB")))?;
     let mut file = Vec::with_capacity(total);
     file.extend(b"glTF");
     file.extend(2_u32.to_le_bytes());

@@ -26,10 +26,7 @@ impl NodeList {
             self.nodes[node].extend(leaf);
             return;
         }
-        let mut json = transform::nodes(place)
-            .into_iter()
-            .next()
-            .unwrap_or_default();
+        let mut json = transform::nodes(place).into_iter().next().unwrap_or_default();
         json.extend(leaf);
         self.below.push((node, json));
     }
@@ -39,22 +36,14 @@ impl Writer<'_> {
     /// Adds everything there is, and returns the roots.
     pub(super) fn nodes(&mut self, rig: Option<&NodeTree>) -> Vec<usize> {
         let world = self.world;
-        let mut done = [
-            vec![false; world.objects.len()],
-            vec![false; world.lights.len()],
-            vec![false; world.cameras.len()],
-        ];
+        let mut done =
+            [vec![false; world.objects.len()], vec![false; world.lights.len()], vec![false; world.cameras.len()]];
         let mut roots = Vec::new();
         if let Some(rig) = rig {
             self.tree(rig, &mut done, &mut roots);
         }
         let [objects, lights, cameras] = done;
-        for (i, object) in world
-            .objects
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !objects[*i])
-        {
+        for (i, object) in world.objects.iter().enumerate().filter(|(i, _)| !objects[*i]) {
             let mesh = &world.meshes[object.mesh];
             let index = self.mesh(mesh, None, &object.materials, &self.variants(i), &[]);
             let leaf = json!({ "name": object.name, "mesh": index });
@@ -68,12 +57,7 @@ impl Writer<'_> {
                 roots.push(self.placed(placed.world_from_node, leaf.into()));
             }
         }
-        for (_, camera) in world
-            .cameras
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !cameras[*i])
-        {
+        for (_, camera) in world.cameras.iter().enumerate().filter(|(i, _)| !cameras[*i]) {
             if let Some((index, world_from_node)) = self.camera(camera) {
                 let leaf = json!({ "name": camera.name, "camera": index });
                 roots.push(self.placed(world_from_node, leaf));
@@ -104,10 +88,7 @@ impl Writer<'_> {
     /// The nodes of the tree, at the same indices, with the objects, lights and cameras that they carry.
     fn tree(&mut self, rig: &NodeTree, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
         let nodes = rig.nodes.iter().map(|node| self.node_keys(node)).collect();
-        let mut nodes = NodeList {
-            nodes,
-            below: Vec::new(),
-        };
+        let mut nodes = NodeList { nodes, below: Vec::new() };
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); rig.nodes.len()];
         for (i, node) in rig.nodes.iter().enumerate() {
             match node.parent {
@@ -146,11 +127,7 @@ impl Writer<'_> {
     /// The transform and the visibility of a node.
     fn node_keys(&mut self, node: &Node) -> Map<String, Value> {
         let mut json = match &node.transform {
-            Transform::Trs {
-                translation,
-                rotation,
-                scale,
-            } => transform::parts(*translation, *rotation, *scale),
+            Transform::Trs { translation, rotation, scale } => transform::parts(*translation, *rotation, *scale),
             Transform::Matrix(matrix) => {
                 let matrix = glam::DMat4::from(*matrix).to_cols_array().to_vec();
                 Map::from_iter([("matrix".into(), json!(matrix))])

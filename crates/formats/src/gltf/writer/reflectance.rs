@@ -9,10 +9,7 @@ use crate::gltf::writer::document::Writer;
 impl Writer<'_> {
     /// A material in glTF's terms: the principled one, and the base colour it has there. What only resembles the
     /// original gets a notice. `None` is unlit.
-    pub(super) fn to_gltf_material(
-        &mut self,
-        material: &Material,
-    ) -> ([f32; 3], Option<Principled>) {
+    pub(super) fn to_gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         if material.priority != 0 {
             self.note(format!(
@@ -22,16 +19,8 @@ impl Writer<'_> {
         match &material.model {
             MaterialModel::Unlit => (color, None),
             MaterialModel::Principled(principled) => (color, Some((**principled).clone())),
-            MaterialModel::Phong {
-                diffuse,
-                specular,
-                shininess,
-            } => {
-                let mut principled = Principled {
-                    metallic: 0.0.into(),
-                    specular: 0.0.into(),
-                    ..Principled::default()
-                };
+            MaterialModel::Phong { diffuse, specular, shininess } => {
+                let mut principled = Principled { metallic: 0.0.into(), specular: 0.0.into(), ..Principled::default() };
                 if *specular != [0.0; 3] {
                     self.note(format!(
                         "material {name:?}: its Phong lobe of exponent {shininess} becomes roughness, which looks \
@@ -47,17 +36,12 @@ impl Writer<'_> {
                 (color.map(|v| v * diffuse), Some(principled))
             }
             MaterialModel::Metal(metal) => {
-                self.note(format!(
-                    "material {name:?}: its index of refraction becomes its colour along the normal"
-                ));
+                self.note(format!("material {name:?}: its index of refraction becomes its colour along the normal"));
                 let along = |i: usize| {
                     let (n, k) = (metal.ior[i], metal.extinction[i]);
                     ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
                 };
-                let principled = Principled {
-                    roughness: metal.roughness.into(),
-                    ..Principled::default()
-                };
+                let principled = Principled { roughness: metal.roughness.into(), ..Principled::default() };
                 let color = std::array::from_fn(|i| (color[i] * along(i)).clamp(0.0, 1.0));
                 (color, Some(principled))
             }

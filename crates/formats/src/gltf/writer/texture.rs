@@ -84,8 +84,7 @@ impl Writer<'_> {
     fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>, FormatError> {
         let texels = image.texels.in_memory()?;
         match (&*texels, color_use) {
-            (Texels::Srgb8(texels), ColorUse::Color)
-            | (Texels::Linear8(texels), ColorUse::Data) => {
+            (Texels::Srgb8(texels), ColorUse::Color) | (Texels::Linear8(texels), ColorUse::Data) => {
                 let opaque = texels.iter().all(|texel| texel[3] == 255);
                 let (bytes, channels) = pack_channels(texels, opaque);
                 return png::encode(image.size, channels, Samples::U8(&bytes));
@@ -133,11 +132,7 @@ impl Writer<'_> {
         if a * d - b * c < 0.0 {
             height = -height;
         }
-        let rotation = if width > 0.0 {
-            (-c).atan2(a)
-        } else {
-            (b * height.signum()).atan2(d * height.signum())
-        };
+        let rotation = if width > 0.0 { (-c).atan2(a) } else { (b * height.signum()).atan2(d * height.signum()) };
         if (a * b + c * d).abs() > 1e-5 * width * height.abs() {
             let message = "a texture's coordinates are sheared, which glTF does not have: left out";
             self.note(message.into());

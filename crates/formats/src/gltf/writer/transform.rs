@@ -24,11 +24,7 @@ pub(crate) fn parts(translation: DVec3, rotation: DQuat, scale: DVec3) -> Map<St
 fn round_noise(value: f64) -> f64 {
     const DIGITS: f64 = 1e13;
     let rounded = (value * DIGITS).round() / DIGITS;
-    if value.abs() < 100.0 {
-        rounded + 0.0
-    } else {
-        value
-    }
+    if value.abs() < 100.0 { rounded + 0.0 } else { value }
 }
 
 /// The keys of nodes, the outermost first, that together place something by any invertible transform. One suffices

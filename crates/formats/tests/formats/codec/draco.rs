@@ -39,19 +39,10 @@ fn cases() -> Vec<(String, Vec<u8>, DecodedMesh)> {
             let components: usize = components.parse().unwrap();
             let bytes = lump(count * components * size);
             at += bytes.len();
-            Attribute {
-                id: id.parse().unwrap(),
-                component,
-                components,
-                bytes,
-            }
+            Attribute { id: id.parse().unwrap(), component, components, bytes }
         });
         let attributes = attributes.collect();
-        let decoded = DecodedMesh {
-            triangles,
-            count,
-            attributes,
-        };
+        let decoded = DecodedMesh { triangles, count, attributes };
         cases.push((words[0].to_owned(), stream, decoded));
     }
     cases
@@ -91,18 +82,9 @@ fn streams_decode_as_in_google_s_library() {
 #[test]
 fn what_is_not_a_draco_mesh_is_said() {
     for (bytes, expected) in [
-        (
-            &b"DRAC"[..],
-            "a.glb: Draco compression: does not begin with DRACO",
-        ),
-        (
-            b"DRACO\x02\x02\x00\x01",
-            "a.glb: Draco compression: not a mesh",
-        ),
-        (
-            b"DRACO\x01\x03\x01",
-            "a.glb: Draco compression of version 1.3, expected 2.2",
-        ),
+        (&b"DRAC"[..], "a.glb: Draco compression: does not begin with DRACO"),
+        (b"DRACO\x02\x02\x00\x01", "a.glb: Draco compression: not a mesh"),
+        (b"DRACO\x01\x03\x01", "a.glb: Draco compression of version 1.3, expected 2.2"),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), expected);
     }
@@ -113,26 +95,13 @@ fn a_mesh_larger_than_the_budget_is_refused() {
     let (_, stream, decoded) = cases().pop().unwrap();
     let size: usize = decoded.attributes.iter().map(|a| a.bytes.len()).sum();
     let elements = decoded.count + 3 * decoded.triangles.len();
-    let tight = Budget {
-        bytes: size as u64,
-        elements: elements as u64,
-        ..Budget::default()
-    };
+    let tight = Budget { bytes: size as u64, elements: elements as u64, ..Budget::default() };
     let read = |mut budget: Budget| decode(&stream, Path::new("a.glb"), &mut budget);
     assert!(read(tight).is_ok());
     let fewer = [
-        Budget {
-            bytes: tight.bytes - 1,
-            ..tight
-        },
-        Budget {
-            elements: tight.elements - 1,
-            ..tight
-        },
-        Budget {
-            elements: 300,
-            ..tight
-        },
+        Budget { bytes: tight.bytes - 1, ..tight },
+        Budget { elements: tight.elements - 1, ..tight },
+        Budget { elements: 300, ..tight },
     ];
     for budget in fewer {
         assert!(read(budget).is_err(), "{budget:?}");

@@ -38,11 +38,7 @@ fn cases() -> Vec<Case> {
         let (expected, after) = expected.split_at(count * stride);
         cases.push(Case {
             name: words[0].into(),
-            shape: ViewHeader {
-                mode,
-                count,
-                stride,
-            },
+            shape: ViewHeader { mode, count, stride },
             stream: stream.into(),
             expected: expected.into(),
         });
@@ -59,16 +55,12 @@ fn read(bytes: &[u8], shape: ViewHeader) -> Result<Vec<u8>, FormatError> {
 fn apart(shape: ViewHeader, a: &[u8], b: &[u8]) -> i32 {
     let components = |bytes: &[u8]| -> Vec<i32> {
         match (shape.mode, shape.stride) {
-            (Mode::Attributes(Filter::Octahedral), 4) => {
-                bytes.iter().map(|&b| i32::from(b as i8)).collect()
-            }
+            (Mode::Attributes(Filter::Octahedral), 4) => bytes.iter().map(|&b| i32::from(b as i8)).collect(),
             (Mode::Attributes(Filter::Color), 4) => bytes.iter().map(|&b| b.into()).collect(),
-            (Mode::Attributes(Filter::Color), _) => (bytes.as_chunks::<2>().0.iter())
-                .map(|&w| u16::from_le_bytes(w).into())
-                .collect(),
-            _ => (bytes.as_chunks::<2>().0.iter())
-                .map(|&w| i16::from_le_bytes(w).into())
-                .collect(),
+            (Mode::Attributes(Filter::Color), _) => {
+                (bytes.as_chunks::<2>().0.iter()).map(|&w| u16::from_le_bytes(w).into()).collect()
+            }
+            _ => (bytes.as_chunks::<2>().0.iter()).map(|&w| i16::from_le_bytes(w).into()).collect(),
         }
     };
     let differences = components(a).into_iter().zip(components(b));
@@ -100,19 +92,13 @@ fn streams_decode_as_in_meshoptimizer() {
 fn the_example_of_the_specification() {
     // Sixteen differences of four bits with two bytes after them, in the first byte of elements of four.
     let packed = [0x17, 0x5f, 0xf0, 0xbc, 0x77, 0xa9, 0x21, 0x00, 0x34, 0xb5];
-    let differences = [
-        -1, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0_i32,
-    ];
+    let differences = [-1, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0_i32];
     let mut stream = vec![0xa0, 0b10];
     stream.extend(packed);
     stream.extend([0; 3]);
     stream.extend([0; 28]);
     stream.extend([100, 1, 2, 3]);
-    let shape = ViewHeader {
-        mode: Mode::Attributes(Filter::None),
-        count: 16,
-        stride: 4,
-    };
+    let shape = ViewHeader { mode: Mode::Attributes(Filter::None), count: 16, stride: 4 };
     let decoded = read(&stream, shape).unwrap();
     let mut value = 100_i32;
     for (element, difference) in decoded.as_chunks::<4>().0.iter().zip(differences) {
@@ -131,14 +117,7 @@ fn filters_are_the_formulas_of_the_specification() {
         stream.extend(vec![0; 32_usize.saturating_sub(stride)]);
         stream.extend(element);
         let mode = Mode::Attributes(filter);
-        read(
-            &stream,
-            ViewHeader {
-                mode,
-                count: 1,
-                stride,
-            },
-        )
+        read(&stream, ViewHeader { mode, count: 1, stride })
     };
     let words = |v: [i16; 4]| v.map(i16::to_le_bytes).concat();
     // An axis, and a vector of the lower half: (x, x) is folded to (1 - x, 1 - x, 1 - 2 x).
@@ -150,10 +129,7 @@ fn filters_are_the_formulas_of_the_specification() {
     let length = f64::sqrt(2.0 * side * side + below * below);
     let component = |at: usize| f64::from(i16::from_le_bytes([down[at], down[at + 1]]));
     for (at, expected) in [(0, side), (2, side), (4, below)] {
-        assert!(
-            (component(at) - 32767.0 * expected / length).abs() <= 1.0,
-            "{down:?}"
-        );
+        assert!((component(at) - 32767.0 * expected / length).abs() <= 1.0, "{down:?}");
     }
     assert_eq!(component(6), -7.0);
     // The identity: w, component 3, is the missing one.
@@ -167,10 +143,7 @@ fn filters_are_the_formulas_of_the_specification() {
     let decoded = filtered(Filter::Exponential, &float).unwrap();
     assert_eq!(decoded, 2_f32.powi(127).to_le_bytes());
     // White, opaque, of 8 bits.
-    assert_eq!(
-        filtered(Filter::Color, &[255, 0, 0, 255]).unwrap(),
-        [255; 4]
-    );
+    assert_eq!(filtered(Filter::Color, &[255, 0, 0, 255]).unwrap(), [255; 4]);
     // What the specification leaves open is an error.
     for (filter, element) in [
         (Filter::Octahedral, vec![0, 0, 0, 0]),
@@ -187,70 +160,21 @@ fn filters_are_the_formulas_of_the_specification() {
 #[test]
 fn shapes_are_checked_before_anything_else() {
     let error = |mode, count, stride| {
-        let shape = ViewHeader {
-            mode,
-            count,
-            stride,
-        };
+        let shape = ViewHeader { mode, count, stride };
         read(&[0xa0; 40], shape).unwrap_err().to_string()
     };
     let plain = Mode::Attributes(Filter::None);
     let prefix = "a.glb: meshopt compression: ";
     for (mode, count, stride, expected) in [
-        (
-            plain,
-            1,
-            0,
-            "byteStride 0, expected a multiple of 4 up to 256",
-        ),
-        (
-            plain,
-            1,
-            6,
-            "byteStride 6, expected a multiple of 4 up to 256",
-        ),
-        (
-            plain,
-            1,
-            260,
-            "byteStride 260, expected a multiple of 4 up to 256",
-        ),
-        (
-            Mode::Attributes(Filter::Color),
-            1,
-            12,
-            "byteStride 12, expected 4 or 8 with this filter",
-        ),
-        (
-            Mode::Attributes(Filter::Quaternion),
-            1,
-            4,
-            "byteStride 4, expected 8 with this filter",
-        ),
-        (
-            Mode::Indices,
-            1,
-            8,
-            "byteStride 8, expected 2 or 4 for indices",
-        ),
-        (
-            Mode::Triangles,
-            4,
-            2,
-            "count 4, expected three for each triangle",
-        ),
-        (
-            plain,
-            usize::MAX,
-            4,
-            "40 bytes, too few for 18446744073709551615 elements",
-        ),
-        (
-            Mode::Indices,
-            1 << 40,
-            4,
-            "40 bytes, too few for 1099511627776 elements",
-        ),
+        (plain, 1, 0, "byteStride 0, expected a multiple of 4 up to 256"),
+        (plain, 1, 6, "byteStride 6, expected a multiple of 4 up to 256"),
+        (plain, 1, 260, "byteStride 260, expected a multiple of 4 up to 256"),
+        (Mode::Attributes(Filter::Color), 1, 12, "byteStride 12, expected 4 or 8 with this filter"),
+        (Mode::Attributes(Filter::Quaternion), 1, 4, "byteStride 4, expected 8 with this filter"),
+        (Mode::Indices, 1, 8, "byteStride 8, expected 2 or 4 for indices"),
+        (Mode::Triangles, 4, 2, "count 4, expected three for each triangle"),
+        (plain, usize::MAX, 4, "40 bytes, too few for 18446744073709551615 elements"),
+        (Mode::Indices, 1 << 40, 4, "40 bytes, too few for 1099511627776 elements"),
         (Mode::Indices, 9, 4, "header 0xa0, expected 0xd1"),
         (Mode::Triangles, 9, 4, "header 0xa0, expected 0xe1"),
     ] {
@@ -260,24 +184,11 @@ fn shapes_are_checked_before_anything_else() {
     let mut stream = vec![0xa1];
     stream.extend([0b1010_1010; 1000]);
     stream.extend([0; 24]);
-    let shape = ViewHeader {
-        mode: plain,
-        count: 256_000,
-        stride: 4,
-    };
+    let shape = ViewHeader { mode: plain, count: 256_000, stride: 4 };
     assert_eq!(read(&stream, shape).unwrap().len(), 1_024_000);
-    let mut budget = Budget {
-        bytes: 1_000_000,
-        ..Budget::default()
-    };
+    let mut budget = Budget { bytes: 1_000_000, ..Budget::default() };
     let error = decode(&stream, shape, Path::new("a.glb"), &mut budget).unwrap_err();
-    assert!(matches!(
-        error,
-        FormatError::Budget {
-            amount: 1_024_000,
-            ..
-        }
-    ));
+    assert!(matches!(error, FormatError::Budget { amount: 1_024_000, .. }));
 }
 
 #[test]

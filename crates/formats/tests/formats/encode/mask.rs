@@ -48,25 +48,17 @@ fn outlines_run_along_pixel_edges() {
 fn polygons_fill_their_mask_once_whatever_its_holes() {
     let mut state = 7u64;
     let mut random = |n: u64| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) % n
     };
     for share in [2, 3, 10, 90] {
         for _ in 0..40 {
             let (width, height) = (1 + random(20) as usize, 1 + random(20) as usize);
-            let pixels: Vec<bool> = (0..width * height)
-                .map(|_| random(100) >= 100 / share)
-                .collect();
+            let pixels: Vec<bool> = (0..width * height).map(|_| random(100) >= 100 / share).collect();
             let found = polygons(&pixels, width, height);
             let expected: Vec<u32> = pixels.iter().map(|&p| u32::from(p)).collect();
             assert_eq!(fill(&found, width, height), expected);
-            assert!(
-                found
-                    .iter()
-                    .all(|corners| corners.len() >= 4 && corners.len() % 2 == 0)
-            );
+            assert!(found.iter().all(|corners| corners.len() >= 4 && corners.len() % 2 == 0));
         }
     }
 }

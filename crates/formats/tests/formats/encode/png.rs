@@ -17,14 +17,7 @@ fn another_reader_finds_the_same_samples_marked_as_srgb() {
         for (samples, expected) in [(Samples::U8(&bytes), &bytes), (Samples::U16(&words), &big)] {
             let file = encode([5, 3], channels, samples).unwrap();
             let mut reader = png::Decoder::new(Cursor::new(&file)).read_info().unwrap();
-            assert_eq!(
-                (
-                    reader.info().width,
-                    reader.info().height,
-                    reader.info().color_type
-                ),
-                (5, 3, color)
-            );
+            assert_eq!((reader.info().width, reader.info().height, reader.info().color_type), (5, 3, color));
             assert!(reader.info().srgb.is_some());
             let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
             reader.next_frame(&mut pixels).unwrap();
@@ -36,12 +29,7 @@ fn another_reader_finds_the_same_samples_marked_as_srgb() {
 
 #[test]
 fn samples_that_do_not_fit_are_refused() {
-    for (size, channels, count) in [
-        ([5, 3], 3, 44),
-        ([5, 3], 5, 75),
-        ([0, 3], 3, 0),
-        ([1 << 31, 1 << 31], 4, 0),
-    ] {
+    for (size, channels, count) in [([5, 3], 3, 44), ([5, 3], 5, 75), ([0, 3], 3, 0), ([1 << 31, 1 << 31], 4, 0)] {
         let error = encode(size, channels, Samples::U8(&vec![0; count])).unwrap_err();
         assert!(error.to_string().starts_with("PNG: "), "{error}");
     }

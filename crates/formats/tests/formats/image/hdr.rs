@@ -10,25 +10,15 @@ use crate::image::damage_is_found_before;
 #[test]
 fn damage_is_found_before_the_picture_is_kept() {
     let message = "ends early, or has runs longer than a line";
-    damage_is_found_before(".hdr", message, |bytes| {
-        Ok(Box::new(HdrDecoder::new(bytes)?))
-    });
+    damage_is_found_before(".hdr", message, |bytes| Ok(Box::new(HdrDecoder::new(bytes)?)));
 }
 
 #[test]
 fn a_picture_comes_back_within_its_precision() {
-    let rgb: Vec<f32> = (0..37 * 9 * 3)
-        .map(|i| (i as f32 * 0.7).sin().abs() * 10_f32.powi(i % 7 - 3))
-        .collect();
+    let rgb: Vec<f32> = (0..37 * 9 * 3).map(|i| (i as f32 * 0.7).sin().abs() * 10_f32.powi(i % 7 - 3)).collect();
     let file = hdr::encode([37, 9], &rgb).unwrap();
     let mut budget = Budget::default();
-    let image = decode_image(
-        &file,
-        Path::new("a.hdr"),
-        ColorUse::Color,
-        &mut budget,
-        &mut Vec::new(),
-    );
+    let image = decode_image(&file, Path::new("a.hdr"), ColorUse::Color, &mut budget, &mut Vec::new());
     let image = image.unwrap();
     assert_eq!(image.size, [37, 9]);
     let Texels::Float(texels) = image.texels else {
@@ -113,14 +103,7 @@ fn all_eight_orientations_are_the_same_picture() {
 
 #[test]
 fn a_resolution_string_that_is_none_is_refused() {
-    for resolution in [
-        "+Y 3 +Y 5",
-        "-X 5 +X 3",
-        "3 5",
-        "-Y 3 -X",
-        "+Z 3 +X 5",
-        "+Y -3 +X 5",
-    ] {
+    for resolution in ["+Y 3 +Y 5", "-X 5 +X 3", "3 5", "-Y 3 -X", "+Z 3 +X 5", "+Y -3 +X 5"] {
         let file = scanlines(resolution, &[vec![[1, 2, 3, 136]; 15]]);
         let mut budget = Budget::default();
         let path = Path::new("a.hdr");
@@ -139,26 +122,17 @@ fn values_are_divided_by_every_exposure() {
         let (path, mut notices) = (Path::new("a.hdr"), Vec::new());
         decode_image(&file, path, ColorUse::Color, &mut budget, &mut notices)
     };
-    for (lines, factor) in [
-        ("", 1.0),
-        ("EXPOSURE=2\n", 0.5),
-        ("EXPOSURE=2\nEXPOSURE= 0.5e1\n", 0.1),
-    ] {
+    for (lines, factor) in [("", 1.0), ("EXPOSURE=2\n", 0.5), ("EXPOSURE=2\nEXPOSURE= 0.5e1\n", 0.1)] {
         let Texels::Float(texels) = read(lines).unwrap().texels else {
             panic!("not floats");
         };
         let expected = [4.0, 2.0, 1.0].map(|v: f32| v * factor);
         let [r, g, b, a] = texels[0];
-        assert!(
-            (0..3).all(|i| ([r, g, b][i] - expected[i]).abs() < 1e-6),
-            "{texels:?}"
-        );
+        assert!((0..3).all(|i| ([r, g, b][i] - expected[i]).abs() < 1e-6), "{texels:?}");
         assert_eq!(a, 1.0);
     }
     for exposure in ["0", "-1", "nan", "1e-45"] {
-        let error = read(&format!("EXPOSURE={exposure}\n"))
-            .unwrap_err()
-            .to_string();
+        let error = read(&format!("EXPOSURE={exposure}\n")).unwrap_err().to_string();
         assert!(error.contains("EXPOSURE"), "{error}");
     }
 }
@@ -173,25 +147,14 @@ fn what_the_header_asks_for_in_vain_is_said() {
         decode_image(&file, path, ColorUse::Color, budget, &mut notices).unwrap();
         notices
     };
-    for line in [
-        "COLORCORR=1 1 0.5",
-        "PIXASPECT=2",
-        "PRIMARIES=0.7 0.3 0.2 0.7 0.15 0.06 0.3127 0.329",
-    ] {
+    for line in ["COLORCORR=1 1 0.5", "PIXASPECT=2", "PRIMARIES=0.7 0.3 0.2 0.7 0.15 0.06 0.3127 0.329"] {
         let [notice] = &notices(line)[..] else {
             panic!("{line}");
         };
         let (key, value) = line.split_once('=').unwrap();
-        assert_eq!(
-            notice,
-            &format!("a.hdr: its {key} of {value} is not applied")
-        );
+        assert_eq!(notice, &format!("a.hdr: its {key} of {value} is not applied"));
     }
-    for line in [
-        "COLORCORR=1 1 1",
-        "PIXASPECT=1",
-        "PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333 0.333",
-    ] {
+    for line in ["COLORCORR=1 1 1", "PIXASPECT=1", "PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333 0.333"] {
         assert_eq!(notices(line), [""; 0], "{line}");
     }
 }

@@ -6,17 +6,13 @@ use raycam_scene::Texels;
 use crate::image::{Case, cases, read};
 
 fn jpegs() -> impl Iterator<Item = Case> {
-    cases()
-        .into_iter()
-        .filter(|case| case.name.ends_with(".jpg"))
+    cases().into_iter().filter(|case| case.name.ends_with(".jpg"))
 }
 
 /// Where scans begin, after their headers.
 fn scans(file: &[u8]) -> Vec<usize> {
     let starts = (0..file.len() - 3).filter(|&at| file[at..at + 3] == [0xff, 0xda, 0]);
-    starts
-        .map(|at| at + 2 + usize::from(file[at + 3]))
-        .collect()
+    starts.map(|at| at + 2 + usize::from(file[at + 3])).collect()
 }
 
 #[test]
@@ -31,10 +27,7 @@ fn what_is_cut_from_the_middle_is_missed() {
                 // Later scans make a picture finer.
                 Ok((_, notices)) => {
                     assert!(case.name.starts_with("progressive"), "{}", case.name);
-                    let notice = format!(
-                        "{}: its last scans are missing: coarser than it was made",
-                        case.name
-                    );
+                    let notice = format!("{}: its last scans are missing: coarser than it was made", case.name);
                     assert_eq!(notices, [notice]);
                 }
                 Err(error) => {
@@ -85,13 +78,9 @@ fn a_scan_that_ends_early_says_where() {
 
 #[test]
 fn the_last_bits_may_be_missing() {
-    let noise: Vec<u8> = (0..64 * 64_u32)
-        .map(|i| (i.wrapping_mul(2654435761) >> 24) as u8)
-        .collect();
+    let noise: Vec<u8> = (0..64 * 64_u32).map(|i| (i.wrapping_mul(2654435761) >> 24) as u8).collect();
     let mut file = Vec::new();
-    JpegEncoder::new_with_quality(&mut file, 90)
-        .encode(&noise, 64, 64, ExtendedColorType::L8)
-        .unwrap();
+    JpegEncoder::new_with_quality(&mut file, 90).encode(&noise, 64, 64, ExtendedColorType::L8).unwrap();
     let (whole, notices) = read("a.jpg", &file, ColorUse::Color).unwrap();
     assert!(notices.is_empty(), "{notices:?}");
     let without = |bytes: usize| [&file[..file.len() - 2 - bytes], &[0xff, 0xd9]].concat();

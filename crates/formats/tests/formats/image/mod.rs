@@ -46,30 +46,16 @@ pub fn cases() -> Vec<Case> {
         let (values, after) = after.split_at(width * channels);
         let expected = match kind {
             "u8" => values.iter().map(|&v| v.into()).collect(),
-            "u16" => (values.as_chunks().0.iter())
-                .map(|&v| u16::from_le_bytes(v).into())
-                .collect(),
-            _ => (values.as_chunks().0.iter())
-                .map(|&v| f32::from_le_bytes(v))
-                .collect(),
+            "u16" => (values.as_chunks().0.iter()).map(|&v| u16::from_le_bytes(v).into()).collect(),
+            _ => (values.as_chunks().0.iter()).map(|&v| f32::from_le_bytes(v)).collect(),
         };
-        cases.push(Case {
-            name: name.into(),
-            file: file.into(),
-            size,
-            kind: kind.into(),
-            expected,
-        });
+        cases.push(Case { name: name.into(), file: file.into(), size, kind: kind.into(), expected });
         rest = after;
     }
     cases
 }
 
-pub fn read(
-    name: &str,
-    bytes: &[u8],
-    color_use: ColorUse,
-) -> Result<(Image, Vec<String>), FormatError> {
+pub fn read(name: &str, bytes: &[u8], color_use: ColorUse) -> Result<(Image, Vec<String>), FormatError> {
     let mut notices = Vec::new();
     let mut budget = Budget::default();
     let image = decode_image(bytes, Path::new(name), color_use, &mut budget, &mut notices)?;
@@ -140,9 +126,7 @@ impl ::image::ImageDecoder for Decoder<'_> {
 
 fn values(texels: &Texels) -> Vec<f32> {
     match texels {
-        Texels::Srgb8(t) | Texels::Linear8(t) => {
-            t.as_flattened().iter().map(|&v| v.into()).collect()
-        }
+        Texels::Srgb8(t) | Texels::Linear8(t) => t.as_flattened().iter().map(|&v| v.into()).collect(),
         Texels::Linear16(t) => t.as_flattened().iter().map(|&v| v.into()).collect(),
         Texels::Float(t) => t.as_flattened().to_vec(),
         Texels::Paged(_) => panic!("decoders leave texels in memory"),
@@ -177,11 +161,7 @@ fn images_are_what_others_read() {
         assert_eq!(found.len(), case.expected.len(), "{}", case.name);
         for (i, (a, b)) in found.iter().zip(&case.expected).enumerate() {
             let rounding = if kind == "f32" { 1e-6 * b.abs() } else { 0.0 };
-            assert!(
-                (a - b).abs() <= tolerance + rounding,
-                "{}, value {i}: {a} {b}",
-                case.name
-            );
+            assert!((a - b).abs() <= tolerance + rounding, "{}, value {i}: {a} {b}", case.name);
         }
         let marked = case.name.ends_with(".ktx2") && kind == "u8";
         assert!(notices.is_empty() || marked, "{}: {notices:?}", case.name);
@@ -215,17 +195,12 @@ fn colours_are_srgb_and_data_is_linear() {
 #[test]
 fn what_is_not_applied_is_said() {
     let notices = |name: &str, change: &dyn Fn(&mut Vec<u8>), color_use| {
-        let mut file = cases()
-            .into_iter()
-            .find(|case| case.name == name)
-            .unwrap()
-            .file;
+        let mut file = cases().into_iter().find(|case| case.name == name).unwrap().file;
         change(&mut file);
         read(name, &file, color_use).unwrap().1
     };
     let linear = notices("uastclinear.ktx2", &|_| {}, ColorUse::Color);
-    let expected =
-        "uastclinear.ktx2: its mark as linear is not what it is used for, and is ignored";
+    let expected = "uastclinear.ktx2: its mark as linear is not what it is used for, and is ignored";
     assert_eq!(linear, [expected]);
     assert!(notices("uastc.ktx2", &|_| {}, ColorUse::Color).is_empty());
     // The last texel of the last line's channel before the last becomes an infinity.
@@ -243,26 +218,14 @@ fn more_pixels_than_a_file_can_hold_are_refused() {
     // A flat file of a few bytes that declares 16384 x 8000 pixels.
     let mut bomb = b"#?RADIANCE\n\n-Y 8000 +X 16384\n".to_vec();
     bomb.extend([2, 2, 64, 0, 255, 255]);
-    let error = read("a.hdr", &bomb, ColorUse::Color)
-        .unwrap_err()
-        .to_string();
-    let expected =
-        "a.hdr: 16384 x 8000 pixels in 35 bytes: more than so short a file is trusted with";
+    let error = read("a.hdr", &bomb, ColorUse::Color).unwrap_err().to_string();
+    let expected = "a.hdr: 16384 x 8000 pixels in 35 bytes: more than so short a file is trusted with";
     assert!(error.starts_with(expected), "{error}");
     for case in cases() {
         let pixels = u64::from(case.size[0]) * u64::from(case.size[1]);
         for (left, fits) in [(pixels, true), (pixels - 1, false)] {
-            let mut budget = Budget {
-                pixels: left,
-                ..Budget::default()
-            };
-            let read = decode_image(
-                &case.file,
-                Path::new(&case.name),
-                ColorUse::Color,
-                &mut budget,
-                &mut Vec::new(),
-            );
+            let mut budget = Budget { pixels: left, ..Budget::default() };
+            let read = decode_image(&case.file, Path::new(&case.name), ColorUse::Color, &mut budget, &mut Vec::new());
             assert_eq!(read.is_ok(), fits, "{}", case.name);
         }
     }
@@ -272,7 +235,8 @@ fn more_pixels_than_a_file_can_hold_are_refused() {
 fn flat_pictures_may_be_short() {
     const SIDE: u32 = 6000;
     // All of one colour: no code takes a bit.
-    let mut webp = b"RIFF\x1e\0\0\0WEBPVP8L\x11\0\0\0\x2f____\x07\x50\xbc\x22\x17\xa5\xff\x81\x88\xe8\x7f\0\0\0".to_vec();
+    let mut webp =
+        b"RIFF\x1e\0\0\0WEBPVP8L\x11\0\0\0\x2f____\x07\x50\xbc\x22\x17\xa5\xff\x81\x88\xe8\x7f\0\0\0".to_vec();
     webp[21..25].copy_from_slice(&((SIDE - 1) | (SIDE - 1) << 14).to_le_bytes());
     let mut png = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut png, SIDE, SIDE);
@@ -284,10 +248,7 @@ fn flat_pictures_may_be_short() {
     writer.write_image_data(&bits).unwrap();
     writer.finish().unwrap();
     assert!(png.len() < 16000 && webp.len() < 50, "{}", png.len());
-    for (name, file, color) in [
-        ("a.webp", &webp, [200, 120, 40, 255]),
-        ("a.png", &png, [255; 4]),
-    ] {
+    for (name, file, color) in [("a.webp", &webp, [200, 120, 40, 255]), ("a.png", &png, [255; 4])] {
         let Texels::Linear8(texels) = read(name, file, ColorUse::Data).unwrap().0.texels else {
             panic!("{name}");
         };
@@ -302,10 +263,7 @@ fn flat_pictures_may_be_short() {
     jpeg[7..11].copy_from_slice(&(SIDE << 16 | SIDE).to_be_bytes());
     jpeg.extend(b"\xff\xda\0\x08\x01\x01\0\0\x3f\0\xff\xd9");
     let error = read("a.jpg", &jpeg, ColorUse::Data).unwrap_err();
-    assert!(
-        error.to_string().contains("more than so short a file"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("more than so short a file"), "{error}");
 }
 
 #[test]
@@ -313,15 +271,9 @@ fn other_kinds_are_named() {
     let error = read("a.gif", b"GIF89a", ColorUse::Color).unwrap_err();
     let expected = "a.gif: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";
     assert_eq!(error.to_string(), expected);
-    let mut cube = cases()
-        .into_iter()
-        .find(|case| case.name == "uastc.ktx2")
-        .unwrap()
-        .file;
+    let mut cube = cases().into_iter().find(|case| case.name == "uastc.ktx2").unwrap().file;
     cube[36] = 6;
-    let error = read("a.ktx2", &cube, ColorUse::Color)
-        .unwrap_err()
-        .to_string();
+    let error = read("a.ktx2", &cube, ColorUse::Color).unwrap_err().to_string();
     let expected = "a.ktx2: a KTX2 texture of depth 0, 0 layers and 6 faces, expected one picture";
     assert_eq!(error, expected);
 }
@@ -332,13 +284,7 @@ fn an_image_that_ends_early_is_an_error() {
         let whole = read(&case.name, &case.file, ColorUse::Data).unwrap().0;
         for length in 0..case.file.len() {
             if let Ok((image, _)) = read(&case.name, &case.file[..length], ColorUse::Data) {
-                assert_eq!(
-                    image,
-                    whole,
-                    "{}: {length} of {}",
-                    case.name,
-                    case.file.len()
-                );
+                assert_eq!(image, whole, "{}: {length} of {}", case.name, case.file.len());
             }
         }
     }

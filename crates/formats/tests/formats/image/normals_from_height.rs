@@ -16,9 +16,8 @@ fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> MeshFile {
     fs::write(folder.join("a.obj"), obj).unwrap();
     fs::write(folder.join("a.mtl"), format!("newmtl m\n{line}\n")).unwrap();
     let centre = |i: usize| (i as f32 + 0.5) / SIDE as f32;
-    let texels: Vec<u16> = (0..SIDE * SIDE)
-        .map(|i| (65535.0 * height(centre(i % SIDE), centre(i / SIDE))).round() as u16)
-        .collect();
+    let texels: Vec<u16> =
+        (0..SIDE * SIDE).map(|i| (65535.0 * height(centre(i % SIDE), centre(i / SIDE))).round() as u16).collect();
     let png = encode([SIDE as u32; 2], 1, Samples::U16(&texels)).unwrap();
     fs::write(folder.join("heights.png"), png).unwrap();
     read_model(&folder.join("a.obj"), &Budget::default()).unwrap()
@@ -46,9 +45,7 @@ fn normals_lean_against_the_slope() {
     // Waves of a whole period in each direction: the derivative of a sine is a cosine.
     let step = TAU / SIDE as f32;
     let slope = |i: usize| 0.4 * step.sin() * (step * (i as f32 + 0.5)).cos();
-    let across = model("map_Bump -bm 0.5 heights.png", |x, _| {
-        0.5 + 0.4 * (TAU * x).sin()
-    });
+    let across = model("map_Bump -bm 0.5 heights.png", |x, _| 0.5 + 0.4 * (TAU * x).sin());
     assert_eq!(across.materials[0].normal_map.unwrap().scale, 0.5);
     for (i, found) in normals(&across).into_iter().enumerate() {
         assert_near(found, [-slope(i % SIDE), 0.0, 1.0], i);

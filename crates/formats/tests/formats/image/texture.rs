@@ -16,16 +16,10 @@ fn read(name: &str, bytes: impl AsRef<[u8]>) -> (Texture, Vec<String>) {
 fn texels_are_what_the_file_stores() {
     let pixels: Vec<u8> = (0..3 * 2 * 3).map(|i| (i * 13) as u8).collect();
     let (texture, notices) = read("a.png", encode([3, 2], 3, Samples::U8(&pixels)).unwrap());
-    assert_eq!(
-        (texture.image.size, rgb(&texture).as_flattened()),
-        ([3, 2], &pixels[..])
-    );
+    assert_eq!((texture.image.size, rgb(&texture).as_flattened()), ([3, 2], &pixels[..]));
     assert!(notices.is_empty(), "{notices:?}");
     // By content, whatever the name says.
-    assert_eq!(
-        rgb(&read("a.jpg", encode([3, 2], 3, Samples::U8(&pixels)).unwrap()).0),
-        rgb(&texture)
-    );
+    assert_eq!(rgb(&read("a.jpg", encode([3, 2], 3, Samples::U8(&pixels)).unwrap()).0), rgb(&texture));
 }
 
 #[test]
@@ -41,15 +35,9 @@ fn grey_grows_and_16_bits_stay() {
 
 #[test]
 fn what_is_dropped_is_said() {
-    let (texture, notices) = read(
-        "a.png",
-        encode([1, 1], 4, Samples::U8(&[9, 8, 7, 6])).unwrap(),
-    );
+    let (texture, notices) = read("a.png", encode([1, 1], 4, Samples::U8(&[9, 8, 7, 6])).unwrap());
     assert_eq!(rgb(&texture), [[9, 8, 7]]);
-    assert!(
-        notices[0].ends_with("a.png: its alpha counts only where its material uses it"),
-        "{notices:?}"
-    );
+    assert!(notices[0].ends_with("a.png: its alpha counts only where its material uses it"), "{notices:?}");
     let (_, notices) = read("a.png", encode([1, 1], 2, Samples::U8(&[9, 255])).unwrap());
     assert!(notices.is_empty(), "{notices:?}");
     // A gAMA chunk of 1.0 in the place of the sRGB one.
@@ -66,10 +54,7 @@ fn what_is_dropped_is_said() {
     let linear = with(b"gAMA\0\x01\x86\xa0");
     let (texture, notices) = read("a.png", linear);
     assert_eq!(rgb(&texture), [[9; 3]]);
-    assert!(
-        notices[0].contains("its gamma of 1 is not applied"),
-        "{notices:?}"
-    );
+    assert!(notices[0].contains("its gamma of 1 is not applied"), "{notices:?}");
     // The white and the primaries of Adobe RGB, and those of sRGB.
     for (green, count) in [([21000_u32, 71000], 1), ([30000, 60000], 0)] {
         let points = [[31270, 32900], [64000, 33000], green, [15000, 6000]];
@@ -91,36 +76,15 @@ fn too_many_pixels_are_refused_before_they_are_decoded() {
     bomb[29..33].copy_from_slice(&crc.to_be_bytes());
     let path = file("a.png", bomb);
     let error = read_texture(&path, &Budget::default()).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            FormatError::Budget {
-                amount: 4_294_836_225,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, FormatError::Budget { amount: 4_294_836_225, .. }), "{error}");
     let path = file("a.png", encode([4, 4], 1, Samples::U8(&[0; 16])).unwrap());
-    let error = read_texture(
-        &path,
-        &Budget {
-            pixels: 15,
-            ..Budget::default()
-        },
-    )
-    .unwrap_err();
-    assert_eq!(
-        message(error, &path),
-        "a.png: 16 pixels, but the budget has 15 left; raise it if you trust the file"
-    );
+    let error = read_texture(&path, &Budget { pixels: 15, ..Budget::default() }).unwrap_err();
+    assert_eq!(message(error, &path), "a.png: 16 pixels, but the budget has 15 left; raise it if you trust the file");
 }
 
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
-            (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())
-        })
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
     })
 }
 
@@ -131,17 +95,10 @@ fn broken_images_are_errors() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
             let read = read_texture(&path, &Budget::default());
-            let fine = read
-                .as_ref()
-                .is_ok_and(|(texture, _)| texture.validate().is_ok());
-            let told = read
-                .as_ref()
-                .is_err_and(|error| error.to_string().contains(&name));
+            let fine = read.as_ref().is_ok_and(|(texture, _)| texture.validate().is_ok());
+            let told = read.as_ref().is_err_and(|error| error.to_string().contains(&name));
             assert!(fine || told, "{name}: {read:?}");
-            assert!(
-                told || !name.starts_with("xc") && !name.starts_with("xd"),
-                "{name} is corrupt"
-            );
+            assert!(told || !name.starts_with("xc") && !name.starts_with("xd"), "{name} is corrupt");
         }
     }
     let path = file("a.png", "GIF89a");
@@ -155,8 +112,7 @@ fn broken_images_are_errors() {
 fn an_image_that_ends_early_is_an_error() {
     let pixels: Vec<u8> = (0..3 * 64).map(|i| (i * 37) as u8).collect();
     let png = encode([8, 8], 3, Samples::U8(&pixels)).unwrap();
-    let decode =
-        |bytes: &[u8]| decode_texture(bytes.to_vec(), Path::new("a.img"), &Budget::default());
+    let decode = |bytes: &[u8]| decode_texture(bytes.to_vec(), Path::new("a.img"), &Budget::default());
     let whole = decode(&png).unwrap().0;
     for length in 0..png.len() {
         let read = decode(&png[..length]);
@@ -164,8 +120,7 @@ fn an_image_that_ends_early_is_an_error() {
     }
     let mut jpeg = Vec::new();
     let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 90);
-    image::ImageEncoder::write_image(encoder, &pixels, 8, 8, image::ExtendedColorType::Rgb8)
-        .unwrap();
+    image::ImageEncoder::write_image(encoder, &pixels, 8, 8, image::ExtendedColorType::Rgb8).unwrap();
     assert_eq!(decode(&jpeg).unwrap().0.image.size, [8, 8]);
     for length in 0..jpeg.len() {
         assert!(decode(&jpeg[..length]).is_err(), "{length}");
@@ -180,17 +135,8 @@ fn an_image_that_ends_early_is_an_error() {
 #[test]
 fn devices_and_pipes_are_not_read() {
     let pipe = folder().join("a.png");
-    if Command::new("mkfifo")
-        .arg(&pipe)
-        .status()
-        .is_ok_and(|status| status.success())
-    {
+    if Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
         let error = read_texture(&pipe, &Budget::default()).unwrap_err();
-        assert!(
-            error
-                .to_string()
-                .ends_with("a device, pipe or socket, expected a regular file"),
-            "{error}"
-        );
+        assert!(error.to_string().ends_with("a device, pipe or socket, expected a regular file"), "{error}");
     }
 }

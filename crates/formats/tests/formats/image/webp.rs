@@ -8,9 +8,7 @@ use raycam_formats::ColorUse;
 #[test]
 fn damage_is_found_before_the_picture_is_kept() {
     let message = "ends early or is damaged";
-    damage_is_found_before("lossless.webp", message, |bytes| {
-        Ok(Box::new(WebPDecoder::new(Cursor::new(bytes))?))
-    });
+    damage_is_found_before("lossless.webp", message, |bytes| Ok(Box::new(WebPDecoder::new(Cursor::new(bytes))?)));
 }
 
 #[test]
@@ -25,8 +23,5 @@ fn an_alpha_channel_that_ends_early_is_found_before_the_picture_is_kept() {
     file[at..at + 4].copy_from_slice(&2_u32.to_le_bytes());
     file[at + 6..at + 14].copy_from_slice(&rest);
     let error = read("a.webp", &file, ColorUse::Color).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "a.webp: its picture ends early or is damaged"
-    );
+    assert_eq!(error.to_string(), "a.webp: its picture ends early or is damaged");
 }

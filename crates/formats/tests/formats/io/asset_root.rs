@@ -13,12 +13,7 @@ fn setting() -> std::path::PathBuf {
     let around = folder();
     let root = around.join("world");
     fs::create_dir_all(root.join("parts")).unwrap();
-    for name in [
-        "world/a.obj",
-        "world/parts/b.obj",
-        "secret.obj",
-        "world/with space%20.obj",
-    ] {
+    for name in ["world/a.obj", "world/parts/b.obj", "secret.obj", "world/with space%20.obj"] {
         fs::write(around.join(name), TRIANGLE).unwrap();
     }
     root
@@ -28,22 +23,11 @@ fn setting() -> std::path::PathBuf {
 fn files_inside_are_read() {
     let root = setting();
     let mut files = AssetRoot::new(&root, &Budget::default());
-    for name in [
-        "a.obj",
-        "./a.obj",
-        "parts/b.obj",
-        "parts/../a.obj",
-        "with space%20.obj",
-    ] {
-        files
-            .mesh(name)
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
+    for name in ["a.obj", "./a.obj", "parts/b.obj", "parts/../a.obj", "with space%20.obj"] {
+        files.mesh(name).unwrap_or_else(|error| panic!("{name}: {error}"));
     }
     let missing = files.mesh("parts/no.obj").unwrap_err();
-    assert!(
-        matches!(missing, FormatError::Io { .. })
-            && missing.to_string().contains("world/parts/no.obj")
-    );
+    assert!(matches!(missing, FormatError::Io { .. }) && missing.to_string().contains("world/parts/no.obj"));
 }
 
 #[test]
@@ -69,15 +53,9 @@ fn nothing_outside_is_opened() {
         "",
         "%2e%2e/secret.obj",
     ] {
-        for error in [
-            files.mesh(name).unwrap_err(),
-            files.texture(name, [Wrap::Repeat; 2]).unwrap_err(),
-        ] {
+        for error in [files.mesh(name).unwrap_err(), files.texture(name, [Wrap::Repeat; 2]).unwrap_err()] {
             let missing = name.starts_with('%') && matches!(error, FormatError::Io { .. });
-            assert!(
-                missing || matches!(error, FormatError::Reference { .. }),
-                "{name:?}: {error}"
-            );
+            assert!(missing || matches!(error, FormatError::Reference { .. }), "{name:?}: {error}");
         }
     }
 }
@@ -98,9 +76,7 @@ fn links_lead_nowhere_else() {
     files.mesh("inside.obj").unwrap();
     // The folder itself, and what the user asks for, may be links.
     std::os::unix::fs::symlink(&root, root.with_file_name("alias")).unwrap();
-    AssetRoot::new(&root.with_file_name("alias"), &Budget::default())
-        .mesh("a.obj")
-        .unwrap();
+    AssetRoot::new(&root.with_file_name("alias"), &Budget::default()).mesh("a.obj").unwrap();
     load(&root.join("link.obj"), &Budget::default()).unwrap();
 }
 
@@ -112,16 +88,8 @@ fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
     for name in ["a.obj", "../secret.obj", "parts/../../secret.obj"] {
         files.mesh(name).unwrap();
     }
-    files
-        .mesh(&around.join("secret.obj").display().to_string())
-        .unwrap();
-    for name in [
-        "",
-        "nowhere.obj",
-        "../nowhere.obj",
-        "http://a.obj",
-        "a.obj\0",
-    ] {
+    files.mesh(&around.join("secret.obj").display().to_string()).unwrap();
+    for name in ["", "nowhere.obj", "../nowhere.obj", "http://a.obj", "a.obj\0"] {
         files.mesh(name).unwrap_err();
     }
     // Its materials: beside it, but not in another folder.
@@ -142,10 +110,7 @@ fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
 fn a_program_has_one_budget_for_all_that_it_names() {
     let root = setting();
     let bytes = 5 * TRIANGLE.len() as u64 / 2;
-    let small = Budget {
-        bytes,
-        ..Budget::default()
-    };
+    let small = Budget { bytes, ..Budget::default() };
     let mut files = AssetRoot::trusted(&root, &small);
     files.mesh("../secret.obj").unwrap();
     files.mesh("../secret.obj").unwrap();
@@ -156,24 +121,14 @@ fn a_program_has_one_budget_for_all_that_it_names() {
 #[test]
 fn names_in_a_mesh_start_from_its_own_folder() {
     let root = setting();
-    fs::write(
-        root.join("parts/b.obj"),
-        format!("mtllib ../m/b.mtl\nusemtl b\n{TRIANGLE}"),
-    )
-    .unwrap();
+    fs::write(root.join("parts/b.obj"), format!("mtllib ../m/b.mtl\nusemtl b\n{TRIANGLE}")).unwrap();
     fs::create_dir(root.join("m")).unwrap();
     fs::write(root.join("m/b.mtl"), "newmtl b\nKd 1 0 0\n").unwrap();
-    let model = AssetRoot::new(&root, &Budget::default())
-        .mesh("parts/b.obj")
-        .unwrap();
+    let model = AssetRoot::new(&root, &Budget::default()).mesh("parts/b.obj").unwrap();
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
     // Asked for by itself, its own folder is the outermost.
     let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
-    assert!(
-        world.notices[0].contains("it leads out of the folder"),
-        "{:?}",
-        world.notices
-    );
+    assert!(world.notices[0].contains("it leads out of the folder"), "{:?}", world.notices);
 }
 
 #[test]

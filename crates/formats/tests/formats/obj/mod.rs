@@ -2,9 +2,7 @@ mod mtl;
 
 use raycam_formats::{Budget, read_model};
 
-use crate::support::{
-    area, data, error, mesh, message, model, mutations, truncations, vector_area,
-};
+use crate::support::{area, data, error, mesh, message, model, mutations, truncations, vector_area};
 
 const CUBE: &str = "\
 v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
@@ -20,10 +18,7 @@ fn a_cube_of_squares_is_closed() {
 
 #[test]
 fn coordinates_are_the_nearest_float64() {
-    let mesh = mesh(
-        "a.obj",
-        "v 0.1 -1e-7 123456789.1234567\nv +.5 5. 0\nv 1 0 0 1.0\nf 1 2 3\n",
-    );
+    let mesh = mesh("a.obj", "v 0.1 -1e-7 123456789.1234567\nv +.5 5. 0\nv 1 0 0 1.0\nf 1 2 3\n");
     assert_eq!(mesh.vertices[0].to_array(), [0.1, -1e-7, 123456789.1234567]);
     assert_eq!(mesh.vertices[1].to_array(), [0.5, 5.0, 0.0]);
 }
@@ -31,11 +26,7 @@ fn coordinates_are_the_nearest_float64() {
 #[test]
 fn corners_have_every_form_of_index() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 2\n";
-    for face in [
-        "1/1/1 2/2/1 3/3/1",
-        "-3/-3/-1 -2/-2/-1 -1/-1/-1",
-        "1/-3/1 2/2/-1 -1/3/1 # end",
-    ] {
+    for face in ["1/1/1 2/2/1 3/3/1", "-3/-3/-1 -2/-2/-1 -1/-1/-1", "1/-3/1 2/2/-1 -1/3/1 # end"] {
         let mesh = mesh("a.obj", format!("{text}f {face}\n"));
         assert_eq!(mesh.triangles, [[0, 1, 2]]);
         // The origin moves from the bottom left to the top left.
@@ -52,10 +43,7 @@ fn corners_have_every_form_of_index() {
 
 #[test]
 fn faces_may_come_before_their_vertices() {
-    assert_eq!(
-        mesh("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles,
-        [[0, 1, 2]]
-    );
+    assert_eq!(mesh("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles, [[0, 1, 2]]);
 }
 
 #[test]
@@ -77,10 +65,7 @@ fn many_seams_at_one_vertex_stay_fast_and_right() {
     (0..20_000).for_each(|i| text += &format!("vt {i} 0\n"));
     (1..=20_000).for_each(|i| text += &format!("f 1/{i} 2/{i} 3/{i}\nf 1/{i} 2/{i} 3/{i}\n"));
     let mesh = mesh("a.obj", text);
-    assert_eq!(
-        (mesh.vertices.len(), mesh.triangles.len()),
-        (60_000, 40_000)
-    );
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (60_000, 40_000));
     let uvs = mesh.uvs.unwrap();
     for (i, pair) in mesh.triangles.chunks(2).enumerate() {
         assert_eq!(pair[0], pair[1]);
@@ -94,11 +79,7 @@ fn a_concave_polygon_keeps_its_shape() {
     let mesh = &model.parts[0].mesh;
     assert_eq!(mesh.triangles.len(), 64);
     // Without overlap the area of the triangles is the length of the vector area.
-    assert!(
-        (area(mesh) - vector_area(mesh).length()).abs() < 1e-12,
-        "{}",
-        area(mesh)
-    );
+    assert!((area(mesh) - vector_area(mesh).length()).abs() < 1e-12, "{}", area(mesh));
     assert_eq!(model.materials[0].name, "test");
     assert_eq!(model.materials[0].color, [0.141176, 0.184314, 0.411765]);
 }
@@ -112,59 +93,30 @@ fn parts_are_made_by_o_and_slots_by_usemtl() {
     );
     let names: Vec<_> = model.parts.iter().map(|part| &part.name[..]).collect();
     assert_eq!(names, ["first part", "second"]);
-    assert_eq!(
-        model
-            .materials
-            .iter()
-            .map(|m| &m.name[..])
-            .collect::<Vec<_>>(),
-        ["red", "blue"]
-    );
-    assert_eq!(
-        model.parts[0].mesh.material_slots.as_deref(),
-        Some(&[0, 1][..])
-    );
-    assert_eq!(
-        (&model.parts[0].materials[..], &model.parts[1].materials[..]),
-        (&[0, 1][..], &[1][..])
-    );
+    assert_eq!(model.materials.iter().map(|m| &m.name[..]).collect::<Vec<_>>(), ["red", "blue"]);
+    assert_eq!(model.parts[0].mesh.material_slots.as_deref(), Some(&[0, 1][..]));
+    assert_eq!((&model.parts[0].materials[..], &model.parts[1].materials[..]), (&[0, 1][..], &[1][..]));
     // Each part has its own vertices alone.
     assert_eq!(model.parts[0].mesh.vertices.len(), 3);
     assert_eq!(model.parts[1].mesh.vertices[0].to_array(), [5.0; 3]);
-    assert!(
-        model.notices.iter().any(|n| n.contains("red, blue")),
-        "{:?}",
-        model.notices
-    );
+    assert!(model.notices.iter().any(|n| n.contains("red, blue")), "{:?}", model.notices);
 }
 
 #[test]
 fn vertex_colours_are_srgb() {
-    let mesh = mesh(
-        "a.obj",
-        "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0 1\nv 0 1 0\nf 1 2 3\n",
-    );
+    let mesh = mesh("a.obj", "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0 1\nv 0 1 0\nf 1 2 3\n");
     let colors = mesh.vertex_colors.unwrap();
     assert!((colors[0][1] - 0.214041).abs() < 1e-5);
-    assert_eq!(
-        (colors[0][0], colors[1], colors[2]),
-        (1.0, [0.0; 3], [1.0; 3])
-    );
+    assert_eq!((colors[0][0], colors[1], colors[2]), (1.0, [0.0; 3], [1.0; 3]));
     let model = read_model(&data("nancolor.obj"), &Budget::default()).unwrap();
     assert!(model.parts[0].mesh.vertex_colors.is_none());
-    assert!(
-        model.notices[0].contains(":7: a vertex colour outside 0..=1"),
-        "{:?}",
-        model.notices
-    );
+    assert!(model.notices[0].contains(":7: a vertex colour outside 0..=1"), "{:?}", model.notices);
 }
 
 #[test]
 fn corners_without_a_normal_are_flat_beside_those_with() {
-    let mesh = mesh(
-        "a.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 2 3\nf 1//2 2//1 3//1\n",
-    );
+    let mesh =
+        mesh("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 2 3\nf 1//2 2//1 3//1\n");
     let normals = mesh.normals.unwrap();
     let of = |t: usize| mesh.triangles[t].map(|v| normals[v as usize]);
     assert_eq!(of(0), [[1.0, 0.0, 0.0]; 3]);
@@ -176,10 +128,7 @@ fn corners_without_a_normal_are_flat_beside_those_with() {
 fn lines_may_go_on_and_end_as_on_every_system() {
     let text = "# a comment that ends in \\\nv 0 0 0\nv 1 0 \\\n 0\nv 0 1 0\nf 1 \\\n2 \\\n  3\n";
     for ends in ["\n", "\r\n", "\r"] {
-        assert_eq!(
-            mesh("a.obj", text.replace('\n', ends)).triangles,
-            [[0, 1, 2]]
-        );
+        assert_eq!(mesh("a.obj", text.replace('\n', ends)).triangles, [[0, 1, 2]]);
     }
     let longline = read_model(&data("box_longline.obj"), &Budget::default()).unwrap();
     assert_eq!(longline.parts[0].mesh.vertices.len(), 8);
@@ -189,11 +138,7 @@ fn lines_may_go_on_and_end_as_on_every_system() {
 fn what_is_not_used_is_named_once() {
     let model = read_model(&data("testmixed.obj"), &Budget::default()).unwrap();
     assert_eq!(model.parts[0].mesh.triangles.len(), 12);
-    assert!(
-        model.notices[0].contains("not used: l (lines) (line 15), p (points) (line 23)"),
-        "{:?}",
-        model.notices
-    );
+    assert!(model.notices[0].contains("not used: l (lines) (line 15), p (points) (line 23)"), "{:?}", model.notices);
     let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
     assert_eq!(skipped, "a.obj: not used: curv2 (line 5)");
 }
@@ -225,17 +170,11 @@ fn smoothing_groups_give_normals() {
     }
     // Without any group nothing is smooth, and the file's own normals come first.
     let bare = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    assert_eq!(
-        self::mesh("a.obj", format!("{bare}f 1 2 3\n")).normals,
-        None
-    );
+    assert_eq!(self::mesh("a.obj", format!("{bare}f 1 2 3\n")).normals, None);
     let given = self::mesh("a.obj", format!("{bare}vn 1 0 0\ns 1\nf 1//1 2//1 3//1\n"));
     assert_eq!(given.normals.unwrap(), [[1.0, 0.0, 0.0]; 3]);
     let error = error("a.obj", format!("{bare}s round\nf 1 2 3\n"));
-    assert_eq!(
-        error,
-        "a.obj:4: s \"round\": expected a smoothing group or off"
-    );
+    assert_eq!(error, "a.obj:4: s \"round\": expected a smoothing group or off");
 }
 
 #[test]
@@ -244,36 +183,23 @@ fn groups_make_parts_where_nothing_else_does() {
         g left arm\nf 2 3 4\n";
     let names = |text: &str| -> Vec<(String, usize)> {
         let parts = model("a.obj", text).parts.into_iter();
-        parts
-            .map(|part| (part.name, part.mesh.triangles.len()))
-            .collect()
+        parts.map(|part| (part.name, part.mesh.triangles.len())).collect()
     };
     let expected = [("", 1), ("left arm", 2), ("body", 1)];
-    assert_eq!(
-        names(text),
-        expected.map(|(name, count)| (name.to_owned(), count))
-    );
+    assert_eq!(names(text), expected.map(|(name, count)| (name.to_owned(), count)));
     let objects = text.replacen("f 1 2 3", "o all\nf 1 2 3", 1);
     assert_eq!(names(&objects), [("all".to_owned(), 4)]);
 }
 
 fn model_notices(extra: &str) -> String {
-    model(
-        "a.obj",
-        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{extra}"),
-    )
-    .notices
-    .join("\n")
+    model("a.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{extra}")).notices.join("\n")
 }
 
 #[test]
 fn faces_of_one_or_two_corners_are_skipped() {
     // Counted backwards, so that those of a skipped face must not move the others.
     let thin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\n";
-    let read = model(
-        "a.obj",
-        format!("{thin}f -4\nf -4 -3 -2\nf -2/-1 -1/-1\nf\nf 2 4 -2\n"),
-    );
+    let read = model("a.obj", format!("{thin}f -4\nf -4 -3 -2\nf -2/-1 -1/-1\nf\nf 2 4 -2\n"));
     assert_eq!(read.parts[0].mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
     assert_eq!(read.parts[0].mesh.uvs, None);
     assert_eq!(
@@ -291,10 +217,7 @@ fn faces_of_one_or_two_corners_are_skipped() {
 fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
     let four = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
     let plain = model("a.obj", format!("{four}s 1\nf 1 2 3\nf 3 2 4\n"));
-    let read = model(
-        "a.obj",
-        format!("{four}s 1\nf 1/1/1 2/2/2 3/3/3\nf 3/3/3 2/2/2 4/9/9\n"),
-    );
+    let read = model("a.obj", format!("{four}s 1\nf 1/1/1 2/2/2 3/3/3\nf 3/3/3 2/2/2 4/9/9\n"));
     assert_eq!(read.parts[0].mesh, plain.parts[0].mesh);
     assert_eq!(
         read.notices,
@@ -315,83 +238,33 @@ fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
 fn bad_files_are_told_with_line_and_index() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (text, expected) in [
-        (
-            "f 1 2 4\n",
-            "a.obj:4: f: vertex 4, but the file has 3 vertices",
-        ),
-        (
-            "f 1 2 99999999999999999999\n",
-            "a.obj:4: f: \"99999999999999999999\" is not an index",
-        ),
-        (
-            "f 1 2 5000000000\n",
-            "a.obj:4: f: vertex 5000000000, but the file has 3 vertices",
-        ),
-        (
-            "f 1 2 -4\n",
-            "a.obj:4: f: vertex -4, but only 3 came before",
-        ),
+        ("f 1 2 4\n", "a.obj:4: f: vertex 4, but the file has 3 vertices"),
+        ("f 1 2 99999999999999999999\n", "a.obj:4: f: \"99999999999999999999\" is not an index"),
+        ("f 1 2 5000000000\n", "a.obj:4: f: vertex 5000000000, but the file has 3 vertices"),
+        ("f 1 2 -4\n", "a.obj:4: f: vertex -4, but only 3 came before"),
         ("f 0 1 2\n", "a.obj:4: f: vertex 0, but indices start at 1"),
-        (
-            "f 1/2 2/1 3/1\nvt 0 0\n",
-            "a.obj:4: f: texture coordinate 2, but the file has 1 texture coordinates",
-        ),
-        (
-            "f 1//2 2//1 3//1\nvn 0 0 1\n",
-            "a.obj:4: f: normal 2, but the file has 1 normals",
-        ),
-        (
-            "f 1 2\n",
-            "a.obj: no faces (f), only 3 vertices: nothing to see",
-        ),
-        (
-            "f 1 9\n",
-            "a.obj:4: f: vertex 9, but the file has 3 vertices",
-        ),
+        ("f 1/2 2/1 3/1\nvt 0 0\n", "a.obj:4: f: texture coordinate 2, but the file has 1 texture coordinates"),
+        ("f 1//2 2//1 3//1\nvn 0 0 1\n", "a.obj:4: f: normal 2, but the file has 1 normals"),
+        ("f 1 2\n", "a.obj: no faces (f), only 3 vertices: nothing to see"),
+        ("f 1 9\n", "a.obj:4: f: vertex 9, but the file has 3 vertices"),
         ("f 1 -9\n", "a.obj:4: f: vertex -9, but only 3 came before"),
-        (
-            "f 1 2 3/1/1/1\n",
-            "a.obj:4: f: corner \"3/1/1/1\" has more than 3 indices",
-        ),
+        ("f 1 2 3/1/1/1\n", "a.obj:4: f: corner \"3/1/1/1\" has more than 3 indices"),
         ("f 1 2 x\n", "a.obj:4: f: \"x\" is not an index"),
-        (
-            "f /1 /1 /1\nvt 0 0\n",
-            "a.obj:4: f: corner \"/1\" has no vertex",
-        ),
-        (
-            "v nan 0 0\n",
-            "a.obj:4: v: coordinate \"nan\" is not a finite number",
-        ),
-        (
-            "v 1e999 0 0\n",
-            "a.obj:4: v: coordinate \"1e999\" is not a finite number",
-        ),
-        (
-            "v 1,5 0 0\n",
-            "a.obj:4: v: coordinate \"1,5\" is not a finite number",
-        ),
-        (
-            "v 1 2\n",
-            "a.obj:4: v has 2 numbers, expected 3, or 6 with a colour",
-        ),
+        ("f /1 /1 /1\nvt 0 0\n", "a.obj:4: f: corner \"/1\" has no vertex"),
+        ("v nan 0 0\n", "a.obj:4: v: coordinate \"nan\" is not a finite number"),
+        ("v 1e999 0 0\n", "a.obj:4: v: coordinate \"1e999\" is not a finite number"),
+        ("v 1,5 0 0\n", "a.obj:4: v: coordinate \"1,5\" is not a finite number"),
+        ("v 1 2\n", "a.obj:4: v has 2 numbers, expected 3, or 6 with a colour"),
         ("vt\n", "a.obj:4: vt has 0 numbers, expected 1"),
         ("vn 1 2\n", "a.obj:4: vn has 2 numbers, expected 3"),
         ("", "a.obj: no faces (f), only 3 vertices: nothing to see"),
     ] {
-        assert_eq!(
-            error("a.obj", format!("{three}{text}")),
-            expected,
-            "{text:?}"
-        );
+        assert_eq!(error("a.obj", format!("{three}{text}")), expected, "{text:?}");
     }
     for name in ["malformed.obj", "box_UTF16BE.obj"] {
         let path = data(name);
         let error = message(read_model(&path, &Budget::default()).unwrap_err(), &path);
-        assert!(
-            error.starts_with(name)
-                && (error.contains(":28: f: vertex 0") || error.contains("UTF-16")),
-            "{error}"
-        );
+        assert!(error.starts_with(name) && (error.contains(":28: f: vertex 0") || error.contains("UTF-16")), "{error}");
     }
 }
 
@@ -399,9 +272,7 @@ fn bad_files_are_told_with_line_and_index() {
 fn damage_is_never_silent_and_never_fatal() {
     let text = format!("{CUBE}o two\nvt 0 0\nvt 1 0\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1 4/2/1 5/1/1\n");
     // A text without counts may end at any line end.
-    truncations("a.obj", text.as_bytes(), |length| {
-        text.as_bytes()[..length].ends_with(b"\n")
-    });
+    truncations("a.obj", text.as_bytes(), |length| text.as_bytes()[..length].ends_with(b"\n"));
     mutations("a.obj", text.as_bytes(), 20_000);
     for entry in std::fs::read_dir(data("fuzz")).unwrap() {
         let path = entry.unwrap().path();

@@ -3,9 +3,7 @@
 use glam::Vec3;
 
 use crate::bsdf::BsdfEval;
-use crate::bsdf::batch::{
-    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, LaneContext, LaneRandoms,
-};
+use crate::bsdf::batch::{ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, LaneContext, LaneRandoms};
 use crate::bsdf::diffuse::{Diffuse, lambert};
 use crate::guiding::cones::{GuidingCones, mixture_weight};
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
@@ -37,13 +35,7 @@ impl BatchModel for DiffuseModel {
     fn prepare_view(&self, _: &ActiveLanes, _: LaneContext, _: LaneRandoms) {}
 
     #[inline(always)]
-    fn sample(
-        &self,
-        (): &(),
-        _: &ActiveLanes,
-        context: LaneContext,
-        _: LaneRandoms,
-    ) -> BsdfSamples {
+    fn sample(&self, (): &(), _: &ActiveLanes, context: LaneContext, _: LaneRandoms) -> BsdfSamples {
         let interactions = context.interactions;
         let mut samples = BsdfSamples::default();
         let mut cosines = [0.0; LANES];
@@ -66,13 +58,7 @@ impl BatchModel for DiffuseModel {
     }
 
     #[inline(always)]
-    fn eval(
-        &self,
-        (): &(),
-        _: &ActiveLanes,
-        context: LaneContext,
-        wi: &Vec3xN<f32, LANES>,
-    ) -> BsdfEvals {
+    fn eval(&self, (): &(), _: &ActiveLanes, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
         let interactions = context.interactions;
         let (mut evals, mut cosines) = (BsdfEvals::default(), [0.0; LANES]);
         for (lane, cosine) in cosines.iter_mut().enumerate() {
@@ -82,10 +68,7 @@ impl BatchModel for DiffuseModel {
         for lane in 0..LANES {
             let (wi, cosine): (Vec3, f32) = (lane_vec3(wi, lane), cosines[lane]);
             let is_back = (interactions.geometric_normal(lane).dot(wi) <= 0.0) | (cosine <= 0.0);
-            let eval = BsdfEval {
-                value: lambert(lane_vec3(&self.albedo, lane), cosine),
-                pdf: pdfs[lane],
-            };
+            let eval = BsdfEval { value: lambert(lane_vec3(&self.albedo, lane), cosine), pdf: pdfs[lane] };
             evals.set(lane, !is_back, eval);
         }
         evals

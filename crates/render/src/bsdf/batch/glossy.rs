@@ -5,15 +5,12 @@ use glam::Vec3;
 use crate::bsdf::BsdfEval;
 use crate::bsdf::batch::clearcoat::ClearcoatLanes;
 use crate::bsdf::batch::{
-    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms,
-    LayeredBatchModel, LocalView,
+    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms, LayeredBatchModel, LocalView,
 };
 use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::layered::base_lobe;
 use crate::bsdf::material_hit::MaterialHit;
-use crate::lobes::albedo_tables::{
-    Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe,
-};
+use crate::lobes::albedo_tables::{Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe};
 use crate::lobes::fresnel::{Fresnel, conductors, schlick};
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
@@ -65,10 +62,7 @@ impl LayeredBatchModel for GlossyModel {
             return false;
         }
         self.is_conductor[lane] = false;
-        if let Fresnel::Conductor {
-            ior, extinction, ..
-        } = stack.fresnel
-        {
+        if let Fresnel::Conductor { ior, extinction, .. } = stack.fresnel {
             self.is_conductor[lane] = true;
             self.any_conductor = true;
             set_lane(&mut self.ior, lane, ior.to_array());
@@ -126,31 +120,18 @@ impl GlossyModel {
             return;
         }
         for (lane, &cosine) in cosines.iter().enumerate() {
-            let (ior, extinction) = (
-                lane_vec3(&self.ior, lane),
-                lane_vec3(&self.extinction, lane),
-            );
+            let (ior, extinction) = (lane_vec3(&self.ior, lane), lane_vec3(&self.extinction, lane));
             let (_, tint) = self.f0_f90.get(lane);
             let color = (tint * conductors(cosine, ior, extinction)).to_array();
             for (out, color) in out.iter_mut().zip(color) {
-                out[lane] = if self.is_conductor[lane] {
-                    color
-                } else {
-                    out[lane]
-                };
+                out[lane] = if self.is_conductor[lane] { color } else { out[lane] };
             }
         }
     }
 
     /// Samples the coat in the lanes whose random number chooses it.
     #[inline(always)]
-    fn sample_coat(
-        &self,
-        view: &GlossyView,
-        context: LaneContext,
-        randoms: LaneRandoms,
-        samples: &mut BsdfSamples,
-    ) {
+    fn sample_coat(&self, view: &GlossyView, context: LaneContext, randoms: LaneRandoms, samples: &mut BsdfSamples) {
         for lane in 0..LANES {
             let [specular, diffuse, coat] = view.probabilities(lane);
             let rest = randoms.lobe[lane] - specular;
@@ -179,9 +160,7 @@ impl GlossyModel {
                 continue;
             };
             let (wo, wi) = (view.local.wo(lane), lane_vec3(wi, lane));
-            let passed = sheen
-                .base_transmittance(wo.z)
-                .min(sheen.base_transmittance(wi.z));
+            let passed = sheen.base_transmittance(wo.z).min(sheen.base_transmittance(wi.z));
             let value = lane_vec3(&evals.value, lane) * passed + sheen.eval(wo, wi);
             set_lane(&mut evals.value, lane, value.to_array());
         }
@@ -208,11 +187,7 @@ impl GlossyModel {
         for lane in 0..LANES {
             let coat = self.coat.get(context, lane);
             let passed = coat.transmittance(tables, view.coat_albedo[lane], lane_vec3(wi, lane));
-            let passed = if self.coat.is_active[lane] {
-                passed
-            } else {
-                1.0
-            };
+            let passed = if self.coat.is_active[lane] { passed } else { 1.0 };
             let eval = BsdfEval {
                 value: lane_vec3(&evals.value, lane) * passed + values[lane],
                 pdf: evals.pdf[lane] + pdfs[lane] * view.lobe_probabilities[2][lane],
@@ -241,17 +216,9 @@ impl BatchModel for GlossyModel {
     }
 
     #[inline(always)]
-    fn prepare_view(
-        &self,
-        lanes: &ActiveLanes,
-        context: LaneContext,
-        _: LaneRandoms,
-    ) -> GlossyView {
+    fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, _: LaneRandoms) -> GlossyView {
         let tables = albedo_tables();
-        let mut view = GlossyView {
-            local: LocalView::new(lanes, context),
-            ..GlossyView::default()
-        };
+        let mut view = GlossyView { local: LocalView::new(lanes, context), ..GlossyView::default() };
         let cosines = *view.local.cosines();
         let f0 = self.f0();
         let mut sheen_albedo = [[0.0; LANES]; 3];
@@ -269,11 +236,7 @@ impl BatchModel for GlossyModel {
             for lane in 0..LANES {
                 let coat = self.coat.get(context, lane);
                 let albedo = coat.albedo(tables, view.coat_wo[2][lane]);
-                view.coat_albedo[lane] = if self.coat.is_active[lane] {
-                    albedo
-                } else {
-                    0.0
-                };
+                view.coat_albedo[lane] = if self.coat.is_active[lane] { albedo } else { 0.0 };
             }
         }
         let reflectance = self.reflectance(&cosines);
@@ -291,16 +254,10 @@ impl BatchModel for GlossyModel {
             let f0_f90 = (lane_vec3(&f0, lane), f90);
             let base = self.base_f0_f90.get(lane);
             let own = Albedo::new(f0_f90, albedo, means[0]);
-            let passed = Albedo::new(base, albedo, means[0])
-                .base_transmittance()
-                .max(0.0);
+            let passed = Albedo::new(base, albedo, means[0]).base_transmittance().max(0.0);
             let loss = 1.0 - albedo[0];
             let conductor = lane_vec3(&reflectance, lane) * (1.0 - loss);
-            let single = if self.is_conductor[lane] {
-                conductor
-            } else {
-                own.single_scatter
-            };
+            let single = if self.is_conductor[lane] { conductor } else { own.single_scatter };
             let diffuse = lane_vec3(&self.diffuse, lane);
             let below = own.multi_scatter + diffuse * passed + lane_vec3(&sheen_albedo, lane);
             let weights = [mean(single), mean(below)];
@@ -315,9 +272,7 @@ impl BatchModel for GlossyModel {
             let multi_scatter = multi_scatter_color(f0_f90, means[0]);
             set_lane(&mut view.multi_scatter, lane, multi_scatter.to_array());
             view.base_transmittance[lane] = passed;
-            view.mean_base_transmittance[lane] = Albedo::new(base, means, means[0])
-                .base_transmittance()
-                .max(1e-6);
+            view.mean_base_transmittance[lane] = Albedo::new(base, means, means[0]).base_transmittance().max(1e-6);
         }
         view
     }
@@ -339,16 +294,8 @@ impl BatchModel for GlossyModel {
             let is_specular = (randoms.lobe[lane] < specular) | (diffuse == 0.0);
             let wm = self.ggx(lane).sample_wm(wo, random);
             let reflected = 2.0 * wo.dot(wm) * wm - wo;
-            samples.is_valid[lane] = if is_specular {
-                (reflected.z > 0.0) & (specular > 0.0)
-            } else {
-                true
-            };
-            let wi = if is_specular {
-                reflected
-            } else {
-                sample_cosine_hemisphere(random)
-            };
+            samples.is_valid[lane] = if is_specular { (reflected.z > 0.0) & (specular > 0.0) } else { true };
+            let wi = if is_specular { reflected } else { sample_cosine_hemisphere(random) };
             let wi = view.local.frame(context, lane).to_world(wi);
             samples.set_direction(context, lane, wi);
         }
@@ -397,9 +344,7 @@ impl BatchModel for GlossyModel {
             let losses = [view.energy_loss[lane], 1.0 - albedo[0]];
             let multi_scatter = lane_vec3(&view.multi_scatter, lane);
             let multi = multi_scatter_lobe(multi_scatter, losses, 1.0 - mean_albedo, cosine);
-            let passed = Albedo::new(self.base_f0_f90.get(lane), albedo, mean_albedo)
-                .base_transmittance()
-                .max(0.0);
+            let passed = Albedo::new(self.base_f0_f90.get(lane), albedo, mean_albedo).base_transmittance().max(0.0);
             let mean_transmittance = view.mean_base_transmittance[lane];
             let from_wo = view.base_transmittance[lane];
             let base = base_lobe(from_wo, passed, mean_transmittance, cosine);

@@ -59,30 +59,14 @@ pub(crate) trait BatchModel: Default {
     fn clear(&mut self) {}
 
     /// The view terms of lanes with these normals.
-    fn prepare_view(
-        &self,
-        lanes: &ActiveLanes,
-        context: LaneContext,
-        randoms: LaneRandoms,
-    ) -> Self::View;
+    fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms) -> Self::View;
 
     /// A sample for every lane.
-    fn sample(
-        &self,
-        view: &Self::View,
-        lanes: &ActiveLanes,
-        context: LaneContext,
-        randoms: LaneRandoms,
-    ) -> BsdfSamples;
+    fn sample(&self, view: &Self::View, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms)
+    -> BsdfSamples;
 
     /// The values and densities of world directions.
-    fn eval(
-        &self,
-        view: &Self::View,
-        lanes: &ActiveLanes,
-        context: LaneContext,
-        wi: &Vec3xN<f32, LANES>,
-    ) -> BsdfEvals;
+    fn eval(&self, view: &Self::View, lanes: &ActiveLanes, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals;
 
     /// True if light from the far side of a lane's surface reaches the viewer.
     fn is_transmissive(&self, _lane: usize) -> bool {
@@ -152,11 +136,7 @@ impl<M: BatchModel> BsdfBatch<M> {
     /// Computes view terms and samples, if any lane is active.
     pub fn sample_all(&mut self, context: LaneContext, randoms: LaneRandoms) {
         if self.any_active() {
-            dispatch_simd(SampleBatch {
-                batch: self,
-                context,
-                randoms,
-            });
+            dispatch_simd(SampleBatch { batch: self, context, randoms });
         }
     }
 
@@ -192,15 +172,9 @@ struct SampleBatch<'a, M: BatchModel> {
 impl<M: BatchModel> WithSimd for SampleBatch<'_, M> {
     #[inline(always)]
     fn run(self) {
-        let Self {
-            batch,
-            context,
-            randoms,
-        } = self;
+        let Self { batch, context, randoms } = self;
         batch.view = batch.model.prepare_view(&batch.lanes, context, randoms);
-        batch.samples = batch
-            .model
-            .sample(&batch.view, &batch.lanes, context, randoms);
+        batch.samples = batch.model.sample(&batch.view, &batch.lanes, context, randoms);
     }
 }
 

@@ -4,17 +4,14 @@ use glam::Vec3;
 
 use crate::bsdf::BsdfEval;
 use crate::bsdf::batch::{
-    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms,
-    LayeredBatchModel, LocalView,
+    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms, LayeredBatchModel, LocalView,
 };
 use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::layered::reflect_probability;
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::multiscatter_dielectric::MultiscatterTerms;
 use crate::lobes::albedo_dielectric::EnergyLoss;
-use crate::lobes::albedo_tables::{
-    Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe,
-};
+use crate::lobes::albedo_tables::{Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe};
 use crate::lobes::fresnel::{Fresnel, dielectric, refract_unchecked, schlick, thinner_side_cosine};
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
@@ -88,9 +85,7 @@ impl LayeredBatchModel for RoughDielectricModel {
             && stack.transmission != Vec3::ZERO
             && stack.is_interface_only()
             && stack.eta != 1.0
-            && stack
-                .dielectric_albedo
-                .is_some_and(|table| table.matches_eta(stack.eta));
+            && stack.dielectric_albedo.is_some_and(|table| table.matches_eta(stack.eta));
         if is_covered {
             self.eta[lane] = stack.eta;
             self.is_exact[lane] = is_exact;
@@ -98,9 +93,7 @@ impl LayeredBatchModel for RoughDielectricModel {
             self.f0_f90.set(lane, stack.fresnel.f0_f90());
             self.base_f0_f90.set(lane, stack.base_fresnel.f0_f90());
             set_lane(&mut self.transmission, lane, stack.transmission.to_array());
-            let material = hit
-                .geometry
-                .material_index(hit.hit.instance, hit.hit.triangle);
+            let material = hit.geometry.material_index(hit.hit.instance, hit.hit.triangle);
             self.material[lane] = material as u32;
         }
         is_covered
@@ -136,11 +129,7 @@ impl RoughDielectricModel {
             for (out, (f0, f90)) in reflectances.iter_mut().zip(ends) {
                 let approximate = schlick(f0, f90, cosine);
                 let approximate = if is_total { Vec3::ONE } else { approximate };
-                let color = if self.is_exact[lane] {
-                    exact
-                } else {
-                    approximate
-                };
+                let color = if self.is_exact[lane] { exact } else { approximate };
                 set_lane(out, lane, color.to_array());
             }
         }
@@ -170,12 +159,7 @@ impl RoughDielectricModel {
 
     /// The table values of active lanes at these cosines of `wo`.
     #[inline(always)]
-    fn view_losses(
-        &self,
-        geometry: &Geometry,
-        is_active: &[bool; LANES],
-        cosines: &[f32; LANES],
-    ) -> ViewLosses {
+    fn view_losses(&self, geometry: &Geometry, is_active: &[bool; LANES], cosines: &[f32; LANES]) -> ViewLosses {
         let mut losses = ViewLosses {
             single_scatter: [[0.0; LANES]; 2],
             loss: [[0.0; LANES]; 3],
@@ -210,11 +194,7 @@ impl RoughDielectricModel {
             let (wo, wi, ggx) = (view.local.wo(lane), lane_vec3(wi, lane), self.ggx(lane));
             let reflection = MicrofacetEval::reflection(&ggx, wo, wi);
             let refraction = MicrofacetEval::refraction(&ggx, self.eta[lane], wo, wi);
-            let facets = if is_reflection[lane] {
-                reflection
-            } else {
-                refraction
-            };
+            let facets = if is_reflection[lane] { reflection } else { refraction };
             lanes.cosines[lane] = facets.cosine;
             (lanes.weights[lane], lanes.pdfs[lane]) = (facets.weight, facets.pdf);
         }
@@ -222,12 +202,7 @@ impl RoughDielectricModel {
     }
 
     #[inline(always)]
-    fn loss_table<'a>(
-        &self,
-        geometry: &'a Geometry,
-        lane: usize,
-        cached: &mut CachedLoss<'a>,
-    ) -> EnergyLoss<'a> {
+    fn loss_table<'a>(&self, geometry: &'a Geometry, lane: usize, cached: &mut CachedLoss<'a>) -> EnergyLoss<'a> {
         let key = (self.material[lane], self.alpha[lane]);
         match *cached {
             Some((material, alpha, table)) if (material, alpha) == key => table,
@@ -260,11 +235,7 @@ impl RoughDielectricView {
         };
         let compensation = lane_vec3(&self.compensation, lane);
         let value = terms.eval((loss - compensation * reflected).max(Vec3::ZERO), cosine);
-        if self.has_multiscatter[lane] {
-            value
-        } else {
-            Vec3::ZERO
-        }
+        if self.has_multiscatter[lane] { value } else { Vec3::ZERO }
     }
 }
 
@@ -275,17 +246,9 @@ impl BatchModel for RoughDielectricModel {
     type View = RoughDielectricView;
 
     #[inline(always)]
-    fn prepare_view(
-        &self,
-        lanes: &ActiveLanes,
-        context: LaneContext,
-        _: LaneRandoms,
-    ) -> RoughDielectricView {
+    fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, _: LaneRandoms) -> RoughDielectricView {
         let tables = albedo_tables();
-        let mut view = RoughDielectricView {
-            local: LocalView::new(lanes, context),
-            ..RoughDielectricView::default()
-        };
+        let mut view = RoughDielectricView { local: LocalView::new(lanes, context), ..RoughDielectricView::default() };
         let cosines = *view.local.cosines();
         let (mut albedos, mut means) = ([[0.0; LANES]; 2], [0.0; LANES]);
         for lane in 0..LANES {
@@ -304,17 +267,10 @@ impl BatchModel for RoughDielectricModel {
             let net = |loss: &Vec3xN<f32, LANES>, reflected: f32| {
                 (lane_vec3(loss, lane) - compensation * reflected).max(Vec3::ZERO)
             };
-            let sides = [
-                net(&losses.mean_loss[0], 1.0 - mean_albedo),
-                net(&losses.mean_loss[1], 1.0 - mean_albedo),
-            ];
+            let sides = [net(&losses.mean_loss[0], 1.0 - mean_albedo), net(&losses.mean_loss[1], 1.0 - mean_albedo)];
             let view_loss = net(&losses.loss, reflected);
             let terms = MultiscatterTerms::new(view_loss, sides, self.eta[lane]);
-            let [up, down] = if terms.is_significant {
-                terms.lobe_probabilities()
-            } else {
-                [0.0; 2]
-            };
+            let [up, down] = if terms.is_significant { terms.lobe_probabilities() } else { [0.0; 2] };
             let passed = mean(self.transmission(lane));
             let single = if self.uses_table(lane) {
                 own.single_scatter
@@ -322,20 +278,9 @@ impl BatchModel for RoughDielectricModel {
                 lane_vec3(&reflectance, lane) * (1.0 - reflected)
             };
             let by_angle = [mean(single), 1.0 - mean(lane_vec3(&base_reflectance, lane))];
-            let by_table = [
-                losses.single_scatter[0][lane],
-                losses.single_scatter[1][lane],
-            ];
-            let [single, below] = if terms.is_significant {
-                by_table
-            } else {
-                by_angle
-            };
-            let weights = [
-                single + passed * below,
-                mean(own.multi_scatter) + passed * up,
-                passed * down,
-            ];
+            let by_table = [losses.single_scatter[0][lane], losses.single_scatter[1][lane]];
+            let [single, below] = if terms.is_significant { by_table } else { by_angle };
+            let weights = [single + passed * below, mean(own.multi_scatter) + passed * up, passed * down];
             let sum = weights[0] + weights[1] + weights[2];
             let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
             for (probabilities, weight) in view.lobe_probabilities.iter_mut().zip(weights) {
@@ -371,11 +316,7 @@ impl BatchModel for RoughDielectricModel {
         let [reflectance, base_reflectance] = self.reflectances(&cosines);
         let mut samples = BsdfSamples::default();
         for lane in 0..LANES {
-            let (wo, wm, eta) = (
-                view.local.wo(lane),
-                lane_vec3(&facets, lane),
-                self.eta[lane],
-            );
+            let (wo, wm, eta) = (view.local.wo(lane), lane_vec3(&facets, lane), self.eta[lane]);
             let [single, up, down] = view.probabilities(lane);
             // Never a lobe without a probability, as for `LayeredBsdf`.
             let choice = randoms.lobe[lane];
@@ -396,11 +337,8 @@ impl BatchModel for RoughDielectricModel {
             let reflection = 2.0 * cosines[lane] * wm - wo;
             let (refraction, is_refracted) = refract_unchecked(wo, wm, eta);
             let diffuse = sample_cosine_hemisphere(randoms.direction_of(lane));
-            let (facet, is_valid) = if is_reflection {
-                (reflection, reflection.z > 0.0)
-            } else {
-                (refraction, is_refracted)
-            };
+            let (facet, is_valid) =
+                if is_reflection { (reflection, reflection.z > 0.0) } else { (refraction, is_refracted) };
             let wi = if is_single {
                 facet
             } else if is_up {
@@ -444,8 +382,7 @@ impl BatchModel for RoughDielectricModel {
             reflected[lane] = 1.0 - row.albedo_at(tables, heights[lane])[0];
         }
         let is_far_side: [bool; LANES] = std::array::from_fn(|lane| wi[2][lane] < 0.0);
-        let with_loss = (0..LANES)
-            .filter(|&lane| lanes.is_active[lane] & is_lit[lane] & view.has_multiscatter[lane]);
+        let with_loss = (0..LANES).filter(|&lane| lanes.is_active[lane] & is_lit[lane] & view.has_multiscatter[lane]);
         let losses = self.energy_loss(context.geometry, with_loss, &is_far_side, &heights);
         let facets = self.eval_microfacets(view, &wi, &is_reflection);
         let [reflectance, base_reflectance] = self.reflectances(&facets.cosines);
@@ -462,29 +399,13 @@ impl BatchModel for RoughDielectricModel {
                 1.0 - view.mean_albedo[lane],
                 wi[2][lane],
             );
-            let between = view.eval_multiscatter(
-                lane,
-                lane_vec3(&losses, lane),
-                reflected[lane],
-                heights[lane],
-            );
+            let between = view.eval_multiscatter(lane, lane_vec3(&losses, lane), reflected[lane], heights[lane]);
             let between = between * self.transmission(lane);
-            let single = if is_reflection {
-                reflectance
-            } else {
-                refracted
-            } * facets.weights[lane];
-            let value = if is_reflection {
-                single + multi + between
-            } else {
-                between + single
-            };
+            let single = if is_reflection { reflectance } else { refracted } * facets.weights[lane];
+            let value = if is_reflection { single + multi + between } else { between + single };
             let [specular, up, down] = view.probabilities(lane);
-            let [many, one] = if is_reflection {
-                [up, probability * specular]
-            } else {
-                [down, (1.0 - probability) * specular]
-            };
+            let [many, one] =
+                if is_reflection { [up, probability * specular] } else { [down, (1.0 - probability) * specular] };
             let pdf = cosine_hemisphere_pdf(heights[lane]) * many + facets.pdfs[lane] * one;
             evals.set(lane, is_lit[lane], BsdfEval { value, pdf });
         }

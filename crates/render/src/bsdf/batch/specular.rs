@@ -4,8 +4,7 @@ use glam::Vec3;
 
 use crate::bsdf::BsdfSample;
 use crate::bsdf::batch::{
-    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms,
-    LayeredBatchModel, LocalView,
+    ActiveLanes, BatchModel, BsdfEvals, BsdfSamples, F0F90Lanes, LaneContext, LaneRandoms, LayeredBatchModel, LocalView,
 };
 use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::material_hit::MaterialHit;
@@ -53,18 +52,10 @@ impl LayeredBatchModel for SpecularModel {
         if !(stack.is_interface_only() && stack.ggx.effectively_smooth()) {
             return false;
         }
-        (
-            self.is_conductor[lane],
-            self.uses_schlick[lane],
-            self.is_thin[lane],
-        ) = (false, false, false);
+        (self.is_conductor[lane], self.uses_schlick[lane], self.is_thin[lane]) = (false, false, false);
         let mut base = stack.transmission;
         match stack.fresnel {
-            Fresnel::Conductor {
-                ior,
-                extinction,
-                tint,
-            } => {
+            Fresnel::Conductor { ior, extinction, tint } => {
                 self.is_conductor[lane] = true;
                 self.any_conductor = true;
                 base = tint;
@@ -100,11 +91,7 @@ impl SpecularModel {
     /// The colour of light that passes a lane's surface.
     #[inline(always)]
     pub fn transmission(&self, lane: usize) -> Vec3 {
-        if self.is_conductor[lane] {
-            Vec3::ZERO
-        } else {
-            lane_vec3(&self.base, lane)
-        }
+        if self.is_conductor[lane] { Vec3::ZERO } else { lane_vec3(&self.base, lane) }
     }
 
     /// The reflectance of every lane at a cosine.
@@ -133,10 +120,7 @@ impl SpecularModel {
         }
         if self.any_conductor {
             for (lane, &cosine) in cosines.iter().enumerate() {
-                let (ior, extinction) = (
-                    lane_vec3(&self.ior, lane),
-                    lane_vec3(&self.extinction, lane),
-                );
+                let (ior, extinction) = (lane_vec3(&self.ior, lane), lane_vec3(&self.extinction, lane));
                 let color = lane_vec3(&self.base, lane) * conductors(cosine, ior, extinction);
                 select(lane, self.is_conductor[lane], color);
             }
@@ -153,25 +137,13 @@ impl SpecularModel {
             lane_vec3(&view.reflectance, lane),
             self.transmission(lane),
             if is_straight { 1.0 } else { self.eta[lane] },
-            if self.may_split[lane] {
-                SPLIT_OVERSAMPLING
-            } else {
-                1.0
-            },
+            if self.may_split[lane] { SPLIT_OVERSAMPLING } else { 1.0 },
         )
     }
 
     #[inline(always)]
-    fn sample_branch(
-        &self,
-        view: &SpecularView,
-        context: LaneContext,
-        choice: impl Fn(usize) -> f32,
-    ) -> BsdfSamples {
-        let mut samples = BsdfSamples {
-            is_specular: [true; LANES],
-            ..BsdfSamples::default()
-        };
+    fn sample_branch(&self, view: &SpecularView, context: LaneContext, choice: impl Fn(usize) -> f32) -> BsdfSamples {
+        let mut samples = BsdfSamples { is_specular: [true; LANES], ..BsdfSamples::default() };
         for lane in 0..LANES {
             let frame = view.local.frame(context, lane);
             let sample = self.lane(view, lane).sample_branch(&frame, choice(lane));
@@ -196,12 +168,7 @@ impl BatchModel for SpecularModel {
     }
 
     #[inline(always)]
-    fn prepare_view(
-        &self,
-        lanes: &ActiveLanes,
-        context: LaneContext,
-        randoms: LaneRandoms,
-    ) -> SpecularView {
+    fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms) -> SpecularView {
         let local = LocalView::new(lanes, context);
         let mut view = SpecularView {
             reflectance: self.reflectance(local.cosines()),
@@ -220,23 +187,11 @@ impl BatchModel for SpecularModel {
     }
 
     #[inline(always)]
-    fn sample(
-        &self,
-        view: &SpecularView,
-        _: &ActiveLanes,
-        context: LaneContext,
-        randoms: LaneRandoms,
-    ) -> BsdfSamples {
+    fn sample(&self, view: &SpecularView, _: &ActiveLanes, context: LaneContext, randoms: LaneRandoms) -> BsdfSamples {
         self.sample_branch(view, context, |lane| randoms.lobe[lane])
     }
 
-    fn eval(
-        &self,
-        _: &SpecularView,
-        _: &ActiveLanes,
-        _: LaneContext,
-        _: &Vec3xN<f32, LANES>,
-    ) -> BsdfEvals {
+    fn eval(&self, _: &SpecularView, _: &ActiveLanes, _: LaneContext, _: &Vec3xN<f32, LANES>) -> BsdfEvals {
         BsdfEvals::default()
     }
 

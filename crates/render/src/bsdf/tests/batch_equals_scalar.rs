@@ -8,9 +8,7 @@ use raycam_scene::{Glass, Material, MaterialModel, Metal, Object, Principled, Wo
 use crate::bsdf::batch::glossy::GlossyModel;
 use crate::bsdf::batch::rough_dielectric::RoughDielectricModel;
 use crate::bsdf::batch::specular::SpecularModel;
-use crate::bsdf::batch::{
-    BatchModel, BsdfBatch, BsdfEvals, LaneContext, LaneRandoms, LayeredBatchModel,
-};
+use crate::bsdf::batch::{BatchModel, BsdfBatch, BsdfEvals, LaneContext, LaneRandoms, LayeredBatchModel};
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::bsdf::specular::FORCE_TRANSMISSION;
@@ -26,11 +24,7 @@ fn world(models: &[MaterialModel]) -> PreparedWorld {
     let mut world = World::default();
     let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
     for model in models {
-        let material = Material {
-            model: model.clone(),
-            color: [0.9, 0.8, 0.5],
-            ..Material::default()
-        };
+        let material = Material { model: model.clone(), color: [0.9, 0.8, 0.5], ..Material::default() };
         let material = world.add_material(material).unwrap();
         let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
         world.add_object(object).unwrap();
@@ -63,21 +57,13 @@ impl Hits {
         let mut interactions = SurfaceInteractions::default();
         let corners = interactions.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            set_triangle(
-                corners,
-                lane,
-                world.geometry.corners(hit.instance, hit.triangle),
-            );
+            set_triangle(corners, lane, world.geometry.corners(hit.instance, hit.triangle));
         }
         for (lane, hit) in hits.iter().enumerate() {
             interactions.set_lane(lane, &world.geometry, directions[lane], hit, 0.0);
         }
         dispatch_simd(&mut interactions);
-        Self {
-            hits,
-            directions,
-            interactions,
-        }
+        Self { hits, directions, interactions }
     }
 }
 
@@ -111,39 +97,21 @@ fn compare<M: LayeredBatchModel>(world: &PreparedWorld, object: impl Fn(usize) -
     let mut counts = Counts::default();
     let mut batch = BsdfBatch::<M>::default();
     for first in (0..1920).step_by(LANES) {
-        let Hits {
-            hits,
-            directions,
-            interactions,
-        } = Hits::new(world, first, &object);
+        let Hits { hits, directions, interactions } = Hits::new(world, first, &object);
         batch.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            assert!(batch.load(
-                lane,
-                &MaterialHit::at_lane(&world.geometry, hit, &interactions, lane)
-            ));
+            assert!(batch.load(lane, &MaterialHit::at_lane(&world.geometry, hit, &interactions, lane)));
         }
-        let context = LaneContext {
-            geometry: &world.geometry,
-            interactions: &interactions,
-        };
+        let context = LaneContext { geometry: &world.geometry, interactions: &interactions };
         let (lobe, direction) = (randoms(first, 5), [randoms(first, 7), randoms(first, 11)]);
-        let numbers = LaneRandoms {
-            direction: &direction,
-            lobe: &lobe,
-        };
+        let numbers = LaneRandoms { direction: &direction, lobe: &lobe };
         batch.sample_all(context, numbers);
         let mut wi = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             set_lane(&mut wi, lane, unit(first + 13 * lane).to_array());
         }
         let mut evals = BsdfEvals::default();
-        dispatch_simd(Evaluate {
-            batch: &batch,
-            context,
-            wi: &wi,
-            out: &mut evals,
-        });
+        dispatch_simd(Evaluate { batch: &batch, context, wi: &wi, out: &mut evals });
         for (lane, hit) in hits.iter().enumerate() {
             let interaction = interactions.lane(lane);
             let hit = MaterialHit::new(&world.geometry, hit, &interaction, directions[lane]);
@@ -153,10 +121,7 @@ fn compare<M: LayeredBatchModel>(world: &PreparedWorld, object: impl Fn(usize) -
                 let origin = interaction.offset_ray_origin(sample.wi).as_vec3();
                 (sample, origin)
             });
-            assert_eq!(
-                format!("{:?}", batch.samples.get(lane)),
-                format!("{scalar:?}")
-            );
+            assert_eq!(format!("{:?}", batch.samples.get(lane)), format!("{scalar:?}"));
             let wi = lane_vec3(&wi, lane);
             let BsdfEval { value, pdf } = bsdf.eval(&frame, wi);
             assert_eq!(lane_vec3(&evals.value, lane), value);
@@ -181,12 +146,7 @@ fn metal(name: &str, roughness: f32) -> MaterialModel {
 
 #[test]
 fn specular() {
-    let glass = |thin| {
-        MaterialModel::Glass(Glass {
-            thin,
-            ..Glass::default()
-        })
-    };
+    let glass = |thin| MaterialModel::Glass(Glass { thin, ..Glass::default() });
     let principled = |thickness| {
         let mut p = Principled::default();
         (p.metallic.value, p.roughness.value) = (0.0, 0.0);
@@ -194,14 +154,8 @@ fn specular() {
         p.specular_color.value = [1.0, 0.5, 2.0];
         MaterialModel::Principled(p.into())
     };
-    let world = world(&[
-        glass(false),
-        glass(true),
-        metal("gold", 0.0),
-        metal("silver", 0.0),
-        principled(0.0),
-        principled(1.0),
-    ]);
+    let world =
+        world(&[glass(false), glass(true), metal("gold", 0.0), metal("silver", 0.0), principled(0.0), principled(1.0)]);
     // Glass alone, metal alone, glTF's glass alone, and all.
     let object = |i: usize| match i / LANES % 4 {
         kind @ 0..3 => 2 * kind + i % 2,
@@ -210,11 +164,7 @@ fn specular() {
     let (mut reflected, mut transmitted, mut absorbed, mut split) = (0, 0, 0, 0);
     let mut batch = BsdfBatch::<SpecularModel>::default();
     for first in (0..480).step_by(LANES) {
-        let Hits {
-            hits,
-            directions,
-            interactions,
-        } = Hits::new(&world, first, object);
+        let Hits { hits, directions, interactions } = Hits::new(&world, first, object);
         let channel = [None, Some(0)][first % 3 % 2];
         let outside_ior = |lane| [1.0, 1.33][lane % 2];
         let lobe = randoms(first, 5);
@@ -227,14 +177,8 @@ fn specular() {
                 batch.model.allow_split(lane);
             }
         }
-        let context = LaneContext {
-            geometry: &world.geometry,
-            interactions: &interactions,
-        };
-        let numbers = LaneRandoms {
-            direction: &[[0.0; LANES]; 2],
-            lobe: &lobe,
-        };
+        let context = LaneContext { geometry: &world.geometry, interactions: &interactions };
+        let numbers = LaneRandoms { direction: &[[0.0; LANES]; 2], lobe: &lobe };
         batch.sample_all(context, numbers);
         for (lane, hit) in hits.iter().enumerate() {
             let interaction = interactions.lane(lane);
@@ -272,10 +216,7 @@ fn specular() {
             }
         }
     }
-    assert!(
-        reflected > 40 && transmitted > 40 && absorbed > 3,
-        "{reflected} {transmitted} {absorbed}"
-    );
+    assert!(reflected > 40 && transmitted > 40 && absorbed > 3, "{reflected} {transmitted} {absorbed}");
     assert!(split > 20, "{split}");
 }
 
@@ -312,29 +253,14 @@ fn glossy() {
         2 => 5 + i % 2,
         _ => i * 7 / 3 % 9,
     });
-    let Counts {
-        reflected,
-        absorbed,
-        specular,
-        lit: [lit, _],
-        ..
-    } = counts;
-    assert!(
-        reflected > 1200 && absorbed > 20 && lit > 600,
-        "{reflected} {absorbed} {lit}"
-    );
+    let Counts { reflected, absorbed, specular, lit: [lit, _], .. } = counts;
+    assert!(reflected > 1200 && absorbed > 20 && lit > 600, "{reflected} {absorbed} {lit}");
     assert!(specular > 10, "{specular}");
 }
 
 #[test]
 fn rough_dielectric() {
-    let glass = |roughness, ior| {
-        MaterialModel::Glass(Glass {
-            roughness,
-            ior,
-            ..Glass::default()
-        })
-    };
+    let glass = |roughness, ior| MaterialModel::Glass(Glass { roughness, ior, ..Glass::default() });
     let principled = |roughness, metallic| {
         let mut p = Principled::default();
         (p.transmission.value, p.thickness.value) = (1.0, 1.0);
@@ -343,29 +269,15 @@ fn rough_dielectric() {
         MaterialModel::Principled(p.into())
     };
     // The second loses next to nothing.
-    let world = world(&[
-        glass(0.4, 1.5),
-        glass(0.04, 1.3),
-        glass(1.0, 1.1),
-        principled(0.3, 0.0),
-        principled(0.9, 0.4),
-    ]);
+    let world =
+        world(&[glass(0.4, 1.5), glass(0.04, 1.3), glass(1.0, 1.1), principled(0.3, 0.0), principled(0.9, 0.4)]);
     let counts = compare::<RoughDielectricModel>(&world, |i| match i / LANES % 3 {
         0 => i % 3,
         1 => 3 + i % 2,
         _ => i * 7 / 3 % 5,
     });
-    let Counts {
-        reflected,
-        transmitted,
-        absorbed,
-        lit,
-        ..
-    } = counts;
-    assert!(
-        reflected > 400 && transmitted > 400 && absorbed > 10,
-        "{reflected} {transmitted} {absorbed}"
-    );
+    let Counts { reflected, transmitted, absorbed, lit, .. } = counts;
+    assert!(reflected > 400 && transmitted > 400 && absorbed > 10, "{reflected} {transmitted} {absorbed}");
     assert!(lit[0] > 300 && lit[1] > 300, "{lit:?}");
 }
 
@@ -384,15 +296,9 @@ fn rough_dielectrics_with_other_layers_are_not_batched() {
         with(|p| p.roughness.value = 0.0),
         with(|p| p.clearcoat.value = 1.0),
         with(|p| p.anisotropy.value = 0.5),
-        MaterialModel::Glass(Glass {
-            thin: true,
-            roughness: 0.5,
-            ..Glass::default()
-        }),
+        MaterialModel::Glass(Glass { thin: true, roughness: 0.5, ..Glass::default() }),
     ]);
-    let Hits {
-        hits, interactions, ..
-    } = Hits::new(&world, 0, |i| i % 6);
+    let Hits { hits, interactions, .. } = Hits::new(&world, 0, |i| i % 6);
     let mut batch = BsdfBatch::<RoughDielectricModel>::default();
     for (lane, hit) in hits.iter().enumerate() {
         let material_hit = MaterialHit::at_lane(&world.geometry, hit, &interactions, lane);

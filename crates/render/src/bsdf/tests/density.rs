@@ -19,12 +19,7 @@ struct Chart {
 impl Chart {
     fn new(center: DVec3, side: f64) -> Self {
         let (right, up) = center.any_orthonormal_pair();
-        Self {
-            center,
-            right,
-            up,
-            side,
-        }
+        Self { center, right, up, side }
     }
 
     /// A direction at a place in the unit square, with its solid angle per area; `None` on the other side.
@@ -41,10 +36,7 @@ impl Chart {
         // 1 - cos from the distance: near the centre it keeps its digits.
         let height = (d - self.center).length_squared() / 2.0;
         let turn = d.dot(self.up).atan2(d.dot(self.right)) / TAU;
-        DVec2::new(
-            (height / 2.0).clamp(0.0, 1.0).powf(0.25),
-            turn.rem_euclid(1.0),
-        )
+        DVec2::new((height / 2.0).clamp(0.0, 1.0).powf(0.25), turn.rem_euclid(1.0))
     }
 }
 
@@ -64,18 +56,13 @@ fn check(
     random: &mut Random,
 ) -> Option<String> {
     let v = frame.wo.as_dvec3();
-    let charts = [
-        Chart::new(DVec3::new(-v.x, -v.y, v.z), 1.0),
-        Chart::new(refracted.as_dvec3().normalize(), -1.0),
-    ];
+    let charts = [Chart::new(DVec3::new(-v.x, -v.y, v.z), 1.0), Chart::new(refracted.as_dvec3().normalize(), -1.0)];
     let mut expected = vec![0.0f64; 2 * OUT * AROUND];
     for (side, chart) in charts.iter().enumerate() {
         for x in 0..OUT * FINE {
             for y in 0..AROUND * FINE {
-                let place = DVec2::new(
-                    (x as f64 + 0.5) / (OUT * FINE) as f64,
-                    (y as f64 + 0.5) / (AROUND * FINE) as f64,
-                );
+                let place =
+                    DVec2::new((x as f64 + 0.5) / (OUT * FINE) as f64, (y as f64 + 0.5) / (AROUND * FINE) as f64);
                 let Some((direction, solid)) = chart.at(place) else {
                     continue;
                 };
@@ -158,14 +145,7 @@ fn samples_are_as_dense_as_their_density_says() {
                     let name = format!("{name} at {degrees}");
                     let mut random = Random(11 + i as u64 * 1000 + degrees as u64);
                     let scatter = make(&frame);
-                    wrong.extend(check(
-                        &name,
-                        &scatter,
-                        &frame,
-                        refracted,
-                        tests,
-                        &mut random,
-                    ));
+                    wrong.extend(check(&name, &scatter, &frame, refracted, tests, &mut random));
                 }
                 wrong
             })

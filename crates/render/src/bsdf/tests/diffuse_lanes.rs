@@ -37,21 +37,11 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
     let mut batch = BsdfBatch::<DiffuseModel>::default();
     let corners = interactions.clear();
     for lane in 0..LANES {
-        set_triangle(
-            corners,
-            lane,
-            world.geometry.corners(0, (first + lane) as u32),
-        );
+        set_triangle(corners, lane, world.geometry.corners(0, (first + lane) as u32));
     }
     for lane in 0..LANES {
         let i = first + lane;
-        let hit = Hit {
-            t: 1.0,
-            u: 0.2,
-            v: 0.3,
-            instance: 0,
-            triangle: i as u32,
-        };
+        let hit = Hit { t: 1.0, u: 0.2, v: 0.3, instance: 0, triangle: i as u32 };
         interactions.set_lane(lane, &world.geometry, unit(i), &hit, 0.0);
         batch.activate(lane, Vec3::ZERO);
         let model = &mut batch.model;
@@ -60,11 +50,8 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
     }
     dispatch_simd(&mut interactions);
     if first.is_multiple_of(2 * LANES) {
-        let casters = [DVec3::X, DVec3::Y].map(|center| CausticCaster {
-            instance: 0,
-            center: 2.0 * center,
-            radius: 0.7,
-        });
+        let casters =
+            [DVec3::X, DVec3::Y].map(|center| CausticCaster { instance: 0, center: 2.0 * center, radius: 0.7 });
         let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
         dispatch_simd(SampleGuided {
             casters: &casters,
@@ -85,14 +72,8 @@ fn batch_equals_scalar() {
     let mut valid = 0;
     for first in (0..320).step_by(LANES) {
         let (interactions, mut batch) = diffuse_lanes(first);
-        let context = LaneContext {
-            geometry: &world.geometry,
-            interactions: &interactions,
-        };
-        let randoms = LaneRandoms {
-            direction: &[[0.0; LANES]; 2],
-            lobe: &[0.0; LANES],
-        };
+        let context = LaneContext { geometry: &world.geometry, interactions: &interactions };
+        let randoms = LaneRandoms { direction: &[[0.0; LANES]; 2], lobe: &[0.0; LANES] };
         batch.sample_all(context, randoms);
         for lane in 0..LANES {
             let interaction = interactions.lane(lane);

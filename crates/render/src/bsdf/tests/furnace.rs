@@ -34,8 +34,7 @@ fn a_white_furnace_shows_what_is_lost() {
                 }
             }
             // The tables of refraction are least exact for the roughest skin, from inside at grazing angles.
-            let coarse =
-                degrees > 85.0 && (name.ends_with("1 false") || name.ends_with("1 false false"));
+            let coarse = degrees > 85.0 && (name.ends_with("1 false") || name.ends_with("1 false false"));
             if off(found) > if coarse { 4e-3 } else { 1e-3 } {
                 worst.push(format!("{name} at {degrees}: {found}"));
             }
@@ -59,10 +58,7 @@ fn a_white_furnace_shows_what_is_lost() {
 /// Losses of materials as `docs/light-and-material.md` states them: roughness 0.1, 0.3, 0.6 and 1, in percent.
 #[test]
 fn the_page_says_what_is_lost() {
-    let page = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../docs/light-and-material.md"
-    );
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/light-and-material.md");
     let page = std::fs::read_to_string(page).unwrap();
     let (_, lossy) = all();
     let mut found = String::new();

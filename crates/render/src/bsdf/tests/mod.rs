@@ -32,13 +32,7 @@ fn frame(degrees: f32, turn: f32) -> ShadingFrame {
 }
 
 pub(crate) fn seen_from(view: Vec3) -> ShadingFrame {
-    ShadingFrame {
-        geometric: Vec3::Z,
-        normal: Vec3::Z,
-        tangent: Vec3::X,
-        bitangent: Vec3::Y,
-        wo: view,
-    }
+    ShadingFrame { geometric: Vec3::Z, normal: Vec3::Z, tangent: Vec3::X, bitangent: Vec3::Y, wo: view }
 }
 
 /// The integral over all directions above the surface, by points that are denser towards the horizon.
@@ -51,8 +45,7 @@ pub(crate) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
         let z = root * root;
         let radius = (1.0 - z * z).sqrt();
         for turn in 0..TURNS {
-            let (sin, cos) =
-                (std::f64::consts::TAU * (f64::from(turn) + 0.5) / f64::from(TURNS)).sin_cos();
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(turn) + 0.5) / f64::from(TURNS)).sin_cos();
             let direction = glam::DVec3::new(radius * cos, radius * sin, z).as_vec3();
             sum += f64::from(f(direction)) * 2.0 * root;
         }
@@ -62,11 +55,7 @@ pub(crate) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
 
 /// A white dielectric without anything else.
 fn plastic(roughness: f32) -> LayerStack<'static> {
-    let fresnel = Fresnel::Schlick {
-        f0: Vec3::splat(0.04),
-        f90: Vec3::ONE,
-        eta: None,
-    };
+    let fresnel = Fresnel::Schlick { f0: Vec3::splat(0.04), f90: Vec3::ONE, eta: None };
     LayerStack {
         fresnel,
         base_fresnel: fresnel,
@@ -82,54 +71,27 @@ fn plastic(roughness: f32) -> LayerStack<'static> {
 }
 
 fn white_metal(roughness: f32) -> LayerStack<'static> {
-    let fresnel = Fresnel::Schlick {
-        f0: Vec3::ONE,
-        f90: Vec3::ONE,
-        eta: None,
-    };
-    LayerStack {
-        fresnel,
-        diffuse: Vec3::ZERO,
-        ..plastic(roughness)
-    }
+    let fresnel = Fresnel::Schlick { f0: Vec3::ONE, f90: Vec3::ONE, eta: None };
+    LayerStack { fresnel, diffuse: Vec3::ZERO, ..plastic(roughness) }
 }
 
 /// A metal that is rougher along the tangent, as `KHR_materials_anisotropy` has it.
 fn brushed(roughness: f32, strength: f32) -> LayerStack<'static> {
     let alpha = (roughness * roughness).max(1e-3);
-    LayerStack {
-        ggx: Ggx {
-            alpha_x: alpha + (1.0 - alpha) * strength * strength,
-            alpha_y: alpha,
-        },
-        ..white_metal(0.0)
-    }
+    LayerStack { ggx: Ggx { alpha_x: alpha + (1.0 - alpha) * strength * strength, alpha_y: alpha }, ..white_metal(0.0) }
 }
 
 fn coated<'a>(layers: LayerStack<'a>, frame: &ShadingFrame) -> LayerStack<'a> {
-    LayerStack {
-        coat: Some(Clearcoat {
-            weight: 0.8,
-            ggx: Ggx::isotropic(0.3),
-            frame: *frame,
-        }),
-        ..layers
-    }
+    LayerStack { coat: Some(Clearcoat { weight: 0.8, ggx: Ggx::isotropic(0.3), frame: *frame }), ..layers }
 }
 
-static EXACT: LazyLock<DielectricAlbedo> =
-    LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Exact));
-static SCHLICK: LazyLock<DielectricAlbedo> =
-    LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Schlick));
+static EXACT: LazyLock<DielectricAlbedo> = LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Exact));
+static SCHLICK: LazyLock<DielectricAlbedo> = LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Schlick));
 
 /// White principled matter with an inside, of index 1.5.
 fn solid(roughness: f32, front: bool) -> LayerStack<'static> {
     let eta = if front { 1.5 } else { 1.0 / 1.5 };
-    let fresnel = Fresnel::Schlick {
-        f0: Vec3::splat(0.04),
-        f90: Vec3::ONE,
-        eta: (!front).then_some(eta),
-    };
+    let fresnel = Fresnel::Schlick { f0: Vec3::splat(0.04), f90: Vec3::ONE, eta: (!front).then_some(eta) };
     LayerStack {
         fresnel,
         base_fresnel: fresnel,
@@ -141,10 +103,7 @@ fn solid(roughness: f32, front: bool) -> LayerStack<'static> {
     }
 }
 
-const FILM: ThinFilm = ThinFilm {
-    ior: 1.4,
-    thickness: 450.0,
-};
+const FILM: ThinFilm = ThinFilm { ior: 1.4, thickness: 450.0 };
 
 type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
 /// Name with roughness, and constructor.
@@ -152,109 +111,61 @@ type Named = Vec<(String, Make)>;
 
 /// Every kind of scattering by name: lossless ones, and the rest.
 fn all() -> (Named, Named) {
-    fn layers(
-        name: String,
-        make: impl Fn(&ShadingFrame) -> LayerStack<'static> + 'static,
-    ) -> (String, Make) {
+    fn layers(name: String, make: impl Fn(&ShadingFrame) -> LayerStack<'static> + 'static) -> (String, Make) {
         let make = move |frame: &ShadingFrame| Bsdf::Layered(LayeredBsdf::new(make(frame), frame));
         (name, Box::new(make))
     }
     let mut lossless = vec![];
     let mut lossy = vec![];
     for roughness in [0.0f32, 0.1, 0.3, 0.6, 1.0] {
-        lossless.push(layers(format!("metal {roughness}"), move |_| {
-            white_metal(roughness)
+        lossless.push(layers(format!("metal {roughness}"), move |_| white_metal(roughness)));
+        lossless.push(layers(format!("plastic {roughness}"), move |_| plastic(roughness)));
+        lossless.push(layers(format!("translucent {roughness}"), move |_| LayerStack {
+            diffuse: Vec3::splat(0.3),
+            diffuse_transmission: Vec3::splat(0.7),
+            ..plastic(roughness)
         }));
-        lossless.push(layers(format!("plastic {roughness}"), move |_| {
-            plastic(roughness)
-        }));
-        lossless.push(layers(format!("translucent {roughness}"), move |_| {
-            LayerStack {
-                diffuse: Vec3::splat(0.3),
-                diffuse_transmission: Vec3::splat(0.7),
-                ..plastic(roughness)
-            }
-        }));
-        lossy.push(layers(format!("coated {roughness}"), move |frame| {
-            coated(plastic(roughness), frame)
-        }));
+        lossy.push(layers(format!("coated {roughness}"), move |frame| coated(plastic(roughness), frame)));
         lossy.push(layers(format!("cloth {roughness}"), move |_| LayerStack {
-            sheen: Some(Sheen {
-                color: Vec3::ONE,
-                roughness,
-            }),
+            sheen: Some(Sheen { color: Vec3::ONE, roughness }),
             ..plastic(0.5)
         }));
         lossy.push(layers(format!("film {roughness}"), move |_| {
-            let fresnel = Fresnel::ThinFilm {
-                thin_film: FILM,
-                f0: Vec3::splat(0.04),
-                f90: Vec3::ONE,
-                weight: 1.0,
-            };
-            LayerStack {
-                fresnel,
-                base_fresnel: fresnel,
-                ..plastic(roughness)
-            }
+            let fresnel = Fresnel::ThinFilm { thin_film: FILM, f0: Vec3::splat(0.04), f90: Vec3::ONE, weight: 1.0 };
+            LayerStack { fresnel, base_fresnel: fresnel, ..plastic(roughness) }
         }));
-        lossless.push(layers(format!("brushed {roughness}"), move |_| {
-            brushed(roughness, 0.7)
-        }));
+        lossless.push(layers(format!("brushed {roughness}"), move |_| brushed(roughness, 0.7)));
         lossless.push(layers(format!("thin {roughness}"), move |_| LayerStack {
             diffuse: Vec3::splat(0.2),
             transmission: Vec3::splat(0.8),
             ..plastic(roughness)
         }));
         for front in [false, true] {
-            lossless.push(layers(format!("solid {roughness} {front}"), move |_| {
-                solid(roughness, front)
-            }));
+            lossless.push(layers(format!("solid {roughness} {front}"), move |_| solid(roughness, front)));
         }
         for thin in [false, true] {
             for front in [false, true] {
-                let glass = Glass {
-                    roughness,
-                    thin,
-                    ..Glass::default()
-                };
+                let glass = Glass { roughness, thin, ..Glass::default() };
                 let name = format!("glass {roughness} {thin} {front}");
                 let make = move |frame: &ShadingFrame| {
                     let eta = crate::bsdf::dielectric::eta_of_side(&glass, front, None, 1.0);
-                    let layers =
-                        crate::bsdf::dielectric::layer_stack(&glass, eta, Vec3::ONE, Some(&EXACT));
+                    let layers = crate::bsdf::dielectric::layer_stack(&glass, eta, Vec3::ONE, Some(&EXACT));
                     Bsdf::Layered(LayeredBsdf::new(layers, frame))
                 };
                 lossless.push((name, Box::new(make)));
             }
         }
-        let gold = Metal {
-            roughness,
-            ..Metal::named("gold").unwrap()
-        };
+        let gold = Metal { roughness, ..Metal::named("gold").unwrap() };
         let make = move |frame: &ShadingFrame| {
-            Bsdf::Layered(LayeredBsdf::new(
-                crate::bsdf::conductor::layer_stack(&gold, Vec3::ONE),
-                frame,
-            ))
+            Bsdf::Layered(LayeredBsdf::new(crate::bsdf::conductor::layer_stack(&gold, Vec3::ONE), frame))
         };
         lossy.push((format!("gold {roughness}"), Box::new(make)));
     }
-    let matte = |_: &ShadingFrame| {
-        Bsdf::Phong(ModifiedPhong {
-            diffuse: Vec3::ONE,
-            specular: Vec3::ZERO,
-            lobe: None,
-        })
-    };
+    let matte = |_: &ShadingFrame| Bsdf::Phong(ModifiedPhong { diffuse: Vec3::ONE, specular: Vec3::ZERO, lobe: None });
     lossless.push(("matte".into(), Box::new(matte)));
     let lobe: &'static PhongLobe = Box::leak(Box::new(PhongLobe::new(20.0)));
     let lecture = move |_: &ShadingFrame| {
-        Bsdf::Phong(ModifiedPhong {
-            diffuse: Vec3::splat(0.6),
-            specular: Vec3::splat(0.4),
-            lobe: Some(lobe),
-        })
+        Bsdf::Phong(ModifiedPhong { diffuse: Vec3::splat(0.6), specular: Vec3::splat(0.4), lobe: Some(lobe) })
     };
     lossy.push(("lecture".into(), Box::new(lecture)));
     (lossless, lossy)
@@ -276,9 +187,5 @@ impl Random {
 /// The i-th of three well spread numbers: R. Roberts's additive sequence.
 fn spread(i: u32) -> [f32; 3] {
     let at = |step: f64| ((0.5 + step * f64::from(i)).fract() * 0.999_999_9) as f32;
-    [
-        at(0.819_172_513_396_164_4),
-        at(0.671_043_606_703_789_2),
-        at(0.549_700_477_901_970_3),
-    ]
+    [at(0.819_172_513_396_164_4), at(0.671_043_606_703_789_2), at(0.549_700_477_901_970_3)]
 }

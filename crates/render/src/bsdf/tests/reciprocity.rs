@@ -25,10 +25,7 @@ fn light_may_go_both_ways() {
             };
             let (there, back) = (value(a, b), value(b, a));
             let off = (there - back).abs().max_element();
-            assert!(
-                off <= 1e-5 * there.max_element().max(1.0),
-                "{name}: {there} {back}"
-            );
+            assert!(off <= 1e-5 * there.max_element().max(1.0), "{name}: {there} {back}");
         }
     }
 }
@@ -36,10 +33,7 @@ fn light_may_go_both_ways() {
 #[test]
 fn refraction_is_squeezed_by_the_index() {
     // f(v, l) in air is f(l, v) in glass over n^2 (E. Veach, 1997, section 5.2).
-    let glass = Glass {
-        roughness: 0.5,
-        ..Glass::default()
-    };
+    let glass = Glass { roughness: 0.5, ..Glass::default() };
     let value = |v: Vec3, l: Vec3, front: bool| {
         let frame = seen_from(v);
         let eta = dielectric::eta_of_side(&glass, front, None, 1.0);
@@ -49,10 +43,7 @@ fn refraction_is_squeezed_by_the_index() {
         };
         scatter.eval(&frame, l).value.x / l.z.abs()
     };
-    let (above, below) = (
-        Vec3::new(0.5, 0.2, 0.8).normalize(),
-        Vec3::new(0.3, 0.2, 0.9).normalize(),
-    );
+    let (above, below) = (Vec3::new(0.5, 0.2, 0.8).normalize(), Vec3::new(0.3, 0.2, 0.9).normalize());
     let there = value(above, -below, true);
     let mirror = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
     let back = value(mirror(-below), mirror(above), false);

@@ -40,9 +40,7 @@ impl BatchBsdf {
 
     /// True if light sampling contributes at a lane.
     pub fn is_non_specular(&self, lane: usize) -> bool {
-        self.diffuse.is_active(lane)
-            || self.glossy.is_active(lane)
-            || self.rough_dielectric.is_active(lane)
+        self.diffuse.is_active(lane) || self.glossy.is_active(lane) || self.rough_dielectric.is_active(lane)
     }
 
     /// The normals of [`crate::light::LightSampleContext`].
@@ -57,17 +55,8 @@ impl BatchBsdf {
     /// The values and densities of world directions.
     #[inline(always)]
     pub fn eval(&self, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
-        let Self {
-            diffuse,
-            glossy,
-            rough_dielectric,
-            ..
-        } = self;
-        let mut evals = if glossy.any_active() {
-            glossy.eval(context, wi)
-        } else {
-            diffuse.eval(context, wi)
-        };
+        let Self { diffuse, glossy, rough_dielectric, .. } = self;
+        let mut evals = if glossy.any_active() { glossy.eval(context, wi) } else { diffuse.eval(context, wi) };
         if glossy.any_active() && diffuse.any_active() {
             evals.select_lanes(&diffuse.lanes.is_active, &diffuse.eval(context, wi));
         }
@@ -97,34 +86,18 @@ mod tests {
     fn each_lane_has_the_values_of_its_kind() {
         let mut world = World::default();
         let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
-        let glass = Glass {
-            roughness: 0.5,
-            ..Glass::default()
-        };
-        for model in [
-            MaterialModel::Principled(Principled::default().into()),
-            MaterialModel::Glass(glass),
-        ] {
-            let material = Material {
-                model,
-                ..Material::default()
-            };
+        let glass = Glass { roughness: 0.5, ..Glass::default() };
+        for model in [MaterialModel::Principled(Principled::default().into()), MaterialModel::Glass(glass)] {
+            let material = Material { model, ..Material::default() };
             let material = world.add_material(material).unwrap();
             let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
             world.add_object(object).unwrap();
         }
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
         let (interactions, diffuse) = diffuse_lanes(0);
-        let mut bsdf = BatchBsdf {
-            diffuse,
-            ..BatchBsdf::default()
-        };
+        let mut bsdf = BatchBsdf { diffuse, ..BatchBsdf::default() };
         for lane in 0..LANES {
-            let hit = |instance| Hit {
-                instance,
-                triangle: lane as u32,
-                ..Hit::MISS
-            };
+            let hit = |instance| Hit { instance, triangle: lane as u32, ..Hit::MISS };
             bsdf.diffuse.lanes.is_active[lane] = lane % 3 == 0;
             let at_lane = |hit| MaterialHit::at_lane(&world.geometry, hit, &interactions, lane);
             match lane % 3 {
@@ -133,14 +106,8 @@ mod tests {
                 _ => assert!(bsdf.rough_dielectric.load(lane, &at_lane(&hit(1)))),
             }
         }
-        let context = LaneContext {
-            geometry: &world.geometry,
-            interactions: &interactions,
-        };
-        let randoms = LaneRandoms {
-            direction: &[[0.4; LANES]; 2],
-            lobe: &[0.3; LANES],
-        };
+        let context = LaneContext { geometry: &world.geometry, interactions: &interactions };
+        let randoms = LaneRandoms { direction: &[[0.4; LANES]; 2], lobe: &[0.3; LANES] };
         bsdf.glossy.sample_all(context, randoms);
         bsdf.rough_dielectric.sample_all(context, randoms);
         let directions = bsdf.diffuse.model.directions;

@@ -11,9 +11,7 @@ use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::LightSampleContext;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES};
 use crate::light::prepared_light::PreparedLight;
-use crate::light::samples::{
-    EnvironmentSample, LightLiSamples, LightRandom, ONE_MINUS_SHADOW_EPSILON,
-};
+use crate::light::samples::{EnvironmentSample, LightLiSamples, LightRandom, ONE_MINUS_SHADOW_EPSILON};
 use crate::light::tree::importance::{ComputeNodeImportances, NodeImportances};
 use crate::soa::{LANES, Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
 
@@ -78,10 +76,7 @@ impl DirectLightingBatch {
         bsdf: &BatchBsdf,
         path_lanes: &PathLanes,
     ) {
-        if !matches!(
-            tracer.modes.single_light(),
-            Some(PreparedLight::Rectangle(_))
-        ) {
+        if !matches!(tracer.modes.single_light(), Some(PreparedLight::Rectangle(_))) {
             self.sample_lights(tracer, chunk, context, bsdf);
         }
         self.count = 0;
@@ -102,17 +97,9 @@ impl DirectLightingBatch {
         }
     }
 
-    fn sample_lights(
-        &mut self,
-        tracer: &PathTracer,
-        chunk: usize,
-        context: LaneContext,
-        bsdf: &BatchBsdf,
-    ) {
+    fn sample_lights(&mut self, tracer: &PathTracer, chunk: usize, context: LaneContext, bsdf: &BatchBsdf) {
         let interactions = context.interactions;
-        tracer
-            .light_sample_indices()
-            .for_each(|i| self.samples[i].clear());
+        tracer.light_sample_indices().for_each(|i| self.samples[i].clear());
         let sampling = tracer.light_sampling_of_bounce();
         let nodes = tracer.lights.single_node_trees(sampling);
         let normals = bsdf.light_sample_normals(context);
@@ -128,22 +115,13 @@ impl DirectLightingBatch {
         }
         let importances = [0, 1].map(|i: usize| nodes[i].map(|_| &self.importances[i]));
         for lane in (0..LANES).filter(|&lane| bsdf.is_non_specular(lane)) {
-            let from = LightSampleContext {
-                position: interactions.position(lane),
-                normal: lane_vec3(&normals, lane),
-            };
+            let from = LightSampleContext { position: interactions.position(lane), normal: lane_vec3(&normals, lane) };
             let hit = chunk * LANES + lane;
-            let choice = if tracer.modes.needs_light_choice() {
-                self.light_choices[hit][1]
-            } else {
-                0.0
-            };
+            let choice = if tracer.modes.needs_light_choice() { self.light_choices[hit][1] } else { 0.0 };
             let random = |i: usize| self.randoms.random_for(i, hit);
             let emit = |i: usize, sample| self.samples[i].set_lane(lane, Some(sample));
-            let contexts = LightSampleContexts {
-                from: &from,
-                importances: importances.map(|known| Some((known?, lane))),
-            };
+            let contexts =
+                LightSampleContexts { from: &from, importances: importances.map(|known| Some((known?, lane))) };
             tracer.for_each_light_sample(sampling, &contexts, choice, random, emit);
         }
     }
@@ -169,11 +147,7 @@ impl DirectLightingBatch {
         queues: &mut [ShadowRayQueue],
         transmittance: impl Fn(Vec3, DVec3) -> Vec3,
     ) {
-        for (i, (rays, queue)) in self.shadow_rays[..self.count]
-            .iter()
-            .zip(queues)
-            .enumerate()
-        {
+        for (i, (rays, queue)) in self.shadow_rays[..self.count].iter().zip(queues).enumerate() {
             if rays.is_active[lane] {
                 let samples = &self.samples[i];
                 let p_light = lane_dvec3(&samples.p_light, lane);
@@ -232,22 +206,13 @@ impl WithSimd for EvaluateDirect<'_> {
             let light = throughput * lane_vec3(&evals.value, lane) * (radiance / pdf);
             // The balance heuristic.
             let has_mis = self.mis_with_bsdf & !samples.is_delta[lane];
-            let light = light
-                / if has_mis {
-                    1.0 + evals.pdf[lane] / pdf
-                } else {
-                    1.0
-                };
+            let light = light / if has_mis { 1.0 + evals.pdf[lane] / pdf } else { 1.0 };
             let origin = interactions.offset_ray_origin(lane, wi);
             let p_light = lane_dvec3(&samples.p_light, lane);
             let towards = (p_light - origin).as_vec3();
             let is_infinite = p_light.x == f64::INFINITY;
             let direction = if is_infinite { wi } else { towards };
-            rays.t_max[lane] = if is_infinite {
-                f32::INFINITY
-            } else {
-                ONE_MINUS_SHADOW_EPSILON
-            };
+            rays.t_max[lane] = if is_infinite { f32::INFINITY } else { ONE_MINUS_SHADOW_EPSILON };
             let Vec3 { x, y, z } = light;
             rays.is_active[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
             set_lane(&mut rays.contribution, lane, light.to_array());
@@ -275,10 +240,7 @@ mod tests {
         let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
         for first in (0..320).step_by(LANES) {
             let (interactions, diffuse) = diffuse_lanes(first);
-            let bsdf = BatchBsdf {
-                diffuse,
-                ..BatchBsdf::default()
-            };
+            let bsdf = BatchBsdf { diffuse, ..BatchBsdf::default() };
             let mut path_lanes = PathLanes::default();
             let mut samples = LightLiSamples::default();
             for lane in 0..LANES {
@@ -295,10 +257,7 @@ mod tests {
             }
             let mut rays = ShadowRayLanes::default();
             dispatch_simd(EvaluateDirect {
-                context: LaneContext {
-                    geometry: &world.geometry,
-                    interactions: &interactions,
-                },
+                context: LaneContext { geometry: &world.geometry, interactions: &interactions },
                 bsdf: &bsdf,
                 path_lanes: &path_lanes,
                 samples: &samples,
@@ -319,9 +278,7 @@ mod tests {
                     let ray = match sample.p_light {
                         None => interaction.spawn_ray(wi, f32::INFINITY),
                         Some(p_light) => Ray {
-                            direction: (p_light - interaction.offset_ray_origin(wi))
-                                .as_vec3()
-                                .to_array(),
+                            direction: (p_light - interaction.offset_ray_origin(wi)).as_vec3().to_array(),
                             ..interaction.spawn_ray(wi, ONE_MINUS_SHADOW_EPSILON)
                         },
                     };

@@ -53,13 +53,7 @@ pub(crate) struct HitBatch {
 impl HitBatch {
     /// Draws the random numbers of a bounce and gathers the triangles of its hits. One pass for each over all hits:
     /// triangles lie scattered in memory, and their cache misses overlap.
-    pub fn begin_bounce(
-        &mut self,
-        tracer: &PathTracer,
-        paths: &[PathState],
-        active: &[u32],
-        hits: &[Hit],
-    ) {
+    pub fn begin_bounce(&mut self, tracer: &PathTracer, paths: &[PathState], active: &[u32], hits: &[Hit]) {
         self.draw_randoms(tracer, paths, active);
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
@@ -76,11 +70,7 @@ impl HitBatch {
     fn draw_randoms(&mut self, tracer: &PathTracer, paths: &[PathState], active: &[u32]) {
         let (samplers, bounce, modes) = (tracer.samplers, tracer.bounce, &tracer.modes);
         let ray_indices = || active.iter().map(|&path| paths[path as usize].ray_index);
-        let DirectLightingBatch {
-            randoms,
-            light_choices: choices,
-            ..
-        } = &mut self.direct_lighting;
+        let DirectLightingBatch { randoms, light_choices: choices, .. } = &mut self.direct_lighting;
         let [first, more @ ..] = &mut randoms.numbers;
         let (bsdf, light) = (Dimension::Bsdf(bounce), Dimension::Light(bounce, 0));
         let choice = Dimension::LobeAndLight(bounce);
@@ -126,11 +116,9 @@ impl HitBatch {
             let (index, path) = (first + lane, &mut paths[path as usize]);
             path.ray_cone = path.ray_cone.propagate(hit.t);
             let (direction, width) = (path.direction, path.ray_cone.width);
-            self.interactions
-                .set_lane(lane, tracer.geometry, direction, hit, width);
+            self.interactions.set_lane(lane, tracer.geometry, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.bsdf_randoms[index];
-            [light_random[0][lane], light_random[1][lane]] =
-                self.direct_lighting.randoms.numbers[0][index];
+            [light_random[0][lane], light_random[1][lane]] = self.direct_lighting.randoms.numbers[0][index];
         }
         dispatch_simd(&mut self.interactions);
         dispatch_simd(SampleCosineHemisphere {
@@ -151,8 +139,7 @@ impl HitBatch {
         for (lane, (&path, hit)) in chunk.paths.iter().zip(chunk.hits).enumerate() {
             self.load_lane(tracer, &paths[path as usize], hit, lane);
         }
-        self.path_lanes
-            .test_light_bounds(tracer.lights, self.interactions.directions());
+        self.path_lanes.test_light_bounds(tracer.lights, self.interactions.directions());
         self.guide_diffuse(tracer, &random);
         self.evaluate_bsdfs(tracer, chunk, &random);
     }
@@ -192,14 +179,7 @@ impl HitBatch {
         }
     }
 
-    fn load_specular(
-        &mut self,
-        tracer: &PathTracer,
-        path: &PathState,
-        hit: &Hit,
-        lane: usize,
-        is_culled: bool,
-    ) {
+    fn load_specular(&mut self, tracer: &PathTracer, path: &PathState, hit: &Hit, lane: usize, is_culled: bool) {
         let at = (&self.interactions, lane);
         let Some((material_hit, far_side)) = interface_at(tracer, path, hit, at) else {
             return;
@@ -216,13 +196,7 @@ impl HitBatch {
         self.far_sides[lane] = far_side;
     }
 
-    fn load_rough_dielectric(
-        &mut self,
-        tracer: &PathTracer,
-        path: &PathState,
-        hit: &Hit,
-        lane: usize,
-    ) {
+    fn load_rough_dielectric(&mut self, tracer: &PathTracer, path: &PathState, hit: &Hit, lane: usize) {
         let at = (&self.interactions, lane);
         let Some((material_hit, far_side)) = interface_at(tracer, path, hit, at) else {
             return;
@@ -262,25 +236,15 @@ impl HitBatch {
     fn evaluate_bsdfs(&mut self, tracer: &PathTracer, chunk: Chunk, random: &[[f32; LANES]; 2]) {
         let mut lobe = [0.0; LANES];
         let choices = &self.direct_lighting.light_choices;
-        for (lobe, [choice, _]) in lobe
-            .iter_mut()
-            .zip(choices.iter().skip(chunk.index * LANES))
-        {
+        for (lobe, [choice, _]) in lobe.iter_mut().zip(choices.iter().skip(chunk.index * LANES)) {
             *lobe = *choice;
         }
-        let context = LaneContext {
-            geometry: tracer.geometry,
-            interactions: &self.interactions,
-        };
-        let randoms = LaneRandoms {
-            direction: random,
-            lobe: &lobe,
-        };
+        let context = LaneContext { geometry: tracer.geometry, interactions: &self.interactions };
+        let randoms = LaneRandoms { direction: random, lobe: &lobe };
         self.bsdf.sample_all(context, randoms);
         if tracer.modes.batch_direct_lighting && self.bsdf.any_non_specular() {
             let (bsdf, paths) = (&self.bsdf, &self.path_lanes);
-            self.direct_lighting
-                .evaluate_chunk(tracer, chunk.index, context, bsdf, paths);
+            self.direct_lighting.evaluate_chunk(tracer, chunk.index, context, bsdf, paths);
         }
     }
 

@@ -62,11 +62,7 @@ impl PathTracer<'_> {
         let geometric = hits.interactions.geometric_normal(lane);
         let context = LightSampleContext {
             position: hits.interactions.position(lane),
-            normal: if bsdf.model.is_transmissive(lane) {
-                Vec3::ZERO
-            } else {
-                geometric
-            },
+            normal: if bsdf.model.is_transmissive(lane) { Vec3::ZERO } else { geometric },
         };
         let out = &mut radiance[path.ray_index];
         let may_cross_light = hits.path_lanes.may_cross_light[lane];
@@ -90,15 +86,11 @@ impl PathTracer<'_> {
             self.queue_direct_lighting(path, bsdf, at, queues, out);
         }
         let far_side = hits.far_sides[lane];
-        let advance =
-            |path: &mut PathState, (sample, origin): (BsdfSample, Vec3), queues: &mut _| {
-                let interior_list = if M::IS_TRANSMISSIVE && geometric.dot(sample.wi) < 0.0 {
-                    far_side
-                } else {
-                    path.interior_list
-                };
-                self.continue_path(path, &sample, origin, context, interior_list, queues)
-            };
+        let advance = |path: &mut PathState, (sample, origin): (BsdfSample, Vec3), queues: &mut _| {
+            let interior_list =
+                if M::IS_TRANSMISSIVE && geometric.dot(sample.wi) < 0.0 { far_side } else { path.interior_list };
+            self.continue_path(path, &sample, origin, context, interior_list, queues)
+        };
         let split = M::transmitted_sample(&bsdf.view, lane).map(|sample| {
             path.split_count += 1;
             (*path, sample)

@@ -10,11 +10,7 @@ use super::*;
 #[test]
 fn a_sun_with_a_disk_has_the_irradiance_of_a_point() {
     for diameter in [0.0, 0.53, 5.0, 60.0] {
-        let found = irradiance(
-            &source(sun([1.0, 0.0, -1.5], diameter)),
-            &AT_ORIGIN,
-            1 << 12,
-        );
+        let found = irradiance(&source(sun([1.0, 0.0, -1.5], diameter)), &AT_ORIGIN, 1 << 12);
         close(found, 3.0 * 1.5 / 3.25f64.sqrt(), 1e-4);
     }
     // Half of a sun on the horizon is below: E of a disk of radius a seen edge on is its radiance times a - sin(a)
@@ -26,30 +22,17 @@ fn a_sun_with_a_disk_has_the_irradiance_of_a_point() {
     // The disk is visible, and nothing beyond it.
     let sky = lights(&[sun([0.0, 0.0, -1.0], 2.0)]);
     let at = |degrees: f64| {
-        sky.escaped_radiance(
-            DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()).as_vec3(),
-            None,
-        )
+        sky.escaped_radiance(DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()).as_vec3(), None)
     };
-    close(
-        f64::from(at(0.99).x),
-        3.0 / (PI * 1f64.to_radians().sin().powi(2)),
-        1e-5,
-    );
+    close(f64::from(at(0.99).x), 3.0 / (PI * 1f64.to_radians().sin().powi(2)), 1e-5);
     assert_eq!(at(1.01), Vec3::ZERO);
-    assert_eq!(
-        lights(&[sun([0.0, 0.0, -1.0], 0.0)]).escaped_radiance(Vec3::Z, None),
-        Vec3::ZERO
-    );
+    assert_eq!(lights(&[sun([0.0, 0.0, -1.0], 0.0)]).escaped_radiance(Vec3::Z, None), Vec3::ZERO);
 }
 
 #[test]
 fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
     let spot_at = |x: f64, inner, outer| {
-        let from = LightSampleContext {
-            position: DVec3::new(x, 0.0, 0.0),
-            ..AT_ORIGIN
-        };
+        let from = LightSampleContext { position: DVec3::new(x, 0.0, 0.0), ..AT_ORIGIN };
         irradiance(&source(spot(inner, outer, false)), &from, 1)
     };
     let expected = |x: f64, falloff: f64| 5.0 * falloff * 2.0 / (4.0 + x * x).powf(1.5);
@@ -57,11 +40,7 @@ fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
     close(spot_at(0.7, 20.0, 40.0), expected(0.7, 1.0), 1e-6);
     let (inner, outer) = (20f64.to_radians().cos(), 40f64.to_radians().cos());
     let cos = 2.0 / 5f64.sqrt();
-    close(
-        spot_at(1.0, 20.0, 40.0),
-        expected(1.0, ((cos - outer) / (inner - outer)).powi(2)),
-        1e-5,
-    );
+    close(spot_at(1.0, 20.0, 40.0), expected(1.0, ((cos - outer) / (inner - outer)).powi(2)), 1e-5);
     assert_eq!(spot_at(1.7, 20.0, 40.0), 0.0);
     close(spot_at(1.1, 30.0, 30.0), expected(1.1, 1.0), 1e-6);
     assert_eq!(spot_at(1.2, 30.0, 30.0), 0.0);
@@ -71,15 +50,9 @@ fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
         let total: f64 = (0..4000)
             .map(|i| {
                 let cos = -1.0 + (f64::from(i) + 0.5) / 2000.0;
-                let place =
-                    DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos) + DVec3::new(0.0, 0.0, 2.0);
-                let from = LightSampleContext {
-                    position: place,
-                    normal: Vec3::ZERO,
-                };
-                source
-                    .sample(&from, [0.5; 2])
-                    .map_or(0.0, |s| f64::from(s.radiance.x) * TAU / 2000.0)
+                let place = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos) + DVec3::new(0.0, 0.0, 2.0);
+                let from = LightSampleContext { position: place, normal: Vec3::ZERO };
+                source.sample(&from, [0.5; 2]).map_or(0.0, |s| f64::from(s.radiance.x) * TAU / 2000.0)
             })
             .sum();
         close(total, 5.0, 2e-3);
@@ -97,10 +70,7 @@ fn a_bulb_of_any_size_follows_the_inverse_square_law() {
 /// Lambert's formula: irradiance at the origin, on the plane z = 0, of a polygon of radiance 1.
 fn lambert(corners: &[DVec3]) -> f64 {
     let edge = |i: usize| {
-        let (a, b) = (
-            corners[i].normalize(),
-            corners[(i + 1) % corners.len()].normalize(),
-        );
+        let (a, b) = (corners[i].normalize(), corners[(i + 1) % corners.len()].normalize());
         a.angle_between(b) * a.cross(b).normalize().z
     };
     (0..corners.len()).map(edge).sum::<f64>().abs() / 2.0
@@ -118,39 +88,17 @@ fn area_lights_follow_lamberts_formula() {
     ] {
         let [p, u1, v1] = [position, u, v].map(DVec3::from);
         let corner = |s: f64, t: f64| p + u1 * s + v1 * t;
-        let corners = [
-            corner(-0.5, -0.5),
-            corner(0.5, -0.5),
-            corner(0.5, 0.5),
-            corner(-0.5, 0.5),
-        ];
+        let corners = [corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)];
         let source = source(area(position, u, v));
-        close(
-            irradiance(&source, &AT_ORIGIN, 1 << 14),
-            2.0 * lambert(&corners),
-            1e-3,
-        );
+        close(irradiance(&source, &AT_ORIGIN, 1 << 14), 2.0 * lambert(&corners), 1e-3);
     }
     // The back does not emit, unless the light has two sides.
     let up = area([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     assert_eq!(irradiance(&source(up.clone()), &AT_ORIGIN, 16), 0.0);
-    let Light::Rectangle {
-        position,
-        u,
-        v,
-        radiance,
-        ..
-    } = up
-    else {
+    let Light::Rectangle { position, u, v, radiance, .. } = up else {
         return;
     };
-    let both = Light::Rectangle {
-        position,
-        u,
-        v,
-        radiance,
-        two_sided: true,
-    };
+    let both = Light::Rectangle { position, u, v, radiance, two_sided: true };
     assert!(irradiance(&source(both), &AT_ORIGIN, 16) > 1.0);
 }
 
@@ -159,18 +107,10 @@ fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) ->
     let source = source(light);
     const SAMPLES: u32 = 1 << 21;
     let one = |n| {
-        let place = Sampler::new(1, 0, [0, 0], n)
-            .get_2d(Dimension::AmbientOcclusion)
-            .map(f64::from);
-        let from = LightSampleContext {
-            position: receiver(place.into()),
-            normal,
-        };
+        let place = Sampler::new(1, 0, [0, 0], n).get_2d(Dimension::AmbientOcclusion).map(f64::from);
+        let from = LightSampleContext { position: receiver(place.into()), normal };
         let sample = source.sample(&from, random(n))?;
-        Some(
-            f64::from(sample.radiance.x) / f64::from(sample.pdf)
-                * f64::from(sample.direction.dot(normal).max(0.0)),
-        )
+        Some(f64::from(sample.radiance.x) / f64::from(sample.pdf) * f64::from(sample.direction.dot(normal).max(0.0)))
     };
     // Reciprocity: both have the area 1. The light sends out pi times its radiance.
     (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES) / (2.0 * PI)
@@ -179,17 +119,9 @@ fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) ->
 #[test]
 fn form_factors_of_squares() {
     let above = area([0.5, 0.5, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
-    close(
-        form_factor(above, |p| p.extend(0.0), Vec3::Z),
-        0.199_825,
-        1e-3,
-    );
+    close(form_factor(above, |p| p.extend(0.0), Vec3::Z), 0.199_825, 1e-3);
     let beside = area([0.0, 0.5, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-    close(
-        form_factor(beside, |p| p.extend(0.0), Vec3::Z),
-        0.200_044,
-        1e-3,
-    );
+    close(form_factor(beside, |p| p.extend(0.0), Vec3::Z), 0.200_044, 1e-3);
 }
 
 #[test]
@@ -197,11 +129,7 @@ fn disk_lights_follow_their_closed_form() {
     for (radius, height) in [(0.5, 1.0), (3.0, 1.0), (0.01, 2.0)] {
         let light = disk([0.0, 0.0, height], [0.0, 0.0, -1.0], radius);
         let expected = 2.0 * PI * radius * radius / (radius * radius + height * height);
-        close(
-            irradiance(&source(light), &AT_ORIGIN, 1 << 14),
-            expected,
-            1e-3,
-        );
+        close(irradiance(&source(light), &AT_ORIGIN, 1 << 14), expected, 1e-3);
     }
 }
 
@@ -210,58 +138,32 @@ fn ies_profiles_emit_as_measured() {
     // 683 cd are 1 W/sr; at distance 2.
     let even = ies(&[683.0, 683.0], &[0.0, 180.0], &[0.0], None);
     close(irradiance(&source(even), &AT_ORIGIN, 1), 0.25, 1e-5);
-    let power = ies(
-        &[1.0, 1.0],
-        &[0.0, 180.0],
-        &[0.0],
-        Some([4.0 * PI as f32; 3]),
-    );
+    let power = ies(&[1.0, 1.0], &[0.0, 180.0], &[0.0], Some([4.0 * PI as f32; 3]));
     close(irradiance(&source(power), &AT_ORIGIN, 1), 0.25, 1e-4);
     // A lobe to horizontal 90, which is +y from a luminaire that hangs with its front along x.
     let lobes = [0.0, 0.0, 100.0, 0.0, 0.0];
-    let candela: Vec<f32> = [0.0f64, 90.0, 180.0, 270.0, 360.0]
-        .iter()
-        .flat_map(|&h| [0.0, if h == 90.0 { 100.0 } else { 0.0 }])
-        .collect();
+    let candela: Vec<f32> =
+        [0.0f64, 90.0, 180.0, 270.0, 360.0].iter().flat_map(|&h| [0.0, if h == 90.0 { 100.0 } else { 0.0 }]).collect();
     assert_eq!(candela.len(), 2 * lobes.len());
-    let light = source(ies(
-        &candela,
-        &[0.0, 90.0],
-        &[0.0, 90.0, 180.0, 270.0, 360.0],
-        None,
-    ));
+    let light = source(ies(&candela, &[0.0, 90.0], &[0.0, 90.0, 180.0, 270.0, 360.0], None));
     let arrives = |x: f64, y: f64| {
-        let from = LightSampleContext {
-            position: DVec3::new(x, y, 0.0),
-            normal: Vec3::Z,
-        };
+        let from = LightSampleContext { position: DVec3::new(x, y, 0.0), normal: Vec3::Z };
         irradiance(&light, &from, 1)
     };
     assert!(arrives(0.0, 1.0) > 0.0);
     for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, -1.0), (0.0, 0.0)] {
         assert!(arrives(x, y) < 1e-9, "{x} {y}");
     }
-    assert!(
-        arrives(0.0, 1.0) > 1.3 * arrives(0.5, 0.9),
-        "linear between the angles"
-    );
+    assert!(arrives(0.0, 1.0) > 1.3 * arrives(0.5, 0.9), "linear between the angles");
 }
 
 #[test]
 fn skies_give_their_integral() {
-    let gradient = Light::Sky {
-        radiance: None,
-        zenith: Some([3.0; 3]),
-        horizon: Some([1.0; 3]),
-        ground: Some([9.0; 3]),
-    };
+    let gradient =
+        Light::Sky { radiance: None, zenith: Some([3.0; 3]), horizon: Some([1.0; 3]), ground: Some([9.0; 3]) };
     let found = irradiance(&source(gradient), &AT_ORIGIN, 1 << 14);
     close(found, PI * (1.0 / 3.0 + 2.0), 1e-4);
-    close(
-        irradiance(&source(Light::uniform_sky([2.0; 3])), &AT_ORIGIN, 16),
-        TAU,
-        1e-6,
-    );
+    close(irradiance(&source(Light::uniform_sky([2.0; 3])), &AT_ORIGIN, 16), TAU, 1e-6);
     let even = environment([8, 4], |_, _| 2.0);
     close(irradiance(&source(even), &AT_ORIGIN, 1 << 16), TAU, 1e-3);
 }
@@ -274,19 +176,9 @@ fn environments_are_turned_as_cameras_are() {
             return;
         };
         for yaw in [0.0, 90.0] {
-            let light = Light::Environment {
-                image: image.clone(),
-                yaw,
-                scale: 1.0,
-            };
+            let light = Light::Environment { image: image.clone(), yaw, scale: 1.0 };
             let lights = Lights::new(&[light], up, DVec3::ZERO);
-            let seen = |direction: DVec3| {
-                f64::from(
-                    lights
-                        .escaped_radiance(direction.normalize().as_vec3(), None)
-                        .x,
-                )
-            };
+            let seen = |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };
             // The middle lies between texels 31 and 32, rows 15 and 16; to the right x grows, upwards y falls.
@@ -306,24 +198,12 @@ fn daylight_is_as_bright_as_day() {
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * angle);
     let zenith = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
     let rgb = sky.escaped_radiance(Vec3::Z, None).as_dvec3();
-    close(
-        rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722)) * 0.683,
-        zenith,
-        1e-3,
-    );
+    close(rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722)) * 0.683, zenith, 1e-3);
     assert!(rgb.z > 1.5 * rgb.x, "a clear sky is blue: {rgb}");
     // The sun gives some 100 klx, the sky a tenth to a third of that.
     let [sky, sun] = [0, 1].map(|i| irradiance(&sky.lights[i], &AT_ORIGIN, 1 << 14) * 0.683);
-    assert!(
-        (60.0..110.0).contains(&sun) && (7.0..40.0).contains(&sky),
-        "{sun} {sky} klx"
-    );
+    assert!((60.0..110.0).contains(&sun) && (7.0..40.0).contains(&sky), "{sun} {sky} klx");
     let evening = lights(&[daylight(5.0)]);
-    let low = evening.lights[1]
-        .sample(&AT_ORIGIN, [0.5; 2])
-        .map(|s| s.radiance);
-    assert!(
-        low.is_some_and(|low| low.x > 2.0 * low.z),
-        "a low sun is red: {low:?}"
-    );
+    let low = evening.lights[1].sample(&AT_ORIGIN, [0.5; 2]).map(|s| s.radiance);
+    assert!(low.is_some_and(|low| low.x > 2.0 * low.z), "a low sun is red: {low:?}");
 }

@@ -27,19 +27,13 @@ fn cap(axis: DVec3, low: f64) -> Chart {
         at: Box::new(move |p| {
             let cos = 1.0 - p.x * (1.0 - low);
             let (sin, turn) = ((1.0 - cos * cos).max(0.0).sqrt(), TAU * p.y);
-            (
-                (right * turn.cos() + up * turn.sin()) * sin + axis * cos,
-                TAU * (1.0 - low),
-            )
+            ((right * turn.cos() + up * turn.sin()) * sin + axis * cos, TAU * (1.0 - low))
         }),
         of: Box::new(move |d| {
             // 1 - cos from the sine keeps precision for narrow caps.
             let sin2 = axis.cross(d).length_squared();
-            let height = if axis.dot(d) > 0.0 {
-                sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt())
-            } else {
-                1.0 - axis.dot(d)
-            };
+            let height =
+                if axis.dot(d) > 0.0 { sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()) } else { 1.0 - axis.dot(d) };
             let turn = d.dot(up).atan2(d.dot(right)) / TAU;
             DVec2::new(height / (1.0 - low), turn.rem_euclid(1.0))
         }),
@@ -67,15 +61,8 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
         of: Box::new(move |d| {
             let inside = d * (corner.dot(normal) / d.dot(normal)) - corner;
             let n2 = normal.length_squared();
-            let [x, y] = [
-                inside.cross(v).dot(normal) / n2,
-                u.cross(inside).dot(normal) / n2,
-            ];
-            if round {
-                DVec2::new(x * x + y * y, (y.atan2(x) / TAU).rem_euclid(1.0))
-            } else {
-                DVec2::new(x, y)
-            }
+            let [x, y] = [inside.cross(v).dot(normal) / n2, u.cross(inside).dot(normal) / n2];
+            if round { DVec2::new(x * x + y * y, (y.atan2(x) / TAU).rem_euclid(1.0)) } else { DVec2::new(x, y) }
         }),
     }
 }
@@ -101,36 +88,13 @@ fn samples_are_spread_as_their_density_says() {
     const SAMPLES: u32 = 1 << 20;
     let towards = DVec3::new(1.0, 0.0, 1.5);
     let everywhere = || cap(DVec3::Z, -1.0);
-    let tilted = |normal| LightSampleContext {
-        normal,
-        ..AT_ORIGIN
-    };
+    let tilted = |normal| LightSampleContext { normal, ..AT_ORIGIN };
     let cosine = |radius: f64, distance: f64| (1.0 - (radius / distance).powi(2)).sqrt();
     let cases: Vec<(&str, Light, LightSampleContext, Chart)> = vec![
-        (
-            "sun",
-            sun([-1.0, 0.0, -1.5], 0.53),
-            AT_ORIGIN,
-            cap(towards, 0.265f64.to_radians().cos()),
-        ),
-        (
-            "wide sun",
-            sun([-1.0, 0.0, -1.5], 80.0),
-            AT_ORIGIN,
-            cap(towards, 40f64.to_radians().cos()),
-        ),
-        (
-            "bulb",
-            bulb([1.0, 0.0, 1.5], 0.5),
-            AT_ORIGIN,
-            cap(towards, cosine(0.5, towards.length())),
-        ),
-        (
-            "near bulb",
-            bulb([1.0, 0.0, 1.5], 1.8),
-            AT_ORIGIN,
-            cap(towards, cosine(1.8, towards.length())),
-        ),
+        ("sun", sun([-1.0, 0.0, -1.5], 0.53), AT_ORIGIN, cap(towards, 0.265f64.to_radians().cos())),
+        ("wide sun", sun([-1.0, 0.0, -1.5], 80.0), AT_ORIGIN, cap(towards, 40f64.to_radians().cos())),
+        ("bulb", bulb([1.0, 0.0, 1.5], 0.5), AT_ORIGIN, cap(towards, cosine(0.5, towards.length()))),
+        ("near bulb", bulb([1.0, 0.0, 1.5], 1.8), AT_ORIGIN, cap(towards, cosine(1.8, towards.length()))),
         (
             "rectangle",
             area([0.3, 0.5, 0.4], [0.0, 2.0, 0.0], [1.0, 0.0, 0.0]),
@@ -141,44 +105,19 @@ fn samples_are_spread_as_their_density_says() {
             "parallelogram",
             area([0.3, 0.5, 1.0], [0.5, 2.0, 0.0], [1.0, 0.0, 0.2]),
             AT_ORIGIN,
-            sheet(
-                DVec3::new(-0.45, -0.5, 0.9),
-                DVec3::new(0.5, 2.0, 0.0),
-                DVec3::new(1.0, 0.0, 0.2),
-                false,
-            ),
+            sheet(DVec3::new(-0.45, -0.5, 0.9), DVec3::new(0.5, 2.0, 0.0), DVec3::new(1.0, 0.0, 0.2), false),
         ),
         (
             "disk",
             disk([0.5, 0.0, 0.7], [0.0, 0.0, -1.0], 0.8),
             AT_ORIGIN,
-            sheet(
-                DVec3::new(0.5, 0.0, 0.7),
-                DVec3::X * 0.8,
-                DVec3::Y * 0.8,
-                true,
-            ),
+            sheet(DVec3::new(0.5, 0.0, 0.7), DVec3::X * 0.8, DVec3::Y * 0.8, true),
         ),
-        (
-            "even sky",
-            Light::uniform_sky([1.0; 3]),
-            AT_ORIGIN,
-            cap(DVec3::Z, 0.0),
-        ),
-        (
-            "even sky around",
-            Light::uniform_sky([1.0; 3]),
-            tilted(Vec3::ZERO),
-            everywhere(),
-        ),
+        ("even sky", Light::uniform_sky([1.0; 3]), AT_ORIGIN, cap(DVec3::Z, 0.0)),
+        ("even sky around", Light::uniform_sky([1.0; 3]), tilted(Vec3::ZERO), everywhere()),
         (
             "sky that changes",
-            Light::Sky {
-                radiance: None,
-                zenith: Some([0.2, 0.4, 1.0]),
-                horizon: Some([1.0; 3]),
-                ground: None,
-            },
+            Light::Sky { radiance: None, zenith: Some([0.2, 0.4, 1.0]), horizon: Some([1.0; 3]), ground: None },
             AT_ORIGIN,
             cap(DVec3::Z, 0.0),
         ),
@@ -189,35 +128,22 @@ fn samples_are_spread_as_their_density_says() {
         let lights = lights(&[light]);
         let source = &lights.lights[0];
         let density = |direction: Vec3| {
-            let mut density = f64::from(
-                lights
-                    .radiance_and_pdf(&from, LightSampling::Uniform, direction, None)
-                    .1,
-            );
-            lights.intersect_visible(
-                &from,
-                LightSampling::Uniform,
-                direction,
-                f64::INFINITY,
-                |_, _, pdf| density += f64::from(pdf),
-            );
+            let mut density = f64::from(lights.radiance_and_pdf(&from, LightSampling::Uniform, direction, None).1);
+            lights.intersect_visible(&from, LightSampling::Uniform, direction, f64::INFINITY, |_, _, pdf| {
+                density += f64::from(pdf)
+            });
             density
         };
         let mut expected = vec![0.0; CELLS * CELLS];
         let step = 1.0 / (CELLS * POINTS) as f64;
         for y in 0..CELLS * POINTS {
             for x in 0..CELLS * POINTS {
-                let (direction, solid) =
-                    (chart.at)(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * step);
-                expected[y / POINTS * CELLS + x / POINTS] +=
-                    density(direction.as_vec3()) * solid * step * step;
+                let (direction, solid) = (chart.at)(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * step);
+                expected[y / POINTS * CELLS + x / POINTS] += density(direction.as_vec3()) * solid * step * step;
             }
         }
         let total: f64 = expected.iter().sum();
-        assert!(
-            (total - 1.0).abs() < 1e-3,
-            "{name}: the density integrates to {total}"
-        );
+        assert!((total - 1.0).abs() < 1e-3, "{name}: the density integrates to {total}");
         let mut found = vec![0u32; CELLS * CELLS];
         for n in 0..SAMPLES {
             // Independent numbers: stratified ones would pass too easily.
@@ -236,20 +162,14 @@ fn samples_are_spread_as_their_density_says() {
         }
         let expected = expected.iter().map(|share| share * f64::from(SAMPLES));
         let (chi2, freedom) = statistic(found.iter().map(|&n| f64::from(n)).zip(expected));
-        assert!(
-            chi2 < limit(freedom - 1.0, tests),
-            "{name}: chi squared {chi2} of {freedom} cells"
-        );
+        assert!(chi2 < limit(freedom - 1.0, tests), "{name}: chi squared {chi2} of {freedom} cells");
     }
 }
 
 #[test]
 fn a_single_light_is_sampled_as_one_of_several() {
     let alone = lights(&[hard_environment()]);
-    assert!(
-        alone.is_single_infinite(LightSampling::Importance)
-            && !alone.is_single_infinite(LightSampling::Uniform)
-    );
+    assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
     // A second, black environment.
     let dark = environment([16, 8], |_, _| 0.0);
     let several = lights(&[hard_environment(), dark]);
@@ -262,25 +182,17 @@ fn a_single_light_is_sampled_as_one_of_several() {
     for (random, around) in random.into_iter().zip(drawn) {
         let around = Some((0, around));
         let ask = |lights: &Lights, choice, which| {
-            let drawn = LightRandom {
-                random,
-                environment: around,
-            };
+            let drawn = LightRandom { random, environment: around };
             let by = LightSampleContexts::from(&AT_ORIGIN);
-            lights
-                .sample(&by, &world.geometry, choice, which, &drawn)
-                .unwrap()
+            lights.sample(&by, &world.geometry, choice, which, &drawn).unwrap()
         };
-        let (one, half) = (
-            ask(&alone, LightSampling::Importance, 0.25),
-            ask(&several, LightSampling::Importance, 0.25),
-        );
+        let (one, half) =
+            (ask(&alone, LightSampling::Importance, 0.25), ask(&several, LightSampling::Importance, 0.25));
         assert_eq!(one.direction, half.direction);
         assert_eq!(one.radiance, half.radiance);
         assert_eq!(one.pdf, 2.0 * half.pdf);
         let (direction, known) = (one.direction, environment.radiance_and_pdf(one.direction));
-        let behind =
-            |known| alone.radiance_and_pdf(&AT_ORIGIN, LightSampling::Importance, direction, known);
+        let behind = |known| alone.radiance_and_pdf(&AT_ORIGIN, LightSampling::Importance, direction, known);
         assert_eq!(behind(Some((0, known))), behind(None));
         assert_eq!(behind(None), (one.radiance, one.pdf));
     }

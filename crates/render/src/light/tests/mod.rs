@@ -16,10 +16,7 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 
 pub(super) const RADIANCE: [f32; 3] = [2.0; 3];
-pub(super) const AT_ORIGIN: LightSampleContext = LightSampleContext {
-    position: DVec3::ZERO,
-    normal: Vec3::Z,
-};
+pub(super) const AT_ORIGIN: LightSampleContext = LightSampleContext { position: DVec3::ZERO, normal: Vec3::Z };
 
 pub(super) fn lights(lights: &[Light]) -> Lights {
     for light in lights {
@@ -48,47 +45,23 @@ pub(super) fn irradiance(source: &PreparedLight, from: &LightSampleContext, samp
 }
 
 pub(super) fn close(found: f64, expected: f64, relative: f64) {
-    assert!(
-        (found - expected).abs() <= relative * expected.abs(),
-        "found {found}, expected {expected}"
-    );
+    assert!((found - expected).abs() <= relative * expected.abs(), "found {found}, expected {expected}");
 }
 
 pub(super) fn area(position: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Light {
-    Light::Rectangle {
-        position,
-        u,
-        v,
-        radiance: RADIANCE,
-        two_sided: false,
-    }
+    Light::Rectangle { position, u, v, radiance: RADIANCE, two_sided: false }
 }
 
 pub(super) fn disk(position: [f64; 3], direction: [f64; 3], radius: f64) -> Light {
-    Light::Disk {
-        position,
-        direction,
-        radius,
-        radiance: RADIANCE,
-        two_sided: false,
-    }
+    Light::Disk { position, direction, radius, radiance: RADIANCE, two_sided: false }
 }
 
 pub(super) fn sun(direction: [f64; 3], angular_diameter: f64) -> Light {
-    Light::Sun {
-        direction,
-        irradiance: [3.0; 3],
-        angular_diameter,
-    }
+    Light::Sun { direction, irradiance: [3.0; 3], angular_diameter }
 }
 
 pub(super) fn bulb(position: [f64; 3], radius: f64) -> Light {
-    Light::Point {
-        position,
-        power: None,
-        intensity: Some([5.0; 3]),
-        radius,
-    }
+    Light::Point { position, power: None, intensity: Some([5.0; 3]), radius }
 }
 
 pub(super) fn spot(inner: f64, outer: f64, power: bool) -> Light {
@@ -104,25 +77,13 @@ pub(super) fn spot(inner: f64, outer: f64, power: bool) -> Light {
 
 pub(super) fn daylight(degrees: f64) -> Light {
     let angle = degrees.to_radians();
-    Light::Preetham {
-        direction: [-angle.cos(), 0.0, -angle.sin()],
-        turbidity: 3.0,
-        scale: 1.0,
-    }
+    Light::Preetham { direction: [-angle.cos(), 0.0, -angle.sin()], turbidity: 3.0, scale: 1.0 }
 }
 
 pub(super) fn environment(size: [u32; 2], radiance: impl Fn(u32, u32) -> f32) -> Light {
     let texel = |i: u32| [radiance(i % size[0], i / size[0]); 4];
-    let image = Image {
-        name: String::new(),
-        size,
-        texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
-    };
-    Light::Environment {
-        image: FileRef::loaded("made", Arc::new(image)),
-        yaw: 30.0,
-        scale: 1.0,
-    }
+    let image = Image { name: String::new(), size, texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()) };
+    Light::Environment { image: FileRef::loaded("made", Arc::new(image)), yaw: 30.0, scale: 1.0 }
 }
 
 /// Environment with one bright texel among dim ones, and a black stripe.
@@ -134,17 +95,8 @@ pub(super) fn hard_environment() -> Light {
     })
 }
 
-pub(super) fn ies(
-    candela: &[f32],
-    vertical: &[f64],
-    horizontal: &[f64],
-    power: Option<[f32; 3]>,
-) -> Light {
-    let profile = IesProfile {
-        vertical: vertical.into(),
-        horizontal: horizontal.into(),
-        candela: candela.into(),
-    };
+pub(super) fn ies(candela: &[f32], vertical: &[f64], horizontal: &[f64], power: Option<[f32; 3]>) -> Light {
+    let profile = IesProfile { vertical: vertical.into(), horizontal: horizontal.into(), candela: candela.into() };
     Light::Ies {
         profile: FileRef::loaded("made", Arc::new(profile)),
         position: [0.0, 0.0, 2.0],

@@ -56,10 +56,7 @@ fn points() -> Vec<LightSampleContext> {
 }
 
 fn tree_of(lights: &[Light]) -> (LightTree, usize) {
-    let bounds: Vec<LightBounds> = lights
-        .iter()
-        .map(|light| source(light.clone()).bounds())
-        .collect();
+    let bounds: Vec<LightBounds> = lights.iter().map(|light| source(light.clone()).bounds()).collect();
     (LightTree::new(&bounds), bounds.len())
 }
 
@@ -98,33 +95,15 @@ fn the_choice_loses_no_light() {
     const SAMPLES: u32 = 1 << 17;
     let many = many();
     let lights = lights(&many);
-    let nothing = PreparedWorld::new(
-        &raycam_scene::World::default(),
-        None,
-        None,
-        &crate::Control::new(),
-    )
-    .unwrap();
-    let from = LightSampleContext {
-        position: DVec3::new(0.3, -0.2, 0.0),
-        normal: Vec3::Z,
-    };
+    let nothing = PreparedWorld::new(&raycam_scene::World::default(), None, None, &crate::Control::new()).unwrap();
+    let from = LightSampleContext { position: DVec3::new(0.3, -0.2, 0.0), normal: Vec3::Z };
     // Each light by itself, and all of them by either selection.
-    let alone: f64 = many
-        .iter()
-        .map(|light| irradiance(&source(light.clone()), &from, 1 << 10))
-        .sum();
+    let alone: f64 = many.iter().map(|light| irradiance(&source(light.clone()), &from, 1 << 10)).sum();
     for choice in [LightSampling::Importance, LightSampling::Uniform] {
         let one = |n: u32| {
             let [which, _] = random(n + 7_000_000);
             let [x, y] = Sampler::new(9, 0, [1, 2], n).get_2d(Dimension::Light(0, 0));
-            let sample = lights.sample(
-                &(&from).into(),
-                &nothing.geometry,
-                choice,
-                which,
-                &[x, y].into(),
-            )?;
+            let sample = lights.sample(&(&from).into(), &nothing.geometry, choice, which, &[x, y].into())?;
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
         };
@@ -137,16 +116,10 @@ fn the_choice_loses_no_light() {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
         let random = |index| sampler.get_2d(Dimension::Light(0, index)).into();
-        lights.sample_split(
-            &(&from).into(),
-            &nothing.geometry,
-            which,
-            random,
-            |_, sample| {
-                let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
-                found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
-            },
-        );
+        lights.sample_split(&(&from).into(), &nothing.geometry, which, random, |_, sample| {
+            let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
+            found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
+        });
     }
     close(found / f64::from(SAMPLES / 8), alone, 1e-2);
 }
@@ -157,9 +130,7 @@ fn several_lights_are_as_many_as_expected() {
     for (many, most) in [(many(), MAX_SPLIT_LIGHTS), (many()[..3].to_vec(), 3)] {
         let (tree, count) = tree_of(&many);
         for from in points() {
-            let expected: Vec<f64> = (0..count)
-                .map(|i| tree.expected_count(&(&from).into(), i))
-                .collect();
+            let expected: Vec<f64> = (0..count).map(|i| tree.expected_count(&(&from).into(), i)).collect();
             let mut found = vec![0.0; count];
             for n in 0..DRAWS {
                 let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
@@ -180,22 +151,14 @@ fn several_lights_are_as_many_as_expected() {
 fn trees_are_not_deeper_than_lights_are_many() {
     let at = |i: u32| DVec3::X * f64::from(i).exp2();
     // All at one position, and each half as far away as the next.
-    let heap: Vec<LightBounds> = (0..1000)
-        .map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE))
-        .collect();
-    let row: Vec<LightBounds> = (0..1000)
-        .map(|i| LightBounds::isotropic(at(i % 120), at(i % 120), Vec3::ONE))
-        .collect();
-    let from = LightSampleContext {
-        position: DVec3::ZERO,
-        normal: Vec3::ZERO,
-    };
+    let heap: Vec<LightBounds> = (0..1000).map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE)).collect();
+    let row: Vec<LightBounds> =
+        (0..1000).map(|i| LightBounds::isotropic(at(i % 120), at(i % 120), Vec3::ONE)).collect();
+    let from = LightSampleContext { position: DVec3::ZERO, normal: Vec3::ZERO };
     for lights in [heap, row] {
         let tree = LightTree::new(&lights);
         assert_eq!(tree.count(), lights.len());
-        let sum: f64 = (0..lights.len())
-            .map(|i| tree.pmf(&(&from).into(), i))
-            .sum();
+        let sum: f64 = (0..lights.len()).map(|i| tree.pmf(&(&from).into(), i)).sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
 }
@@ -219,10 +182,7 @@ fn large_trees_are_whole_and_the_same_for_any_threads() {
     for from in points() {
         let stated = |i| tree.pmf(&(&from).into(), i);
         let sum: f64 = (0..lights.len()).map(stated).sum();
-        assert!(
-            (sum - 1.0).abs() < 1e-4 || from.normal != Vec3::ZERO,
-            "{sum}"
-        );
+        assert!((sum - 1.0).abs() < 1e-4 || from.normal != Vec3::ZERO, "{sum}");
         let (light, probability) = tree.sample(&(&from).into(), 0.3).unwrap();
         assert!((probability / stated(light) - 1.0).abs() < 1e-5);
     }

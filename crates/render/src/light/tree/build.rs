@@ -24,11 +24,7 @@ const MAX_SAH_DEPTH: u32 = 8;
 
 /// Builds the node of a group, which may be reordered, followed by its descendants; `depth` is the number of
 /// ancestors.
-pub(crate) fn build_node(
-    lights: &[LightBounds],
-    group: &mut [u32],
-    depth: u32,
-) -> Vec<LightTreeNode> {
+pub(crate) fn build_node(lights: &[LightBounds], group: &mut [u32], depth: u32) -> Vec<LightTreeNode> {
     let ends = match group.len() <= LANES {
         true => split_all(lights, group),
         false => split_groups(lights, group, depth < MAX_SAH_DEPTH),
@@ -62,9 +58,7 @@ pub(crate) fn build_node(
             false => Child::Node(start as u32),
         };
         nodes[0].push_child(&bounds, child);
-        below
-            .iter_mut()
-            .for_each(|node| node.offset_children(start));
+        below.iter_mut().for_each(|node| node.offset_children(start));
         nodes.append(&mut below);
     }
     nodes
@@ -79,10 +73,7 @@ pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) 
 /// About [`MAX_SAMPLED_LIGHTS`] of a group, or all of it. The stride is odd, so that regular scenes are not sampled
 /// on one side only.
 fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
-    group
-        .iter()
-        .copied()
-        .step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
+    group.iter().copied().step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }
 
 /// Sorts a group along its longest axis; one child per light. Returns the ends.
@@ -99,11 +90,7 @@ fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<
     let part = |group: &[u32], end: usize| {
         let some = subsample(group);
         let share = group.len() as f32 / some.clone().count() as f32;
-        let cost = if planes {
-            share * union_of(lights, some).saoh_cost()
-        } else {
-            0.0
-        };
+        let cost = if planes { share * union_of(lights, some).saoh_cost() } else { 0.0 };
         ChildGroup { end, cost }
     };
     let mut parts = vec![part(group, group.len())];
@@ -130,10 +117,7 @@ fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<
 
 /// Bounding box of points.
 fn position_bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
-    points.fold(
-        (Vec3::INFINITY, Vec3::NEG_INFINITY),
-        |(low, high), point| (low.min(point), high.max(point)),
-    )
+    points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
 }
 
 /// Splits a group at the cheapest of eleven planes along each axis, or by count without `planes`. Returns the start

@@ -22,10 +22,7 @@ pub(crate) struct LightTreeContext<'a> {
 
 impl<'a> From<&'a LightSampleContext> for LightTreeContext<'a> {
     fn from(from: &'a LightSampleContext) -> Self {
-        Self {
-            from,
-            importances: None,
-        }
+        Self { from, importances: None }
     }
 }
 
@@ -61,14 +58,7 @@ pub(crate) struct ComputeNodeImportances<'a> {
 impl WithSimd for ComputeNodeImportances<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self {
-            node,
-            points,
-            normals,
-            out: NodeImportances {
-                per_child: of_children,
-            },
-        } = self;
+        let Self { node, points, normals, out: NodeImportances { per_child: of_children } } = self;
         let (points, normals) = (*points, *normals);
         for (child, out) in of_children.iter_mut().enumerate() {
             let mut weights = [0.0; LANES];
@@ -128,27 +118,15 @@ mod tests {
                 out: &mut weights,
             });
             for lane in 0..LANES {
-                let from = LightSampleContext {
-                    position: lane_dvec3(&points, lane),
-                    normal: get_lane(&normals, lane).into(),
-                };
+                let from =
+                    LightSampleContext { position: lane_dvec3(&points, lane), normal: get_lane(&normals, lane).into() };
                 let node = tree.only_node().unwrap();
                 let alone = LightTreeContext::from(&from);
-                let known = LightTreeContext {
-                    importances: Some((&weights, lane)),
-                    ..alone
-                };
+                let known = LightTreeContext { importances: Some((&weights, lane)), ..alone };
                 let [alone, known] = [alone, known].map(|asker| asker.child_probabilities(node));
                 for child in 0..LANES {
-                    assert_eq!(
-                        known.probability(child).to_bits(),
-                        alone.probability(child).to_bits()
-                    );
-                    *(if known.is_possible(child) {
-                        &mut some
-                    } else {
-                        &mut none
-                    }) += 1;
+                    assert_eq!(known.probability(child).to_bits(), alone.probability(child).to_bits());
+                    *(if known.is_possible(child) { &mut some } else { &mut none }) += 1;
                 }
             }
         }

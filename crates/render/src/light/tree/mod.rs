@@ -31,9 +31,7 @@ pub(crate) const MAX_SPLIT_LIGHTS: usize = 4;
 
 impl LightTree {
     pub fn new(lights: &[LightBounds]) -> Self {
-        let mut emitting: Vec<u32> = (0..lights.len() as u32)
-            .filter(|&i| lights[i as usize].phi > 0.0)
-            .collect();
+        let mut emitting: Vec<u32> = (0..lights.len() as u32).filter(|&i| lights[i as usize].phi > 0.0).collect();
         let nodes = match emitting.is_empty() {
             true => vec![],
             false => build_node(lights, &mut emitting, 0),
@@ -41,16 +39,12 @@ impl LightTree {
         let mut tree = Self {
             nodes,
             parents: vec![None; lights.len()],
-            bounds: (!emitting.is_empty())
-                .then(|| union_of(lights, emitting.iter().copied()).prepare()),
+            bounds: (!emitting.is_empty()).then(|| union_of(lights, emitting.iter().copied()).prepare()),
             count: emitting.len(),
         };
         for node in 0..tree.nodes.len() {
             for child in 0..tree.nodes[node].children().len() {
-                let link = Some(ParentLink {
-                    node: node as u32,
-                    child: child as u32,
-                });
+                let link = Some(ParentLink { node: node as u32, child: child as u32 });
                 match tree.nodes[node].children()[child] {
                     Child::Light(light) => tree.parents[light as usize] = link,
                     Child::Node(below) => tree.nodes[below as usize].parent = link,
@@ -81,8 +75,7 @@ impl LightTree {
     /// Importance of all lights together at a point.
     pub fn importance(&self, from: &LightSampleContext) -> f64 {
         let position = from.position.as_vec3();
-        self.bounds
-            .map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
+        self.bounds.map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
     }
 
     /// Samples a light by a number in 0..1; returns it and its probability.
@@ -95,12 +88,7 @@ impl LightTree {
     }
 
     /// [`LightTree::sample`] with known probabilities of the root's children.
-    fn sample_below(
-        &self,
-        root: &ChildProbabilities,
-        from: &LightTreeContext,
-        number: f64,
-    ) -> Option<(usize, f64)> {
+    fn sample_below(&self, root: &ChildProbabilities, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
         let (mut child, mut probability, mut number) = root.sample(number)?;
         let mut at = 0;
         loop {
@@ -117,12 +105,7 @@ impl LightTree {
 
     /// Selects several lights: all of them up to [`MAX_SPLIT_LIGHTS`], otherwise that many by stratified numbers.
     /// Reports each with its index and expected count.
-    pub fn sample_split(
-        &self,
-        from: &LightTreeContext,
-        number: f64,
-        mut report: impl FnMut(usize, usize, f64),
-    ) {
+    pub fn sample_split(&self, from: &LightTreeContext, number: f64, mut report: impl FnMut(usize, usize, f64)) {
         if self.is_empty() {
             return;
         }
@@ -147,9 +130,7 @@ impl LightTree {
         let mut link = self.parents[light];
         let mut probability = f64::from(u8::from(link.is_some()));
         while let Some(ParentLink { node, child }) = link {
-            probability *= from
-                .child_probabilities(&self.nodes[node as usize])
-                .probability(child as usize);
+            probability *= from.child_probabilities(&self.nodes[node as usize]).probability(child as usize);
             link = self.nodes[node as usize].parent;
         }
         probability

@@ -95,10 +95,7 @@ impl LightTreeNode {
             half: get_lane(&self.half, child).into(),
             radius: self.radius[child],
             axis: get_lane(&self.axis, child).into(),
-            theta_o: Angle {
-                sin: self.theta_o[0][child],
-                cos: self.theta_o[1][child],
-            },
+            theta_o: Angle { sin: self.theta_o[0][child], cos: self.theta_o[1][child] },
             cos_theta_e: self.cos_theta_e[child],
             two_sided: self.two_sided[child],
             phi: self.phi[child],
@@ -141,11 +138,7 @@ impl ChildProbabilities {
 
     /// Probability of a child.
     pub fn probability(&self, child: usize) -> f64 {
-        if self.is_possible(child) {
-            f64::from(self.weights[child]) / self.sums[LANES - 1]
-        } else {
-            0.0
-        }
+        if self.is_possible(child) { f64::from(self.weights[child]) / self.sums[LANES - 1] } else { 0.0 }
     }
 
     /// Samples a child by a number in 0..1; returns it, its probability, and the number rescaled to 0..1. `None` if
@@ -153,15 +146,8 @@ impl ChildProbabilities {
     pub fn sample(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);
-        let quads: usize = [3, 7, 11]
-            .map(|end: usize| passed(&self.sums[end]))
-            .iter()
-            .sum();
-        let before = 4 * quads
-            + self.sums[4 * quads..][..4]
-                .iter()
-                .map(passed)
-                .sum::<usize>();
+        let quads: usize = [3, 7, 11].map(|end: usize| passed(&self.sums[end])).iter().sum();
+        let before = 4 * quads + self.sums[4 * quads..][..4].iter().map(passed).sum::<usize>();
         // Rounding may pass the last child.
         let child = match before {
             LANES => (0..LANES).rfind(|&child| self.is_possible(child))?,
@@ -185,12 +171,7 @@ pub(crate) struct ComputeImportance<'a> {
 impl WithSimd for ComputeImportance<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self {
-            node,
-            position,
-            normal,
-            out,
-        } = self;
+        let Self { node, position, normal, out } = self;
         let mut weights = [0.0; LANES];
         for (child, weight) in weights.iter_mut().enumerate() {
             *weight = node.child_bounds(child).importance(position, normal);
@@ -241,12 +222,7 @@ mod tests {
         }
         let (position, normal) = (Vec3::new(4.0, 0.0, 0.5), Vec3::Z);
         let mut weights = [0.0; LANES];
-        dispatch_simd(ComputeImportance {
-            node: &node,
-            position,
-            normal,
-            out: &mut weights,
-        });
+        dispatch_simd(ComputeImportance { node: &node, position, normal, out: &mut weights });
         assert_eq!(node.children().len(), 11);
         for (child, weight) in weights.into_iter().enumerate() {
             let alone = node.child_bounds(child).importance(position, normal);

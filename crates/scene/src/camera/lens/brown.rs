@@ -45,19 +45,14 @@ impl BrownConrady {
     pub fn new(terms: BrownTerms, radius: impl Fn(f64) -> f64) -> Self {
         let round = terms.tangential == [0.0; 2] && terms.prism == [0.0; 4];
         let directions = if round { 1 } else { DIRECTIONS };
-        let mut lens = Self {
-            terms,
-            radius: radius(1.0),
-            max_image_radius: 0.0,
-        };
+        let mut lens = Self { terms, radius: radius(1.0), max_image_radius: 0.0 };
         let around = |i| DVec2::from_angle(TAU * f64::from(i) / f64::from(directions));
         for i in 0..directions {
             lens.radius = lens.first_fold_radius(around(i), &radius);
         }
         // One per cent more for what lies between the directions.
-        lens.max_image_radius = (0..directions).fold(0.0, |reach: f64, i| {
-            reach.max(1.01 * lens.distort_plane(lens.radius * around(i)).0.length())
-        });
+        lens.max_image_radius = (0..directions)
+            .fold(0.0, |reach: f64, i| reach.max(1.01 * lens.distort_plane(lens.radius * around(i)).0.length()));
         lens
     }
 
@@ -104,10 +99,7 @@ impl BrownConrady {
         let g = above * inverse;
         let dg = 2.0 * (above_slope - g * below_slope) * inverse;
         let mixed = x * y * dg;
-        let jacobian = DMat2::from_cols(
-            DVec2::new(g + x * x * dg, mixed),
-            DVec2::new(mixed, g + y * y * dg),
-        );
+        let jacobian = DMat2::from_cols(DVec2::new(g + x * x * dg, mixed), DVec2::new(mixed, g + y * y * dg));
         (at * g, jacobian, below)
     }
 
@@ -153,8 +145,7 @@ impl BrownConrady {
         if distance.is_nan() || distance > self.max_image_radius {
             return None;
         }
-        near.and_then(|near| self.newton_from(target, near))
-            .or_else(|| self.solve_inverse(target, distance))
+        near.and_then(|near| self.newton_from(target, near)).or_else(|| self.solve_inverse(target, distance))
     }
 
     /// A few steps from a good start.

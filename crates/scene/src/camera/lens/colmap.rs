@@ -25,13 +25,7 @@ const fn colmap_model(
     given: usize,
     zeros: usize,
 ) -> ColmapModel {
-    ColmapModel {
-        name,
-        focals,
-        lens,
-        given,
-        zeros,
-    }
+    ColmapModel { name, focals, lens, given, zeros }
 }
 
 /// All but EQUIRECTANGULAR, which has a size and no focal length.
@@ -47,20 +41,8 @@ const MODELS: [ColmapModel; 18] = [
     colmap_model("SIMPLE_RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 1, 3),
     colmap_model("RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 2, 2),
     colmap_model("OPENCV_FISHEYE", 2, Some(LensModel::Fisheye), 4, 0),
-    colmap_model(
-        "THIN_PRISM_FISHEYE",
-        2,
-        Some(LensModel::ThinPrismFisheye),
-        8,
-        0,
-    ),
-    colmap_model(
-        "RAD_TAN_THIN_PRISM_FISHEYE",
-        2,
-        Some(LensModel::RadTanThinPrismFisheye),
-        12,
-        0,
-    ),
+    colmap_model("THIN_PRISM_FISHEYE", 2, Some(LensModel::ThinPrismFisheye), 8, 0),
+    colmap_model("RAD_TAN_THIN_PRISM_FISHEYE", 2, Some(LensModel::RadTanThinPrismFisheye), 12, 0),
     colmap_model("FOV", 2, Some(LensModel::Fov), 1, 0),
     colmap_model("SIMPLE_DIVISION", 1, Some(LensModel::Division), 1, 0),
     colmap_model("DIVISION", 2, Some(LensModel::Division), 1, 0),
@@ -68,8 +50,7 @@ const MODELS: [ColmapModel; 18] = [
     EQUIRECTANGULAR,
 ];
 
-const EQUIRECTANGULAR: ColmapModel =
-    colmap_model("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
+const EQUIRECTANGULAR: ColmapModel = colmap_model("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
 
 /// K and the lens of one of COLMAP's models by its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its parameters, in pixels
 /// where the centre of the first one is (0.5, 0.5).
@@ -79,9 +60,7 @@ const EQUIRECTANGULAR: ColmapModel =
 pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens), SceneError> {
     let Some(row) = MODELS.iter().find(|row| row.name == model) else {
         let hint = suggestion(model, MODELS.map(|row| row.name));
-        return Err(SceneError::Camera(format!(
-            "COLMAP has no camera model {model:?}{hint}"
-        )));
+        return Err(SceneError::Camera(format!("COLMAP has no camera model {model:?}{hint}")));
     };
     let expected = row.focals + 2 + row.given;
     if params.len() != expected {
@@ -98,11 +77,7 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens), Sc
         (&[fx, fy, ..], &[cx, cy]) => (fx, fy, cx, cy),
         _ => (f64::NAN, f64::NAN, f64::NAN, f64::NAN),
     };
-    let k = DMat3::from_cols(
-        DVec3::new(fx, 0.0, 0.0),
-        DVec3::new(0.0, fy, 0.0),
-        DVec3::new(cx, cy, 1.0),
-    );
+    let k = DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0));
     let lens = match row.lens {
         None => Lens::Pinhole,
         Some(model) => {
@@ -121,11 +96,7 @@ pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens), Sc
 /// [`SceneError::Camera`] where COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical
 /// and partial panoramas.
 pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>), SceneError> {
-    let fail = |what: &str| {
-        Err(SceneError::Camera(format!(
-            "COLMAP has no camera model with {what}"
-        )))
-    };
+    let fail = |what: &str| Err(SceneError::Camera(format!("COLMAP has no camera model with {what}")));
     if k.y_axis.x != 0.0 {
         return fail(&format!("skew (K[0, 1] = {})", k.y_axis.x));
     }
@@ -154,8 +125,7 @@ pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>
             return Ok((EQUIRECTANGULAR.name, vec![width, height]));
         }
         Some((model, given)) => {
-            let exact =
-                |row: &&ColmapModel| row.lens == Some(model) && row.focals == 2 && row.zeros == 0;
+            let exact = |row: &&ColmapModel| row.lens == Some(model) && row.focals == 2 && row.zeros == 0;
             match MODELS.iter().find(exact) {
                 Some(row) => (row.name, given.to_vec()),
                 None => return fail(&format!("the lens model {}", model.name())),

@@ -24,17 +24,9 @@ pub struct Fisheye {
 impl Fisheye {
     pub(super) fn new(coefficients: &[f64]) -> Result<Self, SceneError> {
         let Ok(k) = <[f64; 4]>::try_from(coefficients) else {
-            return Err(wrong_count(
-                coefficients,
-                LensModel::Fisheye,
-                "4 (k1 k2 k3 k4)",
-            ));
+            return Err(wrong_count(coefficients, LensModel::Fisheye, "4 (k1 k2 k3 k4)"));
         };
-        let mut lens = Self {
-            k,
-            max_angle: PI,
-            max_radius: 0.0,
-        };
+        let mut lens = Self { k, max_angle: PI, max_radius: 0.0 };
         let angle = |step: u32| PI * f64::from(step) / f64::from(ANGLE_STEPS);
         if let Some(step) = (1..=ANGLE_STEPS).find(|&step| lens.radius(angle(step)).1 <= 0.0) {
             let (mut grows, mut folds) = (angle(step - 1), angle(step));

@@ -28,10 +28,7 @@ impl Fov {
                  pinhole"
             )));
         }
-        Ok(Self {
-            omega: [omega],
-            steep: 2.0 * (0.5 * omega).tan(),
-        })
+        Ok(Self { omega: [omega], steep: 2.0 * (0.5 * omega).tan() })
     }
 
     pub(super) fn coefficients(&self) -> &[f64] {

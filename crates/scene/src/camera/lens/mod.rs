@@ -69,9 +69,7 @@ impl Lens {
     /// or beyond what the model allows.
     pub fn new(model: LensModel, coefficients: &[f64]) -> Result<Self, SceneError> {
         if !coefficients.iter().all(|v| v.is_finite()) {
-            return Err(SceneError::Camera(format!(
-                "distortion {coefficients:?}: every coefficient must be finite"
-            )));
+            return Err(SceneError::Camera(format!("distortion {coefficients:?}: every coefficient must be finite")));
         }
         let zero = coefficients.iter().all(|v| *v == 0.0);
         Ok(match model {
@@ -80,12 +78,10 @@ impl Lens {
                 lens => Lens::OpenCv(Box::new(lens)),
             },
             LensModel::Fisheye => Lens::Fisheye(Fisheye::new(coefficients)?),
-            LensModel::ThinPrismFisheye => {
-                Lens::ThinPrismFisheye(Box::new(PrismFisheye::thin_prism(coefficients)?))
+            LensModel::ThinPrismFisheye => Lens::ThinPrismFisheye(Box::new(PrismFisheye::thin_prism(coefficients)?)),
+            LensModel::RadTanThinPrismFisheye => {
+                Lens::RadTanThinPrismFisheye(Box::new(PrismFisheye::rad_tan_thin_prism(coefficients)?))
             }
-            LensModel::RadTanThinPrismFisheye => Lens::RadTanThinPrismFisheye(Box::new(
-                PrismFisheye::rad_tan_thin_prism(coefficients)?,
-            )),
             LensModel::Fov => Lens::Fov(Fov::new(coefficients)?),
             LensModel::Division => match Division::new(coefficients)? {
                 _ if zero => Lens::Pinhole,
@@ -109,9 +105,7 @@ impl Lens {
             Lens::OpenCv(lens) => (LensModel::OpenCv, lens.coefficients()),
             Lens::Fisheye(lens) => (LensModel::Fisheye, lens.coefficients()),
             Lens::ThinPrismFisheye(lens) => (LensModel::ThinPrismFisheye, lens.coefficients()),
-            Lens::RadTanThinPrismFisheye(lens) => {
-                (LensModel::RadTanThinPrismFisheye, lens.coefficients())
-            }
+            Lens::RadTanThinPrismFisheye(lens) => (LensModel::RadTanThinPrismFisheye, lens.coefficients()),
             Lens::Fov(lens) => (LensModel::Fov, lens.coefficients()),
             Lens::Division(lens) => (LensModel::Division, lens.coefficients()),
             Lens::Omni(lens) => (LensModel::Omni, lens.coefficients()),
@@ -129,9 +123,7 @@ impl Lens {
             Lens::Pinhole => (direction.z > 0.0).then(|| direction.truncate() / direction.z),
             Lens::OpenCv(lens) => lens.distort(direction),
             Lens::Fisheye(lens) => lens.distort(direction),
-            Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => {
-                lens.distort(direction)
-            }
+            Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => lens.distort(direction),
             Lens::Fov(lens) => lens.distort(direction),
             Lens::Division(lens) => lens.distort(direction),
             Lens::Omni(lens) => lens.distort(direction),
@@ -179,13 +171,7 @@ impl Lens {
 
     /// True if the inverse is iterative, by [`Lens::undistort_plane`] and [`Lens::plane_direction`].
     pub(super) fn has_iterative_inverse(&self) -> bool {
-        matches!(
-            self,
-            Lens::OpenCv(_)
-                | Lens::ThinPrismFisheye(_)
-                | Lens::RadTanThinPrismFisheye(_)
-                | Lens::Omni(_)
-        )
+        matches!(self, Lens::OpenCv(_) | Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) | Lens::Omni(_))
     }
 
     /// The point of the undistorted plane that has this image, of a lens with an iterative inverse; `near` is an initial guess.
@@ -193,9 +179,7 @@ impl Lens {
     pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {
             Lens::OpenCv(lens) => lens.undistort_plane(image, near),
-            Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => {
-                lens.undistort_plane(image, near)
-            }
+            Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => lens.undistort_plane(image, near),
             Lens::Omni(lens) => lens.undistort_plane(image, near),
             _ => None,
         }
@@ -204,9 +188,7 @@ impl Lens {
     /// The direction of a point of the undistorted plane.
     pub(super) fn plane_direction(&self, at: DVec2) -> Option<DVec3> {
         match self {
-            Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) => {
-                Some(prism_fisheye::from_equidistant(at))
-            }
+            Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) => Some(prism_fisheye::from_equidistant(at)),
             Lens::Omni(lens) => lens.plane_direction(at),
             _ => Some(at.extend(1.0)),
         }

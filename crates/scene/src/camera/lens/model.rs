@@ -78,10 +78,7 @@ impl LensModel {
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::name);
             let hint = suggestion(name, names);
-            SceneError::Camera(format!(
-                "no lens model is called {name:?}{hint}; expected one of {}",
-                names.join(", ")
-            ))
+            SceneError::Camera(format!("no lens model is called {name:?}{hint}; expected one of {}", names.join(", ")))
         })
     }
 

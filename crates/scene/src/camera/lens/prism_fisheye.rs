@@ -21,11 +21,7 @@ impl PrismFisheye {
     /// `k1 k2 p1 p2 k3 k4 sx1 sy1`, all terms those of the equidistant point.
     pub(super) fn thin_prism(given: &[f64]) -> Result<Self, SceneError> {
         let Ok([k1, k2, p1, p2, k3, k4, sx1, sy1]) = <[f64; 8]>::try_from(given) else {
-            return Err(wrong_count(
-                given,
-                LensModel::ThinPrismFisheye,
-                "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)",
-            ));
+            return Err(wrong_count(given, LensModel::ThinPrismFisheye, "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)"));
         };
         let terms = BrownTerms {
             numerator: [k1, k2, k3, k4, 0.0, 0.0],
@@ -38,8 +34,7 @@ impl PrismFisheye {
 
     /// `k0 ... k5 p0 p1 s0 s1 s2 s3`, the tangential and the prism terms those of the radially distorted point.
     pub(super) fn rad_tan_thin_prism(given: &[f64]) -> Result<Self, SceneError> {
-        let Ok([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]) = <[f64; 12]>::try_from(given)
-        else {
+        let Ok([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]) = <[f64; 12]>::try_from(given) else {
             return Err(wrong_count(
                 given,
                 LensModel::RadTanThinPrismFisheye,
@@ -58,10 +53,7 @@ impl PrismFisheye {
     }
 
     fn new(given: &[f64], terms: BrownTerms) -> Self {
-        Self {
-            given: given.to_vec(),
-            plane: BrownConrady::new(terms, |part| PI * part),
-        }
+        Self { given: given.to_vec(), plane: BrownConrady::new(terms, |part| PI * part) }
     }
 
     pub(super) fn coefficients(&self) -> &[f64] {

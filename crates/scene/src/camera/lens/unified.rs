@@ -26,8 +26,7 @@ impl UnifiedSphere {
     fn distort(self, direction: DVec3) -> Option<DVec2> {
         let d = direction.length();
         let below = self.a * d + self.b * direction.z;
-        (below > 0.0 && self.a * direction.z + self.b * d > 0.0)
-            .then(|| direction.truncate() / below)
+        (below > 0.0 && self.a * direction.z + self.b * d > 0.0).then(|| direction.truncate() / below)
     }
 
     /// The unit direction.
@@ -69,31 +68,17 @@ impl Omni {
             [xi] => (xi, [0.0; 4]),
             [xi, k1, k2, p1, p2] => (xi, [k1, k2, p1, p2]),
             _ => {
-                return Err(wrong_count(
-                    given,
-                    LensModel::Omni,
-                    "1 (xi) or 5 (xi k1 k2 p1 p2)",
-                ));
+                return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)"));
             }
         };
         if xi <= -1.0 {
-            return Err(SceneError::Camera(format!(
-                "distortion {given:?}: the omni model needs xi > -1"
-            )));
+            return Err(SceneError::Camera(format!("distortion {given:?}: the omni model needs xi > -1")));
         }
         let sphere = UnifiedSphere { a: xi, b: 1.0 };
-        let terms = BrownTerms {
-            numerator: [k1, k2, 0.0, 0.0, 0.0, 0.0],
-            tangential: [p1, p2],
-            ..BrownTerms::default()
-        };
-        let plane = (terms != BrownTerms::default())
-            .then(|| BrownConrady::new(terms, |part| sphere.radius(part)));
-        Ok(Self {
-            given: given.to_vec(),
-            sphere,
-            plane,
-        })
+        let terms =
+            BrownTerms { numerator: [k1, k2, 0.0, 0.0, 0.0, 0.0], tangential: [p1, p2], ..BrownTerms::default() };
+        let plane = (terms != BrownTerms::default()).then(|| BrownConrady::new(terms, |part| sphere.radius(part)));
+        Ok(Self { given: given.to_vec(), sphere, plane })
     }
 
     pub(super) fn coefficients(&self) -> &[f64] {
@@ -142,14 +127,7 @@ impl Eucm {
                 "distortion {given:?}: the eucm model needs alpha within 0..1 and beta > 0"
             )));
         }
-        Ok(Self {
-            given,
-            sphere: UnifiedSphere {
-                a: alpha,
-                b: 1.0 - alpha,
-            },
-            sqrt_beta: beta.sqrt(),
-        })
+        Ok(Self { given, sphere: UnifiedSphere { a: alpha, b: 1.0 - alpha }, sqrt_beta: beta.sqrt() })
     }
 
     pub(super) fn coefficients(&self) -> &[f64] {
@@ -185,14 +163,7 @@ impl DoubleSphere {
                 "distortion {given:?}: the double sphere model needs xi > -1 and alpha within 0..1"
             )));
         }
-        Ok(Self {
-            given,
-            first: UnifiedSphere { a: xi, b: 1.0 },
-            second: UnifiedSphere {
-                a: alpha,
-                b: 1.0 - alpha,
-            },
-        })
+        Ok(Self { given, first: UnifiedSphere { a: xi, b: 1.0 }, second: UnifiedSphere { a: alpha, b: 1.0 - alpha } })
     }
 
     pub(super) fn coefficients(&self) -> &[f64] {
@@ -205,8 +176,7 @@ impl DoubleSphere {
         if direction.z * xi + d <= 0.0 {
             return None;
         }
-        self.second
-            .distort(direction.truncate().extend(direction.z + xi * d))
+        self.second.distort(direction.truncate().extend(direction.z + xi * d))
     }
 
     pub(super) fn undistort(&self, image: DVec2) -> Option<DVec3> {

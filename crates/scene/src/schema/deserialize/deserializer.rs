@@ -4,8 +4,7 @@ use std::fmt;
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess,
-    Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 
@@ -45,9 +44,7 @@ impl ValueDeserializer<'_> {
             Value::Integer(v) => visitor.visit_i64(*v),
             Value::Float(v) => visitor.visit_f64(*v),
             Value::String(v) => visitor.visit_str(v),
-            Value::List(items) => {
-                visit_list(items.len(), |i| ValueDeserializer(&items[i]), visitor)
-            }
+            Value::List(items) => visit_list(items.len(), |i| ValueDeserializer(&items[i]), visitor),
             Value::Table(entries) => visitor.visit_map(TableAccess::new(entries)),
             Value::Floats { shape, data } => ArrayDeserializer::visit(shape, data, visitor),
             Value::Integers { shape, data } => ArrayDeserializer::visit(shape, data, visitor),
@@ -91,17 +88,11 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
     ) -> Result<V::Value, DeError> {
         match self.0.value {
             Value::Table(_) => self.deserialize_any(visitor),
-            _ => self
-                .with_span(self.visit(Reject("a table".into())))
-                .map(|never| match never {}),
+            _ => self.with_span(self.visit(Reject("a table".into()))).map(|never| match never {}),
         }
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, DeError> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, DeError> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -112,13 +103,9 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
         visitor: V,
     ) -> Result<V::Value, DeError> {
         self.with_span(match &self.0.value {
-            Value::String(name) => visitor.visit_enum(
-                IntoDeserializer::<DeError>::into_deserializer(name.as_str()),
-            ),
+            Value::String(name) => visitor.visit_enum(IntoDeserializer::<DeError>::into_deserializer(name.as_str())),
             Value::Table(entries) => visitor.visit_enum(TaggedAccess { entries, variants }),
-            _ => self
-                .visit(Reject(format!("one of {}", quoted(variants))))
-                .map(|never| match never {}),
+            _ => self.visit(Reject(format!("one of {}", quoted(variants)))).map(|never| match never {}),
         })
     }
 
@@ -164,23 +151,15 @@ pub struct TableAccess<'a> {
 
 impl<'a> TableAccess<'a> {
     pub fn new(entries: &'a [Entry]) -> Self {
-        Self {
-            entries,
-            next: 0,
-            tagged: false,
-        }
+        Self { entries, next: 0, tagged: false }
     }
 }
 
 impl<'de> MapAccess<'de> for TableAccess<'_> {
     type Error = DeError;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, DeError> {
-        let skipped =
-            |entry: &Entry| entry.value.value == Value::Null || (self.tagged && entry.key == TAG);
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, DeError> {
+        let skipped = |entry: &Entry| entry.value.value == Value::Null || (self.tagged && entry.key == TAG);
         while self.entries.get(self.next).is_some_and(skipped) {
             self.next += 1;
         }
@@ -188,9 +167,7 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
             return Ok(None);
         };
         let key: StrDeserializer<DeError> = entry.key.as_str().into_deserializer();
-        seed.deserialize(key)
-            .map(Some)
-            .map_err(|fault| fault.in_segment(format!(".{}", entry.key), &entry.key_span))
+        seed.deserialize(key).map(Some).map_err(|fault| fault.in_segment(format!(".{}", entry.key), &entry.key_span))
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, DeError> {
@@ -199,13 +176,8 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
         };
         self.next += 1;
         let segment = || format!(".{}", entry.key);
-        let span = if entry.value.span.is_some() {
-            &entry.value.span
-        } else {
-            &entry.key_span
-        };
-        seed.deserialize(ValueDeserializer(&entry.value))
-            .map_err(|fault| fault.in_segment(segment(), span))
+        let span = if entry.value.span.is_some() { &entry.value.span } else { &entry.key_span };
+        seed.deserialize(ValueDeserializer(&entry.value)).map_err(|fault| fault.in_segment(segment(), span))
     }
 }
 
@@ -219,27 +191,15 @@ impl<'a, 'de> EnumAccess<'de> for TaggedAccess<'a> {
     type Error = DeError;
     type Variant = TableAccess<'a>;
 
-    fn variant_seed<V: DeserializeSeed<'de>>(
-        self,
-        seed: V,
-    ) -> Result<(V::Value, TableAccess<'a>), DeError> {
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, TableAccess<'a>), DeError> {
         let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
             let names = quoted(self.variants);
-            return Err(DeError::custom(format_args!(
-                "the key {TAG:?} is missing: one of {names}"
-            )));
+            return Err(DeError::custom(format_args!("the key {TAG:?} is missing: one of {names}")));
         };
         let variant = seed
             .deserialize(ValueDeserializer(&tag.value))
             .map_err(|fault| fault.in_segment(format!(".{TAG}"), &tag.value.span))?;
-        Ok((
-            variant,
-            TableAccess {
-                entries: self.entries,
-                next: 0,
-                tagged: true,
-            },
-        ))
+        Ok((variant, TableAccess { entries: self.entries, next: 0, tagged: true }))
     }
 }
 
@@ -248,9 +208,7 @@ impl<'de> VariantAccess<'de> for TableAccess<'_> {
 
     fn unit_variant(mut self) -> Result<(), DeError> {
         match self.next_key_seed(std::marker::PhantomData::<String>)? {
-            Some(key) => {
-                Err(DeError::unknown_field(&key, &[]).in_segment(format!(".{key}"), &None))
-            }
+            Some(key) => Err(DeError::unknown_field(&key, &[]).in_segment(format!(".{key}"), &None)),
             None => Ok(()),
         }
     }
@@ -263,11 +221,7 @@ impl<'de> VariantAccess<'de> for TableAccess<'_> {
         Err(DeError::custom("a table: expected a name"))
     }
 
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, DeError> {
+    fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value, DeError> {
         visitor.visit_map(self)
     }
 }

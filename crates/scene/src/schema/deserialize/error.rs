@@ -48,19 +48,11 @@ impl std::error::Error for DeError {}
 impl Error for DeError {
     fn custom<T: Display>(message: T) -> Self {
         let message = message.to_string();
-        Self(Box::new(DeErrorDetails {
-            path: Vec::new(),
-            message,
-            span: None,
-        }))
+        Self(Box::new(DeErrorDetails { path: Vec::new(), message, span: None }))
     }
 
     fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
-        Self::custom(format_args!(
-            "{}: expected {}",
-            found_text(given),
-            expected_text(expected)
-        ))
+        Self::custom(format_args!("{}: expected {}", found_text(given), expected_text(expected)))
     }
 
     fn invalid_value(given: Unexpected, expected: &dyn Expected) -> Self {
@@ -68,24 +60,15 @@ impl Error for DeError {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        Self::custom(format_args!(
-            "a list of {length}: expected {}",
-            expected_text(expected)
-        ))
+        Self::custom(format_args!("a list of {length}: expected {}", expected_text(expected)))
     }
 
     fn unknown_variant(given: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(format_args!(
-            "unknown name {given:?}{}",
-            hint(given, expected)
-        ))
+        Self::custom(format_args!("unknown name {given:?}{}", hint(given, expected)))
     }
 
     fn unknown_field(given: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(format_args!(
-            "unknown key {given:?}{}",
-            hint(given, expected)
-        ))
+        Self::custom(format_args!("unknown key {given:?}{}", hint(given, expected)))
     }
 
     fn missing_field(field: &'static str) -> Self {
@@ -137,9 +120,5 @@ fn expected_text(expected: &dyn Expected) -> String {
 
 /// Names in quotes.
 pub fn quoted(names: &[&'static str]) -> String {
-    current_names(names)
-        .iter()
-        .map(|name| format!("{name:?}"))
-        .collect::<Vec<_>>()
-        .join(", ")
+    current_names(names).iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
 }

@@ -99,22 +99,15 @@ pub fn current_names(expected: &[&'static str]) -> Vec<&'static str> {
         let mut pairs = OLD_NAMES.iter().chain(&OTHER_NAMES);
         pairs.any(|[old, new]| *old == name && expected.contains(new))
     };
-    expected
-        .iter()
-        .copied()
-        .filter(|name| !is_other(name))
-        .collect()
+    expected.iter().copied().filter(|name| !is_other(name)).collect()
 }
 
 /// `; here it is called "name"` for a word of other programs whose counterpart is among the expected names.
 pub fn translation(given: &str, expected: &[&str]) -> Option<String> {
     let word = given.to_lowercase().replace(['-', ' '], "_");
     let rows = FOREIGN_WORDS.iter().filter(|row| row.0 == word);
-    let ours: Vec<String> = rows
-        .flat_map(|row| row.1)
-        .filter(|name| expected.contains(name))
-        .map(|name| format!("{name:?}"))
-        .collect();
+    let ours: Vec<String> =
+        rows.flat_map(|row| row.1).filter(|name| expected.contains(name)).map(|name| format!("{name:?}")).collect();
     let (last, others) = ours.split_last()?;
     Some(match others {
         [] => format!("; here it is called {last}"),

@@ -11,17 +11,11 @@ where
     F: Fn(usize) -> I,
     V: Visitor<'de>,
 {
-    let mut list = ListAccess {
-        item,
-        length,
-        next: 0,
-    };
+    let mut list = ListAccess { item, length, next: 0 };
     let value = visitor.visit_seq(&mut list)?;
     if list.next < length {
         let wanted = list.next;
-        return Err(DeError::custom(format_args!(
-            "a list of {length}: expected a list of {wanted}"
-        )));
+        return Err(DeError::custom(format_args!("a list of {length}: expected a list of {wanted}")));
     }
     Ok(value)
 }
@@ -33,24 +27,17 @@ struct ListAccess<F> {
     next: usize,
 }
 
-impl<'de, I: Deserializer<'de, Error = DeError>, F: Fn(usize) -> I> SeqAccess<'de>
-    for &mut ListAccess<F>
-{
+impl<'de, I: Deserializer<'de, Error = DeError>, F: Fn(usize) -> I> SeqAccess<'de> for &mut ListAccess<F> {
     type Error = DeError;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(
-        &mut self,
-        seed: T,
-    ) -> Result<Option<T::Value>, DeError> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, DeError> {
         if self.next == self.length {
             return Ok(None);
         }
         let i = self.next;
         self.next += 1;
         let value = seed.deserialize((self.item)(i));
-        value
-            .map(Some)
-            .map_err(|fault| fault.in_segment(format!("[{i}]"), &None))
+        value.map(Some).map_err(|fault| fault.in_segment(format!("[{i}]"), &None))
     }
 
     fn size_hint(&self) -> Option<usize> {

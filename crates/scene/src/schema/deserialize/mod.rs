@@ -23,16 +23,7 @@ use crate::schema::deserialize::value::SpannedValue;
 /// [`SceneError::Schema`] with the path of the value, its place in the text, what was expected and the nearest name.
 pub fn from_value<T: DeserializeOwned>(node: &SpannedValue) -> Result<T, SceneError> {
     T::deserialize(ValueDeserializer(node)).map_err(|DeError(details)| {
-        let path = details
-            .path
-            .iter()
-            .rev()
-            .map(String::as_str)
-            .collect::<String>();
-        SceneError::Schema {
-            path: path.trim_start_matches('.').into(),
-            message: details.message,
-            span: details.span,
-        }
+        let path = details.path.iter().rev().map(String::as_str).collect::<String>();
+        SceneError::Schema { path: path.trim_start_matches('.').into(), message: details.message, span: details.span }
     })
 }

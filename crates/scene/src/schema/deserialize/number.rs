@@ -61,11 +61,7 @@ impl<'de> Deserializer<'de> for Number {
         visitor.visit_some(self)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, DeError> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, DeError> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -86,25 +82,14 @@ pub struct ArrayDeserializer<'a, T> {
 
 impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
     /// Visits an array of this shape; one without dimensions is a number.
-    pub fn visit<'de, V: Visitor<'de>>(
-        shape: &'a [usize],
-        data: &'a [T],
-        visitor: V,
-    ) -> Result<V::Value, DeError> {
-        let size = shape
-            .iter()
-            .try_fold(1_usize, |size, &length| size.checked_mul(length));
+    pub fn visit<'de, V: Visitor<'de>>(shape: &'a [usize], data: &'a [T], visitor: V) -> Result<V::Value, DeError> {
+        let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {
-            return Err(DeError::custom(format_args!(
-                "an array of shape {shape:?} with {} numbers",
-                data.len()
-            )));
+            return Err(DeError::custom(format_args!("an array of shape {shape:?} with {} numbers", data.len())));
         }
         match (shape, data) {
             ([], [number]) => (*number).into().deserialize_any(visitor),
-            (&[length, ref item @ ..], _) => {
-                ArrayDeserializer { length, item, data }.deserialize_any(visitor)
-            }
+            (&[length, ref item @ ..], _) => ArrayDeserializer { length, item, data }.deserialize_any(visitor),
             ([], _) => visitor.visit_unit(),
         }
     }
@@ -133,11 +118,7 @@ impl<'de, T: Copy + Into<Number>> Deserializer<'de> for ArrayDeserializer<'_, T>
         visitor.visit_some(self)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, DeError> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, DeError> {
         visitor.visit_newtype_struct(self)
     }
 

@@ -69,18 +69,13 @@ impl SpannedValue {
         let mut span = self.span.clone();
         for segment in path.split(['.', '[']).filter(|segment| !segment.is_empty()) {
             let found = match (&node.value, segment.strip_suffix(']')) {
-                (Value::List(items), Some(index)) => {
-                    index.parse().ok().and_then(|i: usize| items.get(i))
-                }
+                (Value::List(items), Some(index)) => index.parse().ok().and_then(|i: usize| items.get(i)),
                 // A table stands for a list of one.
                 (Value::Table(_), Some("0")) => Some(node),
-                (Value::Table(entries), None) => entries
-                    .iter()
-                    .find(|entry| entry.key == segment)
-                    .map(|entry| {
-                        span = entry.key_span.clone().or(span.take());
-                        &entry.value
-                    }),
+                (Value::Table(entries), None) => entries.iter().find(|entry| entry.key == segment).map(|entry| {
+                    span = entry.key_span.clone().or(span.take());
+                    &entry.value
+                }),
                 _ => None,
             };
             let Some(next) = found else { break };

@@ -5,8 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{
-    Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
-    intrinsics_from_fov,
+    Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal, intrinsics_from_fov,
 };
 use crate::error::SceneError;
 use crate::schema::keys::Keys;
@@ -87,15 +86,7 @@ with_pose! {
 }
 
 /// The keys that say what the camera's intrinsics are; the first five each say all of it.
-const INTRINSICS: [&str; 7] = [
-    "focal",
-    "fov",
-    "K",
-    "height",
-    "matrix",
-    "skew",
-    "principal_point",
-];
+const INTRINSICS: [&str; 7] = ["focal", "fov", "K", "height", "matrix", "skew", "principal_point"];
 
 impl CameraSpec {
     /// The description of a camera to the last digit, in R and C, or as the matrix it was made of.
@@ -105,9 +96,7 @@ impl CameraSpec {
             size: Some(camera.size()),
             pixel_center: camera.pixel_center(),
             lens: lens.map(|(model, _)| model),
-            distortion: lens
-                .filter(|(model, _)| !model.is_panorama())
-                .map(|(_, given)| given.to_vec()),
+            distortion: lens.filter(|(model, _)| !model.is_panorama()).map(|(_, given)| given.to_vec()),
             aperture: camera.aperture().map(ApertureSpec::from_aperture),
             vignetting: camera.vignetting().cloned(),
             shutter: camera.motion().map(ShutterSpec::from_motion),
@@ -126,10 +115,7 @@ impl CameraSpec {
             spec.projection = Projection::Orthographic;
         }
         if spec.shutter.is_none() {
-            let pose = PoseSpec::from_pose(&Pose {
-                r: camera.r(),
-                c: camera.c(),
-            });
+            let pose = PoseSpec::from_pose(&Pose { r: camera.r(), c: camera.c() });
             (spec.r, spec.c) = (pose.r, pose.c);
         }
         spec
@@ -142,25 +128,18 @@ impl CameraSpec {
     pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
         let mut camera = self.build_static(up)?;
         if let Some(aperture) = &self.aperture {
-            let aperture = aperture
-                .build()
-                .map_err(|error| error.in_context("aperture"))?;
+            let aperture = aperture.build().map_err(|error| error.in_context("aperture"))?;
             camera = camera.with_aperture(Some(aperture))?;
         }
         camera = camera.with_vignetting(self.vignetting.clone())?;
         if let Some(shutter) = &self.shutter {
-            let start = Pose {
-                r: camera.r(),
-                c: camera.c(),
-            };
+            let start = Pose { r: camera.r(), c: camera.c() };
             let motion = shutter.build(start, |pose| pose.build(up));
             let mut motion = motion.map_err(|error| error.in_context("shutter"))?;
             if let Some(mount) = &shutter.mount {
                 // In the axes of a body, of which x looks ahead and z up.
                 let mount = mount.build(Up::Z);
-                motion = motion.with_camera_from_body(
-                    mount.map_err(|error| error.in_context("shutter.mount"))?,
-                );
+                motion = motion.with_camera_from_body(mount.map_err(|error| error.in_context("shutter.mount"))?);
             }
             camera = camera.with_motion(motion)?;
         }
@@ -179,36 +158,24 @@ impl CameraSpec {
                 "\"matrix\" is given too, which says what a pinhole does: expected K and R with C or t beside a lens",
             )?;
             let again = "\"matrix\" is given too, and says it already: give one of them";
-            keys.refuse(
-                &["focal", "fov", "K", "height", "skew", "principal_point"],
-                again,
-            )?;
+            keys.refuse(&["focal", "fov", "K", "height", "skew", "principal_point"], again)?;
             pose.keys().refuse(&POSE, again)?;
             if self.projection == Projection::Orthographic {
                 return Err(SceneError::schema("projection", again));
             }
-            return Camera::from_matrix(matrix, size, self.pixel_center)
-                .map_err(|error| error.in_context("matrix"));
+            return Camera::from_matrix(matrix, size, self.pixel_center).map_err(|error| error.in_context("matrix"));
         }
         let k = self.intrinsics(size, &keys, &lens)?;
-        let pose = match self
-            .shutter
-            .as_ref()
-            .and_then(|shutter| shutter.first_pose())
-        {
+        let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first_pose()) {
             None => pose.build(up)?,
             Some(first) => {
                 let message = "\"shutter.track\" is given too, and says where the camera is";
                 pose.keys().refuse(&POSE, message)?;
-                first
-                    .build(up)
-                    .map_err(|error| error.in_context("shutter.track[0].pose"))?
+                first.build(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
         };
         match self.projection {
-            Projection::Perspective => {
-                Camera::new(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens)
-            }
+            Projection::Perspective => Camera::new(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens),
             Projection::Orthographic => {
                 Camera::orthographic(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens)
             }
@@ -217,8 +184,9 @@ impl CameraSpec {
 
     fn lens(&self, keys: &Keys<9>) -> Result<Lens, SceneError> {
         match (&self.distortion, self.lens) {
-            (Some(distortion), lens) => Lens::new(lens.unwrap_or_default(), distortion)
-                .map_err(|error| error.in_context("distortion")),
+            (Some(distortion), lens) => {
+                Lens::new(lens.unwrap_or_default(), distortion).map_err(|error| error.in_context("distortion"))
+            }
             (None, Some(panorama)) if panorama.is_panorama() => Lens::new(panorama, &[]),
             (None, _) => {
                 let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
@@ -245,15 +213,13 @@ impl CameraSpec {
         }
         keys.exactly_one("intrinsics", &INTRINSICS[..5])?;
         if let Some(k) = self.k {
-            keys.refuse(
-                &["skew", "principal_point"],
-                "\"K\" is given too, and says it already",
-            )?;
+            keys.refuse(&["skew", "principal_point"], "\"K\" is given too, and says it already")?;
             return Ok(DMat3::from_cols_array_2d(&k).transpose());
         }
         let mut k = match (self.fov, self.height, self.focal) {
-            (Some(fov), ..) => intrinsics_from_fov(fov, size, self.pixel_center)
-                .map_err(|error| error.in_context("fov"))?,
+            (Some(fov), ..) => {
+                intrinsics_from_fov(fov, size, self.pixel_center).map_err(|error| error.in_context("fov"))?
+            }
             (None, Some(height), _) => {
                 if !(height > 0.0 && height.is_finite()) {
                     let message = format!("{height}: expected a finite length > 0");

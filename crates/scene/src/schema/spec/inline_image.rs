@@ -52,20 +52,12 @@ impl<'de> Deserialize<'de> for ImageSpec {
 
 fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
     let [width, height] = [rows.first().map_or(0, |row| row.0.len()), rows.len()];
-    if let Some((y, row)) = rows
-        .iter()
-        .enumerate()
-        .find(|(_, row)| row.0.len() != width)
-    {
+    if let Some((y, row)) = rows.iter().enumerate().find(|(_, row)| row.0.len() != width) {
         let given = row.0.len();
-        return Err(E::custom(format_args!(
-            "row {y} has {given} texels, the first has {width}: expected as many"
-        )));
+        return Err(E::custom(format_args!("row {y} has {given} texels, the first has {width}: expected as many")));
     }
     if width == 0 || width > 65_536 || height > 65_536 {
-        return Err(E::custom(format_args!(
-            "{width} x {height} texels: expected 1 to 65536 each way"
-        )));
+        return Err(E::custom(format_args!("{width} x {height} texels: expected 1 to 65536 each way")));
     }
     let texels = || rows.iter().flat_map(|row| &row.0);
     let bytes = texels().all(|texel| {
@@ -95,11 +87,7 @@ fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
                 .collect(),
         )
     };
-    Ok(Image {
-        name: String::new(),
-        size: [width as u32, height as u32],
-        texels,
-    })
+    Ok(Image { name: String::new(), size: [width as u32, height as u32], texels })
 }
 
 impl Texel {
@@ -156,26 +144,16 @@ impl<'de> Deserialize<'de> for Texel {
             }
 
             fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
-                let number = u8::try_from(v)
-                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
-                Ok(Texel {
-                    numbers: [TexelNumber::Byte(number); 4],
-                    count: 1,
-                })
+                let number = u8::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
+                Ok(Texel { numbers: [TexelNumber::Byte(number); 4], count: 1 })
             }
 
             fn visit_f64<E: Error>(self, v: f64) -> Result<Texel, E> {
-                Ok(Texel {
-                    numbers: [TexelNumber::Linear(v as f32); 4],
-                    count: 1,
-                })
+                Ok(Texel { numbers: [TexelNumber::Linear(v as f32); 4], count: 1 })
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Texel, A::Error> {
-                let mut texel = Texel {
-                    numbers: [TexelNumber::Byte(0); 4],
-                    count: 0,
-                };
+                let mut texel = Texel { numbers: [TexelNumber::Byte(0); 4], count: 0 };
                 while let Some(number) = seq.next_element()? {
                     let Some(place) = texel.numbers.get_mut(texel.count) else {
                         return Err(A::Error::invalid_length(texel.count + 1, &self));

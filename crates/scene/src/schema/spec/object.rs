@@ -5,9 +5,7 @@ use serde::Deserialize;
 
 use crate::schema::keys::Keys;
 use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
-use crate::schema::spec::shape::{
-    BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape,
-};
+use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
 
 /// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
@@ -195,17 +193,11 @@ impl ObjectSpec {
             ("sheen_roughness", self.sheen_roughness.is_some()),
             ("iridescence", self.iridescence.is_some()),
             ("iridescence_ior", self.iridescence_ior.is_some()),
-            (
-                "iridescence_thickness",
-                self.iridescence_thickness.is_some(),
-            ),
+            ("iridescence_thickness", self.iridescence_thickness.is_some()),
             ("anisotropy", self.anisotropy.is_some()),
             ("anisotropy_rotation", self.anisotropy_rotation.is_some()),
             ("diffuse_transmission", self.diffuse_transmission.is_some()),
-            (
-                "diffuse_transmission_color",
-                self.diffuse_transmission_color.is_some(),
-            ),
+            ("diffuse_transmission_color", self.diffuse_transmission_color.is_some()),
         ])
     }
 }

@@ -100,10 +100,8 @@ impl ApertureSpec {
 impl ShutterSpec {
     /// As it is written.
     pub fn from_motion(motion: &ShutterMotion) -> Self {
-        let track = motion.poses().iter().map(|(time, pose)| TrackSpec {
-            time: *time,
-            pose: PoseSpec::from_pose(pose),
-        });
+        let track =
+            motion.poses().iter().map(|(time, pose)| TrackSpec { time: *time, pose: PoseSpec::from_pose(pose) });
         Self {
             exposure: motion.exposure(),
             readout: motion.readout(),
@@ -142,8 +140,7 @@ impl ShutterSpec {
                 .iter()
                 .enumerate()
                 .map(|(i, key)| {
-                    let pose = read(&key.pose)
-                        .map_err(|error| error.in_context(&format!("track[{i}].pose")))?;
+                    let pose = read(&key.pose).map_err(|error| error.in_context(&format!("track[{i}].pose")))?;
                     Ok((key.time, pose))
                 })
                 .collect::<Result<_, SceneError>>()?,

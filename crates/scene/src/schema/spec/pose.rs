@@ -103,18 +103,12 @@ with_pose! {
 }
 
 /// The keys of a pose; the first six do without `R`.
-pub const POSE: [&str; 9] = [
-    "location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t",
-];
+pub const POSE: [&str; 9] = ["location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t"];
 
 impl PoseSpec {
     /// R and C of a pose, to the last digit.
     pub fn from_pose(pose: &Pose) -> Self {
-        Self {
-            r: Some(pose.r.transpose().to_cols_array_2d()),
-            c: Some(pose.c.to_array()),
-            ..Self::default()
-        }
+        Self { r: Some(pose.r.transpose().to_cols_array_2d()), c: Some(pose.c.to_array()), ..Self::default() }
     }
 
     /// The pose it describes.
@@ -126,10 +120,7 @@ impl PoseSpec {
         let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());
         let keys = self.keys();
         let camera = if let Some(r) = self.r {
-            keys.refuse(
-                &POSE[..6],
-                "\"R\" is given too: expected R with C or t alone",
-            )?;
+            keys.refuse(&POSE[..6], "\"R\" is given too: expected R with C or t alone")?;
             let r = DMat3::from_cols_array_2d(&r).transpose();
             let c = match keys.exactly_one("position beside R", &["C", "t"])? {
                 "C" => DVec3::from_array(self.c.unwrap_or_default()),
@@ -146,27 +137,17 @@ impl PoseSpec {
                 return Err(SceneError::schema("", message));
             };
             if let Some(target) = self.target {
-                keys.refuse(
-                    &["roll", "pitch", "yaw"],
-                    "\"target\" is given too: expected angles or a target",
-                )?;
+                keys.refuse(&["roll", "pitch", "yaw"], "\"target\" is given too: expected angles or a target")?;
                 let up = self.up.map_or(up.axis(), DVec3::from_array);
                 let target = DVec3::from_array(target);
                 Camera::look_at(location, target, up, k, size, center)?
             } else {
-                keys.refuse(
-                    &["up"],
-                    "it goes with \"target\", which is missing; with angles, roll leans the camera",
-                )?;
-                let [roll, pitch, yaw] =
-                    [self.roll, self.pitch, self.yaw].map(Option::unwrap_or_default);
+                keys.refuse(&["up"], "it goes with \"target\", which is missing; with angles, roll leans the camera")?;
+                let [roll, pitch, yaw] = [self.roll, self.pitch, self.yaw].map(Option::unwrap_or_default);
                 Camera::from_pose(location, roll, pitch, yaw, up, k, size, center)?
             }
         };
-        Ok(Pose {
-            r: camera.r(),
-            c: camera.c(),
-        })
+        Ok(Pose { r: camera.r(), c: camera.c() })
     }
 
     /// The pose it describes of a body, whose axes are x ahead, y left, z up where all angles are 0.
@@ -177,10 +158,7 @@ impl PoseSpec {
         let pose = self.build(up)?;
         Ok(match self.r {
             Some(_) => pose,
-            None => Pose {
-                r: CAMERA_FROM_BODY.transpose() * pose.r,
-                ..pose
-            },
+            None => Pose { r: CAMERA_FROM_BODY.transpose() * pose.r, ..pose },
         })
     }
 

@@ -90,8 +90,6 @@ fn renamed<T>(
         let message = format!("{name:?} is given too, its name today: give one of them");
         return Err(SceneError::schema(old_name, message));
     }
-    notices.push(format!(
-        "render.{old_name} is called {name} now; the old name is understood until 0.2"
-    ));
+    notices.push(format!("render.{old_name} is called {name} now; the old name is understood until 0.2"));
     Ok(old_value)
 }

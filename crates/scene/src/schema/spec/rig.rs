@@ -36,10 +36,10 @@ with_pose! {
 impl RigSpec {
     /// The description of a rig to the last digit.
     pub fn from_rig(rig: &Rig) -> Self {
-        let cameras = rig.mounts().iter().map(|mount| CameraSpec {
-            name: Some(mount.name.clone()),
-            ..CameraSpec::from_camera(&mount.camera)
-        });
+        let cameras = rig
+            .mounts()
+            .iter()
+            .map(|mount| CameraSpec { name: Some(mount.name.clone()), ..CameraSpec::from_camera(&mount.camera) });
         let mut spec = Self {
             name: Some(rig.name().into()),
             camera: cameras.collect(),
@@ -76,15 +76,11 @@ impl RigSpec {
             Some(first) => {
                 let message = "\"shutter.track\" is given too, and says where the rig is";
                 pose.keys().refuse(&POSE, message)?;
-                first
-                    .build_body(up)
-                    .map_err(|error| error.in_context("shutter.track[0].pose"))?
+                first.build_body(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
-            None if pose.keys().given(&POSE).is_empty() => PoseSpec {
-                location: Some([0.0; 3]),
-                ..PoseSpec::default()
+            None if pose.keys().given(&POSE).is_empty() => {
+                PoseSpec { location: Some([0.0; 3]), ..PoseSpec::default() }.build_body(up)?
             }
-            .build_body(up)?,
             None => pose.build_body(up)?,
         };
         let rig = Rig::new(self.name.as_deref().unwrap_or("rig"), body, mounts)?;
@@ -92,13 +88,10 @@ impl RigSpec {
             return Ok(rig);
         };
         if shutter.mount.is_some() {
-            let message =
-                "it is of a single camera; the cameras of a rig say themselves where they are";
+            let message = "it is of a single camera; the cameras of a rig say themselves where they are";
             return Err(SceneError::schema("shutter.mount", message));
         }
-        let motion = shutter
-            .build(body, |pose| pose.build_body(up))
-            .map_err(|error| error.in_context("shutter"))?;
+        let motion = shutter.build(body, |pose| pose.build_body(up)).map_err(|error| error.in_context("shutter"))?;
         rig.with_motion(motion)
     }
 }

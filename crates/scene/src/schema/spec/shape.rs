@@ -69,55 +69,36 @@ pub struct TorusShape {
 
 impl Default for BoxShape {
     fn default() -> Self {
-        Self {
-            size: Splat([1.0; 3]),
-        }
+        Self { size: Splat([1.0; 3]) }
     }
 }
 
 impl Default for PlaneShape {
     fn default() -> Self {
-        Self {
-            size: Splat([1.0; 2]),
-        }
+        Self { size: Splat([1.0; 2]) }
     }
 }
 
 impl Default for SphereShape {
     fn default() -> Self {
-        Self {
-            radius: 0.5,
-            level: 4,
-        }
+        Self { radius: 0.5, level: 4 }
     }
 }
 
 impl Default for CylinderShape {
     fn default() -> Self {
-        Self {
-            radius: 0.5,
-            height: 1.0,
-            segments: 64,
-        }
+        Self { radius: 0.5, height: 1.0, segments: 64 }
     }
 }
 
 impl Default for ConeShape {
     fn default() -> Self {
-        Self {
-            radius: 0.5,
-            height: 1.0,
-            segments: 64,
-        }
+        Self { radius: 0.5, height: 1.0, segments: 64 }
     }
 }
 
 impl Default for TorusShape {
     fn default() -> Self {
-        Self {
-            radius: 0.5,
-            tube: 0.2,
-            segments: 64,
-        }
+        Self { radius: 0.5, tube: 0.2, segments: 64 }
     }
 }

@@ -127,14 +127,9 @@ impl TexturesSpec {
             ("iridescence_thickness", &self.iridescence_thickness),
             ("anisotropy", &self.anisotropy),
             ("diffuse_transmission", &self.diffuse_transmission),
-            (
-                "diffuse_transmission_color",
-                &self.diffuse_transmission_color,
-            ),
+            ("diffuse_transmission_color", &self.diffuse_transmission_color),
         ];
-        all.into_iter()
-            .filter_map(|(key, spec)| Some((key, spec.as_ref()?)))
-            .collect()
+        all.into_iter().filter_map(|(key, spec)| Some((key, spec.as_ref()?))).collect()
     }
 }
 
@@ -153,8 +148,7 @@ impl<'de> Deserialize<'de> for TextureSpec {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, rows: A) -> Result<TextureSpec, A::Error> {
-                ImageSpec::deserialize(SeqAccessDeserializer::new(rows))
-                    .map(TextureSpec::from_image)
+                ImageSpec::deserialize(SeqAccessDeserializer::new(rows)).map(TextureSpec::from_image)
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TextureSpec, A::Error> {

@@ -94,13 +94,11 @@ impl TextureCache {
             match UnlinkedFile::new(folder) {
                 Ok(file) => return Ok(self.file.get_or_init(|| file)),
                 Err(error) => {
-                    failure
-                        .get_or_insert_with(|| storage_error(folder, &error, "cannot be made", 0));
+                    failure.get_or_insert_with(|| storage_error(folder, &error, "cannot be made", 0));
                 }
             }
         }
-        Err(failure
-            .unwrap_or_else(|| SceneError::World("textures: no folder for temporary files".into())))
+        Err(failure.unwrap_or_else(|| SceneError::World("textures: no folder for temporary files".into())))
     }
 
     /// The tile of `count` texels at an offset of the file. A tile that cannot be read is black, and
@@ -124,16 +122,12 @@ impl TextureCache {
     /// Bytes of the file.
     pub(crate) fn read(&self, bytes: &mut [u8], start: u64) -> Result<(), SceneError> {
         let file = self.file()?;
-        file.read(bytes, start)
-            .map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
+        file.read(bytes, start).map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
     }
 
     /// All reads from the temporary file so far.
     pub fn page_in_stats(&self) -> PageInStats {
-        PageInStats {
-            tiles: self.tiles_read.load(Ordering::Relaxed),
-            bytes: self.bytes_read.load(Ordering::Relaxed),
-        }
+        PageInStats { tiles: self.tiles_read.load(Ordering::Relaxed), bytes: self.bytes_read.load(Ordering::Relaxed) }
     }
 
     /// Checks that no read has failed.
@@ -141,9 +135,7 @@ impl TextureCache {
     /// # Errors
     /// [`SceneError::Storage`] with what could not be read first.
     pub fn check(&self) -> Result<(), SceneError> {
-        self.failure
-            .get()
-            .map_or(Ok(()), |error| Err(error.clone()))
+        self.failure.get().map_or(Ok(()), |error| Err(error.clone()))
     }
 
     /// The notice for the user who set the limit, if it is exceeded.
@@ -161,12 +153,8 @@ impl PageInStats {
     /// The notice of tiles read since `before`; `None` without any.
     pub fn notice_since(&self, before: &Self) -> Option<String> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
-        (tiles > 0).then(|| {
-            format!(
-                "{tiles} tiles of textures ({}) were read back from the temporary file",
-                mebibytes(bytes)
-            )
-        })
+        (tiles > 0)
+            .then(|| format!("{tiles} tiles of textures ({}) were read back from the temporary file", mebibytes(bytes)))
     }
 }
 
@@ -181,12 +169,7 @@ pub(crate) fn mebibytes(bytes: u64) -> String {
     }
 }
 
-pub(crate) fn storage_error(
-    folder: &Path,
-    error: &io::Error,
-    what: &str,
-    written: u64,
-) -> SceneError {
+pub(crate) fn storage_error(folder: &Path, error: &io::Error, what: &str, written: u64) -> SceneError {
     SceneError::Storage {
         path: folder.into(),
         number: error.raw_os_error(),

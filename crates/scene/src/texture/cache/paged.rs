@@ -48,21 +48,13 @@ impl Level {
         let rows = TILE_SIZE.min(height - top);
         let before = top * width + left * rows;
         let columns = TILE_SIZE.min(width - left);
-        TileLocation {
-            start: self.offset + (before * self.kind.bytes()) as u64,
-            width: columns,
-            count: columns * rows,
-        }
+        TileLocation { start: self.offset + (before * self.kind.bytes()) as u64, width: columns, count: columns * rows }
     }
 }
 
 impl PagedTexels {
     pub(crate) fn new(cache: Arc<TextureCache>, levels: Vec<Level>) -> Self {
-        Self {
-            cache,
-            levels: levels.into(),
-            level: 0,
-        }
+        Self { cache, levels: levels.into(), level: 0 }
     }
 
     fn current_level(&self) -> &Level {
@@ -90,10 +82,7 @@ impl PagedTexels {
 
     /// This level and all that are smaller.
     pub(crate) fn mip_map(&self) -> impl Iterator<Item = Self> {
-        (self.level..self.levels.len()).map(|level| Self {
-            level,
-            ..self.clone()
-        })
+        (self.level..self.levels.len()).map(|level| Self { level, ..self.clone() })
     }
 
     /// The linear value of one.
@@ -105,8 +94,7 @@ impl PagedTexels {
 
     /// The linear values where two columns meet two rows.
     pub(crate) fn fetch_quad(&self, columns: [usize; 2], rows: [usize; 2]) -> TexelQuad {
-        THREAD_TILES
-            .with_borrow_mut(|recent| rows.map(|y| columns.map(|x| recent.texel(self, x, y))))
+        THREAD_TILES.with_borrow_mut(|recent| rows.map(|y| columns.map(|x| recent.texel(self, x, y))))
     }
 
     /// All of them, in memory.
@@ -122,8 +110,7 @@ impl PagedTexels {
         for top in (0..height).step_by(TILE_SIZE) {
             let count = TILE_SIZE.min(height - top) * width;
             rows.resize(count * texel, 0);
-            self.cache
-                .read(&mut rows, level.offset + (top * width * texel) as u64)?;
+            self.cache.read(&mut rows, level.offset + (top * width * texel) as u64)?;
             let mut from = &rows[..];
             for left in (0..width).step_by(TILE_SIZE) {
                 let columns = TILE_SIZE.min(width - left) * texel;
@@ -168,15 +155,11 @@ impl ThreadTiles {
         let cache_id = image.cache.id;
         let mixed = (location.start ^ cache_id).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let slot = &mut self.0[(mixed >> 60) as usize];
-        let found = slot
-            .take()
-            .filter(|tile| tile.start == location.start && tile.cache_id == cache_id);
+        let found = slot.take().filter(|tile| tile.start == location.start && tile.cache_id == cache_id);
         let tile = found.unwrap_or_else(|| ThreadTile {
             cache_id,
             start: location.start,
-            texels: image
-                .cache
-                .tile(location.start, image.kind(), location.count),
+            texels: image.cache.tile(location.start, image.kind(), location.count),
         });
         &slot.insert(tile).texels
     }

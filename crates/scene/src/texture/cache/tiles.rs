@@ -39,18 +39,12 @@ impl TileCache {
     pub fn new(limit: u64) -> Self {
         // At least some sixteen of the largest tiles in each.
         let parts = (limit >> 20).clamp(1, 64);
-        Self {
-            shards: (0..parts).map(|_| Mutex::default()).collect(),
-            limit: limit / parts,
-        }
+        Self { shards: (0..parts).map(|_| Mutex::default()).collect(), limit: limit / parts }
     }
 
     /// The tile that begins there, if it is in memory.
     pub fn get(&self, start: u64) -> Option<Arc<ResidentTexels>> {
-        let mut part = self
-            .shard(start)
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
         let index = *part.index.get(&start)?;
         let slot = &mut part.slots[index];
         slot.used = true;
@@ -60,10 +54,7 @@ impl TileCache {
     /// Inserts a tile of `bytes` bytes; evicts tiles that have not been used since the clock's hand last passed.
     pub fn insert(&self, start: u64, tile: Arc<ResidentTexels>, bytes: u64) {
         let bytes = bytes + TILE_OVERHEAD_BYTES;
-        let mut part = self
-            .shard(start)
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
         // Another thread may have read it at the same time.
         if part.index.contains_key(&start) || bytes > self.limit {
             return;
@@ -74,12 +65,7 @@ impl TileCache {
         part.bytes += bytes;
         let index = part.slots.len();
         part.index.insert(start, index);
-        part.slots.push(CachedTile {
-            start,
-            tile,
-            bytes,
-            used: false,
-        });
+        part.slots.push(CachedTile { start, tile, bytes, used: false });
     }
 
     fn shard(&self, start: u64) -> &Mutex<Shard> {
@@ -126,14 +112,9 @@ mod tests {
             let part = cache.shards[0].lock().unwrap();
             assert_eq!(part.slots.len(), part.index.len());
             assert_eq!(part.slots.len(), (usize::from(i) + 1).min(10));
-            assert_eq!(
-                part.bytes,
-                part.slots.len() as u64 * (1000 + TILE_OVERHEAD_BYTES)
-            );
+            assert_eq!(part.bytes, part.slots.len() as u64 * (1000 + TILE_OVERHEAD_BYTES));
         }
-        let kept: Vec<u8> = (0..100)
-            .filter(|&i| cache.get(i.into()).is_some())
-            .collect();
+        let kept: Vec<u8> = (0..100).filter(|&i| cache.get(i.into()).is_some()).collect();
         assert_eq!(kept.len(), 10);
         for i in kept {
             assert_eq!(cache.get(i.into()), Some(tile(i)));

@@ -41,11 +41,7 @@ impl UnlinkedFile {
             }
         };
         unlink(&path)?;
-        Ok(Self {
-            folder: folder.into(),
-            file,
-            end: Mutex::new(0),
-        })
+        Ok(Self { folder: folder.into(), file, end: Mutex::new(0) })
     }
 
     /// Writes bytes at the end; where they are.
@@ -84,11 +80,7 @@ fn open(path: &Path) -> io::Result<File> {
 
 /// Takes the file's name away, where open files may lose theirs.
 fn unlink(path: &Path) -> io::Result<()> {
-    if cfg!(unix) {
-        fs::remove_file(path)
-    } else {
-        Ok(())
-    }
+    if cfg!(unix) { fs::remove_file(path) } else { Ok(()) }
 }
 
 #[cfg(unix)]
@@ -151,9 +143,6 @@ mod tests {
         }
         drop(files);
         fs::remove_dir(&folder).unwrap();
-        assert_eq!(
-            UnlinkedFile::new(&folder).unwrap_err().kind(),
-            io::ErrorKind::NotFound
-        );
+        assert_eq!(UnlinkedFile::new(&folder).unwrap_err().kind(), io::ErrorKind::NotFound);
     }
 }
