@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from pxr import Ar, Sdf, Tf, UsdUtils
+from pxr import Ar, Sdf, Tf
 
 __all__ = ["Confinement", "UsdRejected"]
 
@@ -113,7 +113,8 @@ class Confinement:
                 found.append((opened, own | variables))
         if replaced:
             layer.SetPermissionToEdit(True)
-            UsdUtils.ModifyAssetPaths(layer, lambda path: replaced.get(path, path))
+            for asset, other in replaced.items():
+                layer.UpdateCompositionAssetDependency(asset, other)
         return found
 
     def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | str:

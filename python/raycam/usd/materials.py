@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -154,7 +155,7 @@ class Materials:
             self._text[other] = [*(line for line in self._text[name] if line.split()[0] != key), wanted]
             for table in (self._maps, self._coordinates):
                 if name in table:
-                    table[other] = table[name]  # type: ignore[assignment, index]
+                    table[other] = table[name]  # type: ignore[assignment]
         return self._plain[name, wanted]
 
     def coordinates(self, name: str) -> Coordinates:
@@ -287,7 +288,9 @@ class Materials:
             coordinates = self._coordinates[name]
             coordinates.primvar = coordinates.primvar or known
             if coordinates.primvar != known:
-                self.notices.append(f"material {path}: all its images have the coordinates {coordinates.primvar}")
+                self.notices.append(
+                    f"material {path}: all its images have the coordinates {coordinates.primvar}"
+                )
         return matrix[:2]
 
     def _map_line(self, found: Map, name: str) -> str | None:
@@ -296,7 +299,7 @@ class Materials:
         if found.alpha is not None:
             channel, scale, bias, threshold = found.alpha
             how = f"opacity from channel {channel} x {scale:g} + {bias:g}, threshold {threshold:g},"
-            file = self._images.baked(file, how, lambda pixels: bake_opacity(pixels, *found.alpha))
+            file = self._images.baked(found.file, how, partial(_opacity, alpha=found.alpha))
         matrix, clamp = found.matrix, found.wraps == ("clamp", "clamp")
         if file and not clamp and found.wraps != ("repeat", "repeat"):
             file, matrix, clamp = self._unwrapped(file, found, self.coordinates(name))
@@ -331,6 +334,10 @@ class Materials:
             matrix[axis, 2] += border - low
             matrix[axis] /= high - low + 2 * border
         return made, matrix, clamp
+
+
+def _opacity(pixels: Any, alpha: tuple[Any, ...]) -> Any:
+    return bake_opacity(pixels, *alpha)
 
 
 def _source(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:

@@ -62,7 +62,9 @@ class Meshes:
             return None
         rank = np.linalg.matrix_rank(matrix[:3, :3])
         if rank < 2:
-            self.notices.append(f"prim {path} is left out: its transform has scale 0, it is flat to a line or point")
+            self.notices.append(
+                f"prim {path} is left out: its transform has scale 0, it is flat to a line or point"
+            )
             return None
         # A matrix that flattens has no inverse: its mesh is written in the coordinates of the world.
         bake = bake or rank < 3
@@ -72,7 +74,9 @@ class Meshes:
 
     def merge(self, objects: list[dict[str, Any]]) -> str:
         """Writes the meshes of objects, which are in the coordinates of the world, as one OBJ file."""
-        texts = [(self._folder / placed["mesh"]).read_text(encoding="utf-8").splitlines() for placed in objects]
+        texts = [
+            (self._folder / placed["mesh"]).read_text(encoding="utf-8").splitlines() for placed in objects
+        ]
         colored = any(line.startswith("v ") and line.count(" ") > 3 for text in texts for line in text)
         lines = ["mtllib materials.mtl"]
         before = [0, 0, 0]
@@ -135,15 +139,17 @@ class Meshes:
             normal_ids = back.reshape(-1) + 1
         lines.append("s 1" if shape.smooth else "s off")
         turn = -1 if mesh.GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded else 1
-        if placed is not None and np.linalg.det(placed[:3, :3]) < 0:
-            turn = -turn
+        mirrored = placed is not None and np.linalg.det(placed[:3, :3]) < 0
         ends = np.cumsum(counts)
         written = 0
         for name, faces in groups:
             words, written = self._words(mesh, name, shape.faces, position, normal_ids, lines, written)
             lines.append(f"usemtl {name}")
             for face in faces:
-                lines.append("f " + " ".join(words[ends[face] - counts[face] : ends[face]][::turn]))
+                corners = words[ends[face] - counts[face] : ends[face]][::turn]
+                if mirrored:
+                    corners = [corners[0], *corners[:0:-1]]
+                lines.append("f " + " ".join(corners))
         file = f"mesh{len(self._known)}.obj"
         (self._folder / file).write_text("\n".join([*lines, ""]), encoding="utf-8")
         return file, len(indices)
@@ -215,9 +221,13 @@ class Meshes:
         """The normals of a mesh at every corner."""
         normals = self._corners(mesh, "normals", faces, 3)
         if normals is None and (own := _table(mesh.GetNormalsAttr().Get(self._time), 3)) is not None:
-            normals = _spread(own.astype(np.float32), mesh.GetNormalsInterpolation(), faces.counts, faces.indices)
+            normals = _spread(
+                own.astype(np.float32), mesh.GetNormalsInterpolation(), faces.counts, faces.indices
+            )
             if normals is None or not np.isfinite(normals).all():
-                self.notices.append(f"mesh {mesh.GetPath()}: {len(own)} normals do not fit it and are not used")
+                self.notices.append(
+                    f"mesh {mesh.GetPath()}: {len(own)} normals do not fit it and are not used"
+                )
                 return None
         return normals
 
@@ -242,9 +252,7 @@ class Meshes:
         holes = UsdGeom.Mesh(mesh).GetHoleIndicesAttr().Get(self._time) if UsdGeom.Mesh(mesh) else None
         hole_table = np.zeros(0) if (found := _table(holes, 1)) is None else found.ravel()
         return [
-            (name, kept.tolist())
-            for name, faces in groups
-            if len(kept := faces[~np.isin(faces, hole_table)])
+            (name, kept.tolist()) for name, faces in groups if len(kept := faces[~np.isin(faces, hole_table)])
         ]
 
     def _subsets(self, mesh: UsdGeom.Gprim, count: int) -> list[UsdGeom.Subset]:
@@ -256,7 +264,7 @@ class Meshes:
             if subset.GetFamilyNameAttr().Get() or not of_faces or not _binds(prim):
                 continue
             self.notices.append(
-                f"subset {prim.GetPath()} has no familyName \"materialBind\": its material is used all the same"
+                f'subset {prim.GetPath()} has no familyName "materialBind": its material is used all the same'
             )
             found.append(subset)
         return found
@@ -275,7 +283,9 @@ class Meshes:
             interpolation = "constant"
         corners = _spread(values, interpolation, faces.counts, faces.indices)
         if corners is None:
-            self.notices.append(f"mesh {mesh.GetPath()}: {len(values)} opacities do not fit it and are not used")
+            self.notices.append(
+                f"mesh {mesh.GetPath()}: {len(values)} opacities do not fit it and are not used"
+            )
             return None
         starts = np.cumsum(faces.counts) - faces.counts
         means = np.add.reduceat(corners, starts) / faces.counts
@@ -290,9 +300,11 @@ class Meshes:
         path = mesh.GetPath()
         known = bound is not None and self._materials.is_known(bound)
         material = self._materials.name(bound) if bound is not None else ""
-        primvar = "displayColor"
+        primvar: str | None = "displayColor"
         if bound is None and _binds(mesh.GetPrim(), inherited=True):
-            self.notices.append(f"prim {path}: no material is where its binding leads, or for no known purpose")
+            self.notices.append(
+                f"prim {path}: no material is where its binding leads, or for no known purpose"
+            )
         if known:
             primvar = self._materials.color_primvar(material)
             if not primvar:
@@ -348,19 +360,21 @@ class _Unusable(Exception):
 def _faces(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Faces:
     """The faces of a mesh as stored in the file."""
     found = []
-    for attribute, width in (
-        (mesh.GetPointsAttr(), 3),
-        (mesh.GetFaceVertexCountsAttr(), 1),
-        (mesh.GetFaceVertexIndicesAttr(), 1),
+    for attribute, kind in (
+        (mesh.GetPointsAttr(), Vt.Vec3fArray),
+        (mesh.GetFaceVertexCountsAttr(), Vt.IntArray),
+        (mesh.GetFaceVertexIndicesAttr(), Vt.IntArray),
     ):
         value = attribute.Get(time)
-        table = _table(value, width)
-        if table is None:
-            name, kind = attribute.GetName(), attribute.GetTypeName()
-            empty = value is None or isinstance(value, Vt.Vec3fArray | Vt.IntArray)
-            raise _Unusable(f"it has no {name}" if empty else f"its {name} are of the type {kind}")
-        found.append(table)
-    return Faces(found[0].astype(np.float32), found[1].ravel().astype(np.int64), found[2].ravel().astype(np.int64))
+        if value is not None and not isinstance(value, kind):
+            given = attribute.GetPropertyStack(time)[0].typeName
+            raise _Unusable(
+                f"its {attribute.GetName()} are of the type {given}, not {attribute.GetTypeName()}"
+            )
+        if not value:
+            raise _Unusable(f"it has no {attribute.GetName()}")
+        found.append(np.array(value))
+    return Faces(found[0], found[1].astype(np.int64), found[2].astype(np.int64))
 
 
 def _table(values: Any, width: int) -> Any:

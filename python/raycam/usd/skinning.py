@@ -22,7 +22,7 @@ class Skinning:
         self._time = time
         self._places = places
         self._cache = UsdSkel.Cache()
-        self._bound: dict[Any, tuple[UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery]] = {}
+        self._bound: dict[Any, tuple[UsdSkel.SkeletonQuery, UsdSkel.SkinningQuery, Usd.Prim]] = {}
         for prim in Usd.PrimRange.Stage(stage, EVERYTHING):
             if not prim.IsA(UsdSkel.Root):
                 continue
@@ -34,7 +34,12 @@ class Skinning:
                     continue
                 self.moves = self.moves or _animated(skeleton)
                 for target in binding.GetSkinningTargets():
-                    self._bound[target.GetPrim().GetPath()] = (skeleton, target)
+                    # Instances share the queries of their prototype, but not the skeleton's place.
+                    self._bound[target.GetPrim().GetPath()] = (
+                        skeleton,
+                        target,
+                        binding.GetSkeleton().GetPrim(),
+                    )
 
     def __contains__(self, prim: Usd.Prim) -> bool:
         """True for a prim that a skeleton or blend shapes deform."""
@@ -42,7 +47,7 @@ class Skinning:
 
     def points(self, prim: Usd.Prim, points: Any) -> Any:
         """The deformed points [n, 3] of a prim, in its own coordinates; raises `ValueError` for invalid weights."""
-        skeleton, target = self._bound[prim.GetPath()]
+        skeleton, target, bones = self._bound[prim.GetPath()]
         moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
         animation = skeleton.GetAnimQuery()
         if target.HasBlendShapes() and animation:
@@ -50,7 +55,7 @@ class Skinning:
         if not target.HasJointInfluences():
             return np.array(moved, np.float32).reshape(-1, 3)
         transforms = skeleton.ComputeSkinningTransforms(self._time)
-        skeleton_place = self._places.GetLocalToWorldTransform(skeleton.GetPrim())
+        skeleton_place = self._places.GetLocalToWorldTransform(bones)
         to_local = skeleton_place * self._places.GetLocalToWorldTransform(prim).GetInverse()
         if target.IsRigidlyDeformed():
             matrix = target.ComputeSkinnedTransform(transforms, self._time)
@@ -63,7 +68,7 @@ class Skinning:
 
     def normals(self, prim: Usd.Prim, normals: Any, faces: Faces) -> Any:
         """The normals [corners, 3] of a prim as its joints turn them."""
-        skeleton, target = self._bound[prim.GetPath()]
+        skeleton, target, bones = self._bound[prim.GetPath()]
         influences = None
         if target.HasJointInfluences():
             influences = target.ComputeVaryingJointInfluences(len(faces.points), self._time)
@@ -72,8 +77,10 @@ class Skinning:
         joints, weights = (np.array(table).reshape(len(faces.points), -1) for table in influences)
         transforms = skeleton.ComputeSkinningTransforms(self._time)
         if mapper := target.GetJointMapper():
-            transforms = mapper.RemapTransforms(transforms)
-        place = self._places.GetLocalToWorldTransform(skeleton.GetPrim())
+            remapped = Vt.Matrix4dArray()
+            mapper.RemapTransforms(transforms, remapped)
+            transforms = remapped
+        place = self._places.GetLocalToWorldTransform(bones)
         to_local = np.array(place * self._places.GetLocalToWorldTransform(prim).GetInverse())
         local_from_bound = np.array(target.GetGeomBindTransform(self._time)) @ np.array(transforms) @ to_local
         # Vectors are rows: a normal is multiplied by the transposed inverse.
@@ -100,7 +107,9 @@ class Skinning:
 
 def _animated(skeleton: UsdSkel.SkeletonQuery) -> bool:
     query = skeleton.GetAnimQuery()
-    return bool(query) and (query.JointTransformsMightBeTimeVarying() or query.BlendShapeWeightsMightBeTimeVarying())
+    return bool(query) and (
+        query.JointTransformsMightBeTimeVarying() or query.BlendShapeWeightsMightBeTimeVarying()
+    )
 
 
 def _transformed(points: Any, matrix: Gf.Matrix4d) -> Any:

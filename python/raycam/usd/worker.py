@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections import Counter
 from dataclasses import dataclass
@@ -89,9 +90,7 @@ class Reader:
             sine = 1.0 if options.up == "z" else -1.0
             self._turn[1:3, 1:3] = [[0.0, -sine], [sine, 0.0]]
         self._time = (
-            Usd.TimeCode.EarliestTime()
-            if options.time is None
-            else Usd.TimeCode(options.time * stage.GetTimeCodesPerSecond())
+            Usd.TimeCode.EarliestTime() if options.time is None else Usd.TimeCode(options.time * _rate(stage))
         )
         self._places = UsdGeom.XformCache(self._time)
         self._skinning = Skinning(stage, self._time, self._places)
@@ -188,7 +187,7 @@ def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     left_out = [f"{count} {what} are left out" for what, count in sorted(reader.skipped.items())]
     notices = [
         *(confinement.notices + images.notices + reader.materials.notices),
-        *(reader.meshes.notices + reader.notices + left_out),
+        *(_counted(reader.meshes.notices) + reader.notices + left_out),
     ]
     if not reader.objects:
         _check_empty(stage, notices, options)
@@ -208,6 +207,19 @@ def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     return {"up": reader.up} | found | {"notices": notices, "files": images.files}
 
 
+def _counted(notices: list[str]) -> list[str]:
+    """Notices "KIND PATH REST", one for all paths where more than three have the same kind and rest."""
+    paths: dict[tuple[str, str], list[str]] = {}
+    for notice in notices:
+        kind, path, rest = re.match(r"(\S+) (/[^\s:]*)(.*)", notice, re.S).groups()  # type: ignore[union-attr]
+        paths.setdefault((kind, rest), []).append(path)
+    return [
+        f"{kind} {path}{rest}"
+        for (kind, rest), found in paths.items()
+        for path in (found if len(found) < 4 else [f"{found[0]} and {len(found) - 1} others"])
+    ]
+
+
 def _check_empty(stage: Usd.Stage, notices: list[str], options: Options) -> None:
     """Raises `UsdRejected` for a stage without objects, except where all that it has is something else."""
     if notices or options.single or not stage.GetRootLayer().rootPrims:
@@ -217,10 +229,16 @@ def _check_empty(stage: Usd.Stage, notices: list[str], options: Options) -> None
 
 def _moving(stage: Usd.Stage) -> str:
     """The notice that a stage has several moments."""
-    rate = stage.GetTimeCodesPerSecond()
+    rate = _rate(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
     span = ends if stage.HasAuthoredTimeCodeRange() else ""
     return f"it moves, and is shown at its first time: raycam.load(path, time=SECONDS) shows another,{span or ' in seconds'}"
+
+
+def _rate(stage: Usd.Stage) -> float:
+    """The time codes per second; Pixar's default for a stage that says 0 or less."""
+    rate = float(stage.GetTimeCodesPerSecond())
+    return rate if rate > 0 else 24.0
 
 
 def _unit(stage: Usd.Stage) -> float:

@@ -19,7 +19,7 @@ from ..io.atomic_files import write
 from ..rig import Rig
 from .description import corner_values, indices, plain
 from .parts import Animation, Object, Video
-from .usd_files import add_usd_object, is_usd
+from .usd_files import add_usd_object, is_usd, usd_named
 
 __all__ = ["Animation", "Object", "Video", "World"]
 
@@ -74,7 +74,8 @@ class World:
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        with usd_named():
+            return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
 
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
@@ -155,7 +156,7 @@ class World:
         Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
         A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
-        `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load` for files.
+        `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
         given = {**(description or {}), **keys}
         if is_usd(given.get("mesh")):

@@ -9,7 +9,7 @@ from .. import _core, usd
 from ..errors import SettingsError
 from ..io import memory_limits
 from . import World
-from .usd_files import load_usd
+from .usd_files import load_usd, usd_named
 
 __all__ = ["load"]
 
@@ -48,7 +48,7 @@ def load(
             " by world.at(time)"
         )
     else:
-        world = World._of(
-            _core.World.load(os.fspath(path), memory_limits.parse_size("texture_memory", texture_memory))
-        )
+        limit = memory_limits.parse_size("texture_memory", texture_memory)
+        with usd_named():
+            world = World._of(_core.World.load(os.fspath(path), limit))
     return world if variant is None else world.with_variant(variant)

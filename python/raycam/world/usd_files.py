@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from ..errors import FormatError
 from ..io import memory_limits
 from .description import plain
 
-__all__ = ["add_usd_object", "is_usd", "load_usd"]
+__all__ = ["add_usd_object", "is_usd", "load_usd", "usd_named"]
 
 
 def is_usd(name: object) -> bool:
@@ -65,6 +67,21 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
         notices = [_of_usd(notice, path, folder, files) for notice in core.notices[before:]]
         core.set_notices([*core.notices[:before], *notices, *(f"{path}: {notice}" for notice in said)])
     return number
+
+
+@contextlib.contextmanager
+def usd_named() -> Iterator[None]:
+    """Adds what to do to the error that a description names a USD file, which only Python reads."""
+    try:
+        yield
+    except FormatError as error:
+        place, found, _ = str(error).partition(": unknown kind of file")
+        if found and place.lower().endswith(usd.SUFFIXES):
+            raise FormatError(
+                f"{place}: a description cannot name USD files: convert it once,"
+                ' raycam.load("x.usd").to_gltf("x.glb"), or use World.add_object(mesh="x.usd")'
+            ) from None
+        raise
 
 
 def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
