@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -312,7 +311,7 @@ class Materials:
         return " ".join([MAPS[found.key], *options, file])
 
     def _unwrapped(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
-        """An image that shows when repeated or clamped what `found.wraps` asks for, its matrix, and if it is clamped."""
+        """An image that repeated or clamped shows what `found.wraps` asks for, its matrix, and if it is clamped."""
         ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
         clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
         tiles = []

@@ -256,7 +256,7 @@ class Meshes:
         ]
 
     def _subsets(self, mesh: UsdGeom.Gprim, count: int) -> list[UsdGeom.Subset]:
-        """The face sets that have materials; those without a family, which Pixar's library passes over, with a notice."""
+        """The face sets with materials; those without a family, which Pixar's library skips, with a notice."""
         found = list(UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets())
         for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh):
             prim = subset.GetPrim()
@@ -312,7 +312,7 @@ class Meshes:
         colors = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance(primvar)
         table = _table(colors.ComputeFlattened(self._time), 3) if colors else None
         if table is None or not np.isfinite(table).all():
-            if known or colors and colors.HasValue():
+            if known or (colors and colors.HasValue()):
                 self.notices.append(f"prim {path}: it has no usable colours {primvar}")
             return None, material or self._materials.plain((0.8, 0.8, 0.8))
         table = np.clip(table.astype(np.float64), 0, 1)

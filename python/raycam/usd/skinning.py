@@ -75,14 +75,13 @@ class Skinning:
         if not influences:
             return normals
         joints, weights = (np.array(table).reshape(len(faces.points), -1) for table in influences)
-        transforms = skeleton.ComputeSkinningTransforms(self._time)
-        if mapper := target.GetJointMapper():
-            remapped = Vt.Matrix4dArray()
-            mapper.RemapTransforms(transforms, remapped)
-            transforms = remapped
+        transforms = np.array(skeleton.ComputeSkinningTransforms(self._time))
+        if own := target.GetJointOrder():
+            joint_of = {joint: number for number, joint in enumerate(skeleton.GetJointOrder())}
+            transforms = transforms[[joint_of.get(joint, 0) for joint in own]]
         place = self._places.GetLocalToWorldTransform(bones)
         to_local = np.array(place * self._places.GetLocalToWorldTransform(prim).GetInverse())
-        local_from_bound = np.array(target.GetGeomBindTransform(self._time)) @ np.array(transforms) @ to_local
+        local_from_bound = np.array(target.GetGeomBindTransform(self._time)) @ transforms @ to_local
         # Vectors are rows: a normal is multiplied by the transposed inverse.
         turns = np.linalg.pinv(local_from_bound[:, :3, :3]).transpose(0, 2, 1)
         turned = np.zeros((len(normals), 3))

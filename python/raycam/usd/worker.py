@@ -232,7 +232,8 @@ def _moving(stage: Usd.Stage) -> str:
     rate = _rate(stage)
     ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
     span = ends if stage.HasAuthoredTimeCodeRange() else ""
-    return f"it moves, and is shown at its first time: raycam.load(path, time=SECONDS) shows another,{span or ' in seconds'}"
+    first = "it moves, and is shown at its first time"
+    return f"{first}: raycam.load(path, time=SECONDS) shows another,{span or ' in seconds'}"
 
 
 def _rate(stage: Usd.Stage) -> float:
