@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 from support.usd_stages import bind, material, square, stage
 
 
@@ -222,6 +222,46 @@ def test_subsets_without_a_family_have_their_material(tmp_path: Path, family: st
     assert bool(world.notices) == (family == "")
     if not family:
         assert "subset /world/square/part has no familyName" in world.notices[0]
+
+
+def odd_camera(made: Any, case: str) -> None:
+    camera = UsdGeom.Camera.Define(made, "/odd")
+    if case == "focal length":
+        camera.CreateFocalLengthAttr(0.0)
+    elif case == "aperture":
+        camera.CreateHorizontalApertureAttr(0.0)
+    else:
+        camera.AddScaleOp().Set((0, 0, 0))
+
+
+def odd_light(made: Any, case: str) -> None:
+    light = UsdLux.RectLight.Define(made, "/odd")
+    if case == "intensity":
+        light.CreateIntensityAttr(float("inf"))
+    elif case == "colour":
+        light.CreateColorAttr((float("nan"), 1, 1))
+    else:
+        light.AddScaleOp().Set((1, 0, 1))
+
+
+@pytest.mark.parametrize(
+    ("make", "case"),
+    [
+        *((odd_camera, case) for case in ("focal length", "aperture", "scale")),
+        *((odd_light, case) for case in ("intensity", "colour", "scale")),
+    ],
+)
+def test_an_odd_camera_or_light_is_left_out(tmp_path: Path, make: Any, case: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made, "/shown")
+    make(made, case)
+    UsdGeom.Camera.Define(made, "/eye")
+    world = load(made)
+    assert len(world.objects) == 1
+    assert list(world.cameras) == ["eye"]
+    assert not world.lights
+    (notice,) = world.notices
+    assert "/odd is left out: " in notice
 
 
 def guide(prim: Any) -> None:

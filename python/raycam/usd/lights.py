@@ -35,11 +35,16 @@ def light_spec(
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(value("colorTemperature", 6500.0)))
     fallback = 50000.0 if kind == "DistantLight" else 1.0
     color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
+    if not np.isfinite(color).all():
+        return None, f"light {name} is left out: its colour or intensity is not finite"
     if not (color > 0).any():
         return None, f"light {name} is left out: it gives no light"
+    color = np.maximum(color, 0.0)
     matrix = np.array(rows(world_from_local))
     place, axes = matrix[:3, 3], matrix[:3, :3]
     scale = np.linalg.norm(axes, axis=0)
+    if not np.isfinite(matrix).all() or (kind != "SphereLight" and np.linalg.matrix_rank(axes) < 3):
+        return None, f"light {name} is left out: its transform has scale 0, or is not finite"
     forward = (-axes[:, 2]).tolist()
     normalized = value("normalize", False)
 
