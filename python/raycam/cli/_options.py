@@ -28,14 +28,24 @@ class Command(NamedTuple):
 
 
 def add_world(command: argparse.ArgumentParser) -> None:
-    """Adds the world, the first argument, and `--texture-memory`."""
+    """Adds the world, the first argument, `--folder` and `--texture-memory`."""
     command.add_argument(
         "world", metavar="WORLD", help="a world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
     )
+    add_folder(command)
     command.add_argument(
         "--texture-memory",
         metavar="SIZE",
         help="memory for textures, as 512MiB; the others wait in a temporary file (default: no limit)",
+    )
+
+
+def add_folder(command: argparse.ArgumentParser) -> None:
+    """Adds `--folder`."""
+    command.add_argument(
+        "--folder",
+        metavar="FOLDER",
+        help="where the layers and images of a USD file may lie (default: the file's folder)",
     )
 
 
@@ -277,7 +287,7 @@ def load_world(options: argparse.Namespace) -> World:
     """Loads the world and prints its notices."""
     from ..world.load import load
 
-    world = load(options.world, texture_memory=options.texture_memory)
+    world = load(options.world, texture_memory=options.texture_memory, folder=options.folder)
     print_notices(world.notices)
     return world
 

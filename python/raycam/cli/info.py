@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from ._options import Command, add_known, load_calibration
+from ._options import Command, add_folder, add_known, load_calibration
 
 CALIBRATIONS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument("world", metavar="FILE", help="a world, a mesh, or a calibration of cameras")
+    add_folder(command)
     add_known(command)
     command.set_defaults(run=_run)
 
@@ -26,7 +27,7 @@ def _run(options: argparse.Namespace) -> None:
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
     else:
-        print(info(load(path)))
+        print(info(load(path, folder=options.folder)))
 
 
 COMMAND = Command(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import json
+import math
 import os
 import signal
 import subprocess
@@ -40,11 +41,23 @@ class UsdLimits:
     """Face corners, counted for every instance."""
 
 
-def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = None) -> dict[str, Any]:
+def read(
+    path: str | os.PathLike[str],
+    folder: Path,
+    budget: UsdLimits | None = None,
+    *,
+    root: str | os.PathLike[str] | None = None,
+    time: float | None = None,
+    single: bool = False,
+    up: str | None = None,
+) -> dict[str, Any]:
     """Reads a USD file as a dict for `World.from_dict`; meshes and images are written into `folder`.
 
-    The dict also has `"notices"`, and under `"files"` the original names of the images. Raises `OSError` if the file
-    cannot be opened, `FormatError` if it cannot be read within the limits, and `SettingsError` without the extra.
+    Layers and images are read from `root` (default: the file's folder). `time` is in seconds (default: the first). With
+    `single` all meshes are one object without lights and cameras, turned to the axis `up`. The dict also has
+    `"notices"`, and under `"files"` the original names of the images. Raises `OSError` if the file cannot be opened,
+    `FormatError` if it cannot be read within the limits, and `SettingsError` without the extra or for a wrong `root` or
+    `time`.
     """
     budget = budget or UsdLimits()
     path = Path(path)
@@ -52,6 +65,10 @@ def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = 
         if not path.is_file():
             raise FormatError(f"{path}: a device, pipe or socket, expected a regular file")
         size = file.seek(0, os.SEEK_END)
+    if time is not None and not math.isfinite(time):
+        raise SettingsError(f"time is {time}, expected seconds")
+    if root is not None and not _is_within(path, Path(root)):
+        raise SettingsError(f"folder: {path} does not lie in {os.fspath(root)}")
     if size > budget.bytes:
         raise FormatError(f"{path}: {size} bytes, but the budget has {budget.bytes} left")
     if importlib.util.find_spec("pxr") is None:
@@ -61,8 +78,12 @@ def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = 
         "bytes": budget.bytes,
         "seconds": budget.seconds,
         "triangles": budget.triangles,
+        "folder": os.path.abspath(path.parent if root is None else root),
+        "time": time,
+        "single": single,
+        "up": up,
     }
-    command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.fspath(folder)]
+    command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
             [*command, json.dumps(limits)],
@@ -70,6 +91,8 @@ def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = 
             stdout=said,
             stderr=subprocess.STDOUT,
             start_new_session=True,
+            # Pixar's library would also look there for layers.
+            env={key: value for key, value in os.environ.items() if key != "PXR_AR_DEFAULT_SEARCH_PATH"},
         )
         try:
             status = process.wait(budget.seconds)
@@ -88,6 +111,11 @@ def read(path: str | os.PathLike[str], folder: Path, budget: UsdLimits | None = 
     if "error" in found:
         raise FormatError(f"{path}: {found['error']}")
     return found
+
+
+def _is_within(path: Path, root: Path) -> bool:
+    """True for a file that lies in a folder by its name or by where its links lead."""
+    return any(resolved(path).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute))
 
 
 def _terminate(process: subprocess.Popen[bytes]) -> None:

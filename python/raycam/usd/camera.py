@@ -13,9 +13,8 @@ COLUMNS = 960
 """The picture width in pixels; a USD camera has no pixels. The height follows from the aperture."""
 
 
-def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[str, Any]:
+def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd.TimeCode) -> dict[str, Any]:
     """A camera description whose picture is the film; the film size is the extent of an orthographic camera."""
-    time = Usd.TimeCode.EarliestTime()
 
     def value(attribute: Usd.Attribute) -> Any:
         return attribute.Get(time)
@@ -27,12 +26,16 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[s
         [value(source.GetHorizontalApertureOffsetAttr()), value(source.GetVerticalApertureOffsetAttr())],
         float,
     )
+    if not (np.isfinite(film).all() and (film > 0).all()):
+        raise ValueError(f"its apertures are {film[0]:g} and {film[1]:g}")
     size = [COLUMNS, max(1, round(COLUMNS * film[1] / film[0]))]
     per_film = np.array(size) / film
     center = np.array(size) / 2 + offset * per_film * [-1, 1]
     pose = world_from_local.RemoveScaleShear()
     world_from_camera = np.array(pose).T[:3, :3] @ np.diag([1.0, -1.0, -1.0])
     rotation = world_from_camera.T
+    if not np.allclose(rotation @ world_from_camera, np.eye(3), atol=1e-6):
+        raise ValueError("its transform has no rotation: a scale is 0, or a number is not finite")
     location = np.array(pose).T[:3, 3]
     spec: dict[str, Any] = {"name": source.GetPrim().GetName(), "size": size, "pixel_center": "half"}
     if value(source.GetProjectionAttr()) == UsdGeom.Tokens.orthographic:
@@ -40,5 +43,7 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[s
         focal = per_film / Gf.Camera.APERTURE_UNIT
     else:
         focal = value(source.GetFocalLengthAttr()) * per_film
+    if not (np.isfinite(focal).all() and (np.array(focal) > 0).all() and np.isfinite(center).all()):
+        raise ValueError(f"its focal length is {value(source.GetFocalLengthAttr()):g}")
     intrinsics = [[focal[0], 0.0, center[0]], [0.0, focal[1], center[1]], [0.0, 0.0, 1.0]]
     return spec | {"K": intrinsics, "R": rotation.tolist(), "C": location.tolist()}

@@ -32,9 +32,9 @@ class Faces(NamedTuple):
     """Unit normals [corners, 3] of a curved surface; None for flat faces."""
 
 
-def gprim_faces(prim: Usd.Prim) -> Faces:
+def gprim_faces(prim: Usd.Prim, time: Usd.TimeCode) -> Faces:
     """The faces of a prim of a type in `GPRIMS`, in local coordinates."""
-    found = GPRIMS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(Usd.TimeCode.EarliestTime()))
+    found = GPRIMS[prim.GetTypeName()](lambda name: prim.GetAttribute(name).Get(time))
     axis = prim.GetAttribute("axis").Get() if prim.HasAttribute("axis") else UsdGeom.Tokens.z
     return _align_axis(found, axis, turned=prim.GetTypeName() != "Plane")
 

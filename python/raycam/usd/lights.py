@@ -16,10 +16,13 @@ Found = tuple[dict[str, Any] | None, str | None]
 
 
 def light_spec(
-    prim: Usd.Prim, world_from_local: Gf.Matrix4d, image: Callable[[Sdf.AssetPath], str | None], up: str
+    prim: Usd.Prim,
+    world_from_local: Gf.Matrix4d,
+    image: Callable[[Sdf.AssetPath], str | None],
+    up: str,
+    time: Usd.TimeCode,
 ) -> Found:
     """The description of a light and a notice, or None for either; `image` returns the file of an asset."""
-    time = Usd.TimeCode.EarliestTime()
     name, kind = prim.GetPath().pathString, prim.GetTypeName()
 
     def value(key: str, default: Any) -> Any:
@@ -32,11 +35,16 @@ def light_spec(
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(value("colorTemperature", 6500.0)))
     fallback = 50000.0 if kind == "DistantLight" else 1.0
     color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
+    if not np.isfinite(color).all():
+        return None, f"light {name} is left out: its colour or intensity is not finite"
     if not (color > 0).any():
         return None, f"light {name} is left out: it gives no light"
+    color = np.maximum(color, 0.0)
     matrix = np.array(rows(world_from_local))
     place, axes = matrix[:3, 3], matrix[:3, :3]
     scale = np.linalg.norm(axes, axis=0)
+    if not np.isfinite(matrix).all() or (kind != "SphereLight" and np.linalg.matrix_rank(axes) < 3):
+        return None, f"light {name} is left out: its transform has scale 0, or is not finite"
     forward = (-axes[:, 2]).tolist()
     normalized = value("normalize", False)
 
@@ -68,14 +76,14 @@ def light_spec(
         v = -axes[:, 1] * value("height", 1.0)
         area = float(np.linalg.norm(np.cross(u, v)))
         panel = {"type": "area", "position": place.tolist(), "u": u.tolist(), "v": v.tolist()}
-        said = f"light {name}: its texture is left out" if _file(prim) else None
+        said = f"light {name}: its texture is left out" if _file(prim, time) else None
         return panel | {"radiance": radiance(area)}, said
     if kind == "DiskLight":
         radius = float(value("radius", 0.5) * scale[:2].mean())
         disk = {"type": "disk", "position": place.tolist(), "direction": forward, "radius": radius}
         return disk | {"radiance": radiance(np.pi * radius**2)}, None
     if kind in ("DomeLight", "DomeLight_1"):
-        asset = _file(prim)
+        asset = _file(prim, time)
         if not asset:
             return {"type": "sky", "radiance": color.tolist()}, None
         file = image(asset)
@@ -94,7 +102,7 @@ def light_spec(
     return None, f"light {name} is left out: {kind} is not known"
 
 
-def _file(prim: Usd.Prim) -> Sdf.AssetPath | None:
+def _file(prim: Usd.Prim, time: Usd.TimeCode) -> Sdf.AssetPath | None:
     attribute = prim.GetAttribute("inputs:texture:file")
-    asset = attribute.Get(Usd.TimeCode.EarliestTime()) if attribute else None
+    asset = attribute.Get(time) if attribute else None
     return asset if asset and asset.path else None

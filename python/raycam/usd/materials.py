@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
-__all__ = ["Materials"]
+from .images import Images, bake_opacity, bake_wrap
+
+__all__ = ["Coordinates", "Materials", "bound_material"]
 
 FALLBACK = {
     "diffuseColor": (0.18, 0.18, 0.18),
@@ -20,7 +24,7 @@ FALLBACK = {
     "opacity": 1.0,
     "ior": 1.5,
 }
-NOT_USED = {"useSpecularWorkflow": 0, "displacement": 0.0, "opacityThreshold": 0.0, "occlusion": 1.0}
+NOT_USED = {"useSpecularWorkflow": 0, "displacement": 0.0, "occlusion": 1.0}
 """Inputs without an equivalent in MTL, with their neutral values."""
 MAPS = {
     "diffuseColor": "map_Kd",
@@ -32,53 +36,147 @@ MAPS = {
 }
 CHANNELS = {"metallic": "rb", "roughness": "rg"}
 """The channels of an image that are accepted: red, which a grey image has, or glTF's channel."""
+PURPOSES = (UsdShade.Tokens.full, UsdShade.Tokens.preview, UsdShade.Tokens.allPurpose)
+"""The purposes of material bindings, the preferred one first."""
+
+
+def bound_material(prim: Usd.Prim) -> UsdShade.Material | None:
+    """The material that is bound to a prim for the first of the purposes for which it is a UsdPreviewSurface."""
+    api = UsdShade.MaterialBindingAPI(prim)
+    found = []
+    for purpose in PURPOSES:
+        material, binding = api.ComputeBoundMaterial(purpose)
+        if material and _purpose(binding) == purpose:
+            found.append(material)
+    usable = [material for material in found if _preview_surface(material)]
+    return next(iter([*usable, *found]), None)
+
+
+def _purpose(binding: Usd.Relationship) -> str:
+    """The purpose in the name of a binding, such as material:binding:full or material:binding:collection:full:NAME."""
+    parts = binding.GetName().split(":")[2:]
+    if parts[:1] == ["collection"]:
+        parts = parts[1:-1]
+    return parts[0] if parts else UsdShade.Tokens.allPurpose  # type: ignore[no-any-return]
+
+
+def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader | None:
+    surface, _, _ = material.ComputeSurfaceSource()
+    return surface if surface and surface.GetShaderId() == "UsdPreviewSurface" else None
+
+
+@dataclass
+class Coordinates:
+    """The texture coordinates of a material: a primvar, and the matrix [2, 3] that is applied to it."""
+
+    primvar: str | None = None
+    """None for the usual "st"."""
+    matrix: Any = None
+    """None for the identity."""
+    low: Any = (0.0, 0.0)
+    """The smallest coordinates of all meshes."""
+    high: Any = (1.0, 1.0)
+
+    def apply(self, table: Any) -> Any:
+        """The coordinates [n, 2] for an OBJ file."""
+        if self.matrix is not None:
+            table = table @ self.matrix[:, :2].T + self.matrix[:, 2]
+        if len(table):
+            self.low = np.minimum(self.low, table.min(axis=0))
+            self.high = np.maximum(self.high, table.max(axis=0))
+        return table
+
+
+@dataclass
+class Map:
+    """An image of a material."""
+
+    key: str
+    file: str
+    matrix: Any
+    """image_from_primvar [2, 3], v upwards."""
+    wraps: tuple[str, str]
+    alpha: tuple[Any, ...] | None = None
+    """The arguments of `bake_opacity`, for an image of opacities."""
 
 
 class Materials:
-    """The materials of a stage as MTL materials; `image` returns the file of an asset."""
+    """The materials of a stage as MTL materials."""
 
-    def __init__(self, image: Callable[[Sdf.AssetPath], str | None]) -> None:
+    def __init__(self, images: Images, time: Usd.TimeCode) -> None:
         self.notices: list[str] = []
-        self._image = image
+        self._images = images
+        self._time = time
         self._names: dict[str, str] = {}
-        self._text: list[str] = []
-        self._uvs: dict[str, str] = {}
+        self._text: dict[str, list[str]] = {}
+        self._maps: dict[str, list[Map]] = {}
+        self._coordinates: dict[str, Coordinates] = {}
+        self._color_primvars: dict[str, str] = {}
+        self._plain: dict[Any, str] = {}
 
     def name(self, material: UsdShade.Material) -> str:
         """The material's name for `usemtl`."""
         path = material.GetPath().pathString
         if path not in self._names:
-            self._names[path] = f"{material.GetPrim().GetName()}_{len(self._names)}"
-            self._text.extend([f"newmtl {self._names[path]}", *self._lines(material, path)])
+            name = self._names[path] = f"{material.GetPrim().GetName()}_{len(self._text)}"
+            self._coordinates[name] = Coordinates()
+            self._text[name] = []
+            self._text[name] = self._lines(material, path, name)
         return self._names[path]
 
-    def plain(self, color: tuple[float, float, float], opacity: float = 1.0) -> str:
-        """The name of a material with only a colour and an opacity."""
-        name = f"color_{len(self._names)}"
-        self._names[name] = name
-        self._text.extend([f"newmtl {name}", "Kd {} {} {}".format(*(min(max(c, 0.0), 1.0) for c in color))])
-        if opacity != 1.0:
-            self._text.append(f"d {opacity}")
-        return name
+    def plain(self, color: tuple[float, float, float]) -> str:
+        """The name of a material with only a colour."""
+        if color not in self._plain:
+            name = self._plain[color] = f"color_{len(self._text)}"
+            self._text[name] = ["Kd {} {} {}".format(*(min(max(c, 0.0), 1.0) for c in color))]
+        return self._plain[color]
 
-    def primvar(self, material: UsdShade.Material | None) -> str:
-        """The name of the primvar with the texture coordinates of the material's images."""
-        if material is None:
-            return "st"
-        self.name(material)
-        return self._uvs.get(material.GetPath().pathString, "st")
+    def is_known(self, material: UsdShade.Material) -> bool:
+        """True for a material that raycam can show, a UsdPreviewSurface."""
+        return _preview_surface(material) is not None
+
+    def color_primvar(self, name: str) -> str | None:
+        """The primvar that is the colour of a material of this name; None where it has a colour or an image."""
+        return self._color_primvars.get(name)
+
+    def tinted(self, name: str, color: tuple[float, float, float]) -> str:
+        """The name of a material like that of the name, of another colour."""
+        return self._changed(name, "Kd", "{} {} {}".format(*color))
+
+    def clear(self, name: str, opacity: float) -> str:
+        """The name of a material like that of the name, of another opacity."""
+        return name if opacity == 1.0 else self._changed(name, "d", repr(opacity))
+
+    def _changed(self, name: str, key: str, value: str) -> str:
+        wanted = f"{key} {value}"
+        if (name, wanted) not in self._plain:
+            other = self._plain[name, wanted] = f"{name}_{len(self._text)}"
+            self._text[other] = [*(line for line in self._text[name] if line.split()[0] != key), wanted]
+            for table in (self._maps, self._coordinates):
+                if name in table:
+                    table[other] = table[name]  # type: ignore[assignment]
+        return self._plain[name, wanted]
+
+    def coordinates(self, name: str) -> Coordinates:
+        """The texture coordinates of a material of this name."""
+        return self._coordinates.get(name) or Coordinates()
 
     def write(self, path: Path) -> None:
         """Writes all materials to an MTL file."""
-        path.write_text("\n".join([*self._text, ""]), encoding="utf-8")
+        lines = []
+        for name, text in self._text.items():
+            maps = [self._map_line(own, name) for own in self._maps.get(name, [])]
+            lines.extend([f"newmtl {name}", *text, *filter(None, maps)])
+        path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
-    def _lines(self, material: UsdShade.Material, path: str) -> list[str]:
-        surface, _, _ = material.ComputeSurfaceSource()
-        if not surface or surface.GetShaderId() != "UsdPreviewSurface":
-            self.notices.append(f"material {path} is no UsdPreviewSurface: grey")
+    def _lines(self, material: UsdShade.Material, path: str, name: str) -> list[str]:
+        surface = _preview_surface(material)
+        if surface is None:
+            self.notices.append(f"material {path} is no UsdPreviewSurface: shown in displayColor, else grey")
             return ["Kd 0.8 0.8 0.8"]
         values: dict[str, Any] = dict(FALLBACK)
-        maps = []
+        threshold = float(self._given(surface, "opacityThreshold", 0.0))
+        maps: list[Map] = []
         for key in [*FALLBACK, "normal", *NOT_USED]:
             source = surface.GetInput(key)
             producers = UsdShade.Utils.GetValueProducingAttributes(source) if source else []
@@ -86,16 +184,46 @@ class Materials:
                 continue
             shader = UsdShade.Shader(producers[0].GetPrim())
             if shader and shader.GetShaderId() == "UsdUVTexture" and key in MAPS:
-                line, factor = self._map(key, shader, producers[0].GetBaseName(), path)
-                maps.extend([line] if line else [])
+                output = producers[0].GetBaseName()
+                found, factor = self._map(key, shader, output, path, name, threshold)
+                maps.extend([found] if found else [])
                 if key != "normal":
-                    values[key] = factor if line else FALLBACK[key]
-            elif (given := producers[0].Get(Usd.TimeCode.EarliestTime())) is not None:
+                    values[key] = factor if found else self._given(shader, "fallback", FALLBACK[key])
+                    values[key] = _like(values[key], FALLBACK[key])
+            elif shader and (shader.GetShaderId() or "").startswith("UsdPrimvarReader"):
+                if key == "diffuseColor":
+                    self._color_primvars[name] = str(self._given(shader, "varname", "displayColor"))
+                    values[key] = (1.0, 1.0, 1.0)
+                else:
+                    self.notices.append(f"material {path}: {key} from a primvar is not used")
+            elif (given := producers[0].Get(self._time)) is not None:
                 if key in values:
-                    values[key] = given
+                    values[key] = _like(given, FALLBACK[key])
                 elif key in NOT_USED and given != NOT_USED[key]:
                     self.notices.append(f"material {path}: {key} {given:g} is not used")
-        return [*self._numbers(values), *maps]
+        if threshold > 0 and not any(found.key == "opacity" for found in maps):
+            values["opacity"] = float(float(values["opacity"]) >= threshold)
+        self._maps[name] = maps
+        self._choose_base(maps, path, name)
+        return self._numbers(values)
+
+    def _choose_base(self, maps: list[Map], path: str, name: str) -> None:
+        """Applies a rotation to the coordinates of the meshes: an MTL file has only scales and offsets."""
+        turned = [own for own in maps if not _is_straight(own.matrix)]
+        if not turned:
+            return
+        base = np.vstack([turned[0].matrix, [0, 0, 1]])
+        if np.linalg.det(base) == 0:
+            self.notices.append(f"material {path}: the transform of its image is flat and not used")
+            turned[0].matrix = np.eye(3)[:2]
+            return
+        self._coordinates[name].matrix = base[:2]
+        back = np.linalg.inv(base)
+        for own in maps:
+            own.matrix = own.matrix @ back
+            if not _is_straight(own.matrix):
+                self.notices.append(f"material {path}: the rotation of its image for {own.key} is not used")
+                own.matrix = np.eye(3)[:2]
 
     def _numbers(self, values: dict[str, Any]) -> list[str]:
         def share(key: str) -> float:
@@ -114,46 +242,128 @@ class Materials:
             f"d {share('opacity')!r}",
         ]
 
-    def _map(self, key: str, shader: UsdShade.Shader, output: str, path: str) -> tuple[str | None, Any]:
-        """The MTL line of an image, and the factor of the image."""
-        time = Usd.TimeCode.EarliestTime()
+    def _given(self, shader: UsdShade.Shader, name: str, default: Any) -> Any:
+        source = shader.GetInput(name)
+        producers = UsdShade.Utils.GetValueProducingAttributes(source) if source else []
+        found = producers[0].Get(self._time) if producers else None
+        return default if found is None else found
 
-        def given(shader: UsdShade.Shader, name: str, default: Any) -> Any:
-            source = shader.GetInput(name)
-            found = source.Get(time) if source else None
-            return default if found is None else found
-
-        file = self._image(given(shader, "file", Sdf.AssetPath("")))
+    def _map(
+        self, key: str, shader: UsdShade.Shader, output: str, path: str, name: str, threshold: float
+    ) -> tuple[Map | None, Any]:
+        """An image of a material, and the factor of the image."""
+        asset = self._given(shader, "file", Sdf.AssetPath(""))
+        file = self._images.file(asset) if isinstance(asset, Sdf.AssetPath) and asset.path else None
         if file is None:
             return None, None
+        scale = [float(value) for value in self._given(shader, "scale", (1.0,) * 4)]
+        bias = [float(value) for value in self._given(shader, "bias", (0.0,) * 4)]
+        wraps = tuple(str(self._given(shader, side, "repeat")) for side in ("wrapS", "wrapT"))
+        found = Map(key, file, self._transform(shader, path, name), (_wrap(wraps[0]), _wrap(wraps[1])))
+        channel = max("rgba".find(output), 0)
+        if key == "opacity":
+            found.alpha = ("rgba"[channel], scale[channel], bias[channel], threshold)
+            return found, 1.0
         if output not in CHANNELS.get(key, output):
             self.notices.append(f"material {path}: {key} is channel {output} of its image: another is used")
-        options, transform = [], None
-        producers = UsdShade.Utils.GetValueProducingAttributes(st) if (st := shader.GetInput("st")) else []
-        reader = UsdShade.Shader(producers[0].GetPrim()) if producers else None
-        if reader and reader.GetShaderId() == "UsdTransform2d":
-            transform = reader
-            producers = UsdShade.Utils.GetValueProducingAttributes(transform.GetInput("in"))
-            reader = UsdShade.Shader(producers[0].GetPrim()) if producers else None
-        if reader and reader.GetShaderId().startswith("UsdPrimvarReader"):
-            name = UsdShade.Utils.GetValueProducingAttributes(reader.GetInput("varname"))
-            known = str(name[0].Get(time)) if name else "st"
-            if self._uvs.setdefault(path, known) != known:
-                self.notices.append(f"material {path}: all its images have the coordinates {self._uvs[path]}")
-        if transform:
-            if given(transform, "rotation", 0.0):
-                self.notices.append(f"material {path}: the rotation of its image is not used")
-            options.append("-s {} {}".format(*given(transform, "scale", (1.0, 1.0))))
-            options.append("-o {} {}".format(*given(transform, "translation", (0.0, 0.0))))
-        wraps = {str(given(shader, name, "repeat")) for name in ("wrapS", "wrapT")}
-        if wraps == {"clamp"}:
-            options.append("-clamp on")
-        elif not wraps <= {"repeat", "useMetadata"}:
-            self.notices.append(f"material {path}: its image is repeated, not {' and '.join(sorted(wraps))}")
-        factor = list(given(shader, "scale", (1.0,) * 4))
-        if key != "normal" and any(given(shader, "bias", (0.0,) * 4)):
+        if key != "normal" and any(bias):
             self.notices.append(f"material {path}: the bias of its image is not used")
-        value = (
-            factor[:3] if key.endswith("Color") else factor["rgba".index(output) if output in "rgba" else 0]
-        )
-        return " ".join([MAPS[key], *options, file]), value
+        return found, scale[:3] if key.endswith("Color") else scale[channel]
+
+    def _transform(self, shader: UsdShade.Shader, path: str, name: str) -> Any:
+        """image_from_primvar [2, 3] of an image; its primvar becomes that of the material."""
+        matrix = np.eye(3)
+        reader = _source(shader, "st")
+        while reader and reader.GetShaderId() == "UsdTransform2d":
+            angle = np.radians(float(self._given(reader, "rotation", 0.0)))
+            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            own = np.eye(3)
+            own[:2, :2] = turn @ np.diag([float(v) for v in self._given(reader, "scale", (1.0, 1.0))])
+            own[:2, 2] = [float(v) for v in self._given(reader, "translation", (0.0, 0.0))]
+            matrix = matrix @ own
+            reader = _source(reader, "in")
+        if reader and (reader.GetShaderId() or "").startswith("UsdPrimvarReader"):
+            known = str(self._given(reader, "varname", "st"))
+            coordinates = self._coordinates[name]
+            coordinates.primvar = coordinates.primvar or known
+            if coordinates.primvar != known:
+                self.notices.append(
+                    f"material {path}: all its images have the coordinates {coordinates.primvar}"
+                )
+        return matrix[:2]
+
+    def _map_line(self, found: Map, name: str) -> str | None:
+        """The MTL line of an image."""
+        file: str | None = found.file
+        if found.alpha is not None:
+            channel, scale, bias, threshold = found.alpha
+            how = f"opacity from channel {channel} x {scale:g} + {bias:g}, threshold {threshold:g},"
+            file = self._images.baked(found.file, how, partial(_opacity, alpha=found.alpha))
+        matrix, clamp = found.matrix, found.wraps == ("clamp", "clamp")
+        if file and not clamp and found.wraps != ("repeat", "repeat"):
+            file, matrix, clamp = self._unwrapped(file, found, self.coordinates(name))
+        if file is None:
+            return None
+        options = ["-clamp on"] if clamp else []
+        if not np.array_equal(matrix, np.eye(3)[:2]):
+            options.append(f"-s {float(matrix[0, 0])!r} {float(matrix[1, 1])!r}")
+            options.append(f"-o {float(matrix[0, 2])!r} {float(matrix[1, 2])!r}")
+        return " ".join([MAPS[found.key], *options, file])
+
+    def _unwrapped(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
+        """An image that repeated or clamped shows what `found.wraps` asks for, its matrix, and if it is clamped."""
+        ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
+        clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
+        tiles = []
+        for axis, wrap in enumerate(found.wraps):
+            if wrap in ("clamp", "black"):
+                tiles.append((0, 1))
+            elif clamp:
+                # A tile more on each side, so that nothing is clamped.
+                tiles.append((int(np.floor(ends[:, axis].min())) - 1, int(np.ceil(ends[:, axis].max())) + 1))
+            else:
+                tiles.append((0, 2) if wrap == "mirror" else (0, 1))
+        how = f"wrapping by {' and '.join(found.wraps)} over the tiles {tiles}"
+        made = self._images.baked(file, how, lambda pixels: bake_wrap(pixels, found.wraps, tiles))
+        if made == file:
+            return file, found.matrix, False
+        size, matrix = self._images.sizes[file], found.matrix.copy()
+        for axis, (wrap, (low, high)) in enumerate(zip(found.wraps, tiles, strict=True)):
+            border = 1 / size[axis] if wrap == "black" else 0.0
+            matrix[axis, 2] += border - low
+            matrix[axis] /= high - low + 2 * border
+        return made, matrix, clamp
+
+
+def _opacity(pixels: Any, alpha: tuple[Any, ...]) -> Any:
+    return bake_opacity(pixels, *alpha)
+
+
+def _source(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
+    """The shader that gives an input its value."""
+    source = shader.GetInput(name)
+    producers = UsdShade.Utils.GetValueProducingAttributes(source) if source else []
+    return UsdShade.Shader(producers[0].GetPrim()) if producers else None
+
+
+def _wrap(name: str) -> str:
+    """The wrap mode, where the image's own metadata, which raycam does not read, is "repeat"."""
+    return name if name in ("clamp", "mirror", "black") else "repeat"
+
+
+def _is_straight(matrix: Any) -> bool:
+    return bool(np.allclose([matrix[0, 1], matrix[1, 0]], 0, atol=1e-7))
+
+
+def _like(value: Any, fallback: Any) -> Any:
+    """The value in the shape of its fallback: numbers and colours in place of each other, else the fallback."""
+    table = np.atleast_1d(np.array(value, dtype=object))
+    try:
+        numbers = [float(number) for number in table.ravel()]
+    except (TypeError, ValueError):
+        return fallback
+    if not np.isfinite(numbers).all():
+        return fallback
+    if isinstance(fallback, tuple):
+        return tuple(numbers[:3]) if len(numbers) >= 3 else (numbers[0],) * 3
+    return numbers[0]

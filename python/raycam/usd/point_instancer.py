@@ -10,10 +10,12 @@ __all__ = ["instances"]
 
 
 def instances(
-    instancer: UsdGeom.PointInstancer, world_from_instancer: Gf.Matrix4d, places: UsdGeom.XformCache
+    instancer: UsdGeom.PointInstancer,
+    world_from_instancer: Gf.Matrix4d,
+    places: UsdGeom.XformCache,
+    time: Usd.TimeCode,
 ) -> Iterator[tuple[int, Usd.Prim, Gf.Matrix4d]]:
     """Iterates over the unmasked instances: their index, and each prim of the prototype with world_from_prim."""
-    time = Usd.TimeCode.EarliestTime()
     stage = instancer.GetPrim().GetStage()
     which = instancer.GetProtoIndicesAttr().Get(time) or []
     roots = [stage.GetPrimAtPath(path) for path in instancer.GetPrototypesRel().GetForwardedTargets()]

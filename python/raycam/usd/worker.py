@@ -8,23 +8,28 @@ renderable prims are listed in `"notices"`.
 from __future__ import annotations
 
 import json
-import shutil
+import os
+import re
 import sys
-import zipfile
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux
+import numpy as np
+from pxr import Gf, Tf, Usd, UsdGeom, UsdLux
 
 from .camera import camera_spec
+from .confinement import Confinement, UsdRejected
 from .gprims import GPRIMS
+from .images import Images
 from .lights import light_spec
 from .materials import Materials
 from .meshes import Meshes, rows
 from .point_instancer import instances
+from .skinning import Skinning
 
-__all__ = ["UsdRejected"]
+__all__: list[str] = []
 
 UNSUPPORTED_TYPES = (
     *("Capsule_1", "Points", "BasisCurves", "NurbsCurves"),
@@ -33,10 +38,6 @@ UNSUPPORTED_TYPES = (
 """Renderable types that raycam does not support."""
 GEOMETRY_TYPES = {"Mesh", *GPRIMS}
 """Types that become objects."""
-
-
-class UsdRejected(Exception):
-    """The file is rejected, with the reason."""
 
 
 def apply_rlimits(memory: int, seconds: float, size: int) -> None:
@@ -51,138 +52,194 @@ def apply_rlimits(memory: int, seconds: float, size: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def check_confined(path: Path, most: int) -> None:
-    """Rejects a file with a layer that is not a regular file in the file's folder, before that layer is opened."""
-    root, left = path.parent.resolve(), most
-    waiting, seen = [path], set()
-    while waiting:
-        layer_path = waiting.pop()
-        real = layer_path.resolve()
-        if real in seen:
-            continue
-        seen.add(real)
-        shown = layer_path.name if layer_path == path else str(layer_path)
-        if not real.is_relative_to(root):
-            raise UsdRejected(f"{shown}: it leads out of the folder of the USD file; copy it there")
-        if not real.is_file():
-            raise UsdRejected(f"{shown}: no such file, or no regular one")
-        left -= real.stat().st_size
-        if left < 0:
-            raise UsdRejected(f"its layers have more bytes than the budget of {most}")
-        layer = Sdf.Layer.FindOrOpen(str(layer_path))
-        if layer is None:
-            raise UsdRejected(f"{shown}: not a USD layer that Pixar's library can read")
-        # An empty name stands for the layer itself.
-        for asset in filter(None, layer.GetCompositionAssetDependencies()):
-            if "`" in asset or ":" in asset:
-                raise UsdRejected(
-                    f"{shown}: layer {asset!r}: expected a path in the file's folder, without expressions"
-                )
-            if not asset.endswith("]") and path.suffix.lower() != ".usdz":
-                waiting.append(Path(layer.ComputeAbsolutePath(asset)))
+@dataclass(frozen=True)
+class Options:
+    """What is read of a file, and within which limits."""
+
+    memory: int
+    bytes: int
+    seconds: float
+    triangles: int
+    folder: str
+    """The folder in which all files lie."""
+    time: float | None = None
+    """The time in seconds; None for the first one."""
+    single: bool = False
+    """True to write all meshes as one."""
+    up: str | None = None
+    """The up axis to which the meshes are turned; None for that of the file."""
 
 
-class Images:
-    """The images of a stage, each copied into the folder once, from the USD file's folder or its package."""
+class Reader:
+    """The reader of one stage; collects objects, lights and cameras."""
 
-    def __init__(self, path: Path, folder: Path, left: int) -> None:
-        self.root = path.parent.resolve()
-        self.folder = folder
-        self.left = left
-        self.package = zipfile.ZipFile(path) if path.suffix.lower() == ".usdz" else None
-        self.known: dict[str, str | None] = {}
-        self.files: dict[str, str] = {}  # original names of the images
+    def __init__(self, stage: Usd.Stage, images: Images, options: Options) -> None:
+        self.objects: list[dict[str, Any]] = []
+        self.lights: list[dict[str, Any]] = []
+        self.cameras: list[dict[str, Any]] = []
         self.notices: list[str] = []
+        self.skipped: Counter[str] = Counter()
+        self.stage = stage
+        self.up = "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"
+        self.moves = False
+        self._bake = options.single
+        self._images = images
+        self._turn = np.eye(4)
+        if options.up is not None and options.up != self.up:
+            # A quarter turn about x.
+            sine = 1.0 if options.up == "z" else -1.0
+            self._turn[1:3, 1:3] = [[0.0, -sine], [sine, 0.0]]
+        self._time = (
+            Usd.TimeCode.EarliestTime() if options.time is None else Usd.TimeCode(options.time * _rate(stage))
+        )
+        self._places = UsdGeom.XformCache(self._time)
+        self._skinning = Skinning(stage, self._time, self._places)
+        self.materials = Materials(images, self._time)
+        self.meshes = Meshes(images.folder, self.materials, self._skinning, self._time, options.triangles)
 
-    def file(self, asset: Sdf.AssetPath) -> str | None:
-        """The name of the copied image; None, with a notice, for an image that may not be used."""
-        place = asset.resolvedPath or asset.path
-        if place not in self.known:
+    def read(self) -> None:
+        """Walks over the stage; a prim that cannot be read is left out with a notice."""
+        walk = iter(Usd.PrimRange.Stage(self.stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+        for prim in walk:
+            if prim.IsA(UsdGeom.PointInstancer):
+                # Prototypes are not objects themselves.
+                walk.PruneChildren()
             try:
-                self.known[place] = name = self._copied(place)
-                self.files[name] = asset.path
-            except (OSError, KeyError, ValueError, UsdRejected) as error:
-                self.notices.append(f"image {asset.path!r} is left out: {error}")
-                self.known[place] = None
-        return self.known[place]
+                self._read_prim(prim)
+            except (ArithmeticError, LookupError, TypeError, ValueError, Tf.ErrorException) as error:
+                words = str(error).strip().splitlines()[-1:] or [type(error).__name__]
+                self.notices.append(f"{prim.GetTypeName()} {prim.GetPath()} is left out: {words[0]}")
+        self.moves = self.moves or self._skinning.moves
 
-    def _copied(self, place: str) -> str:
-        name = f"image{len(self.known)}{Path(place.rstrip(']')).suffix.lower()}"
-        target = self.folder / name
-        if place.endswith("]") and self.package is not None:
-            entry = self.package.getinfo(Ar.SplitPackageRelativePathInner(place)[1])
-            self._take(entry.file_size)
-            with self.package.open(entry) as source, target.open("wb") as copy:
-                shutil.copyfileobj(source, copy)
-            return name
-        real = Path(place).resolve()
-        if not real.is_relative_to(self.root):
-            raise UsdRejected("it is not in the folder of the USD file")
-        if not real.is_file():
-            raise UsdRejected("no such file, or no regular one")
-        self._take(real.stat().st_size)
-        shutil.copyfile(real, target)
-        return name
+    def _read_prim(self, prim: Usd.Prim) -> None:
+        kind = prim.GetTypeName()
+        geometry = kind in GEOMETRY_TYPES or kind in UNSUPPORTED_TYPES
+        if geometry and (reason := self._hidden(prim)):
+            self.skipped[f"{reason} prims"] += 1
+            return
+        if self._hidden(prim):
+            return
+        from_local = self._places.GetLocalToWorldTransform(prim)
+        if prim.IsA(UsdGeom.Xformable) and not self.moves:
+            self.moves = _might_move(prim)
+        if kind in GEOMETRY_TYPES:
+            self._add(prim.GetName(), prim, from_local)
+        elif prim.IsA(UsdGeom.PointInstancer):
+            self._read_instancer(prim, from_local)
+        elif prim.IsA(UsdGeom.Camera):
+            self.cameras.append(camera_spec(UsdGeom.Camera(prim), from_local, self._time))
+        elif prim.HasAPI(UsdLux.LightAPI):
+            light, notice = light_spec(prim, from_local, self._images.file, self.up, self._time)
+            self.lights.extend([light] if light else [])
+            self.notices.extend([notice] if notice else [])
+        elif kind in UNSUPPORTED_TYPES:
+            self.skipped[f"{kind} prims"] += 1
 
-    def _take(self, size: int) -> None:
-        if size > self.left:
-            raise UsdRejected(f"{size} bytes, more than the budget has left")
-        self.left -= size
+    def _read_instancer(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
+        source = UsdGeom.PointInstancer(prim)
+        for number, part, place in instances(source, from_local, self._places, self._time):
+            kind = part.GetTypeName()
+            if kind not in GEOMETRY_TYPES and kind not in UNSUPPORTED_TYPES:
+                continue
+            if reason := self._hidden(part):
+                self.skipped[f"{reason} prims"] += 1
+            elif kind in GEOMETRY_TYPES:
+                self._add(f"{prim.GetName()}.{number}", part, place)
+            else:
+                self.skipped[f"{kind} prims"] += 1
+
+    def _add(self, name: str, prim: Usd.Prim, world_from_local: Gf.Matrix4d) -> None:
+        matrix = self._turn @ np.array(rows(world_from_local))
+        placed = self.meshes.place(name, UsdGeom.Gprim(prim), matrix, self._bake)
+        self.objects.extend([placed] if placed else [])
+
+    def _hidden(self, prim: Usd.Prim) -> str | None:
+        """The reason why a prim is not shown; None for one that is."""
+        imageable = UsdGeom.Imageable(prim)
+        if not imageable:
+            return None
+        if imageable.ComputeVisibility(self._time) == UsdGeom.Tokens.invisible:
+            return "invisible"
+        purpose = imageable.ComputePurpose()
+        return str(purpose) if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy) else None
 
 
-def world_dict(path: Path, folder: Path, max_bytes: int, max_corners: int) -> dict[str, Any]:
+def _might_move(prim: Usd.Prim) -> bool:
+    """True for a prim with more than one time sample of its place, shape or visibility."""
+    if UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
+        return True
+    names = ("points", "visibility", "positions", "orientations", "scales")
+    return any(prim.GetAttribute(name).ValueMightBeTimeVarying() for name in names if prim.HasAttribute(name))
+
+
+def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     """Reads the file as a dict for `World.from_dict`, and writes meshes and images to the folder."""
-    check_confined(path, max_bytes)
-    stage = Usd.Stage.Open(str(path))
+    confinement = Confinement(path, Path(options.folder), options.bytes)
+    layers = confinement.open_layers()  # the stage uses those that are open
+    stage = Usd.Stage.Open(layers[0])
     if stage is None:
         raise UsdRejected("not a USD stage that Pixar's library can open")
-    images = Images(path, folder, max_bytes)
-    materials = Materials(images.file)
-    meshes = Meshes(folder, materials, max_corners)
-    places = UsdGeom.XformCache()
-    world: dict[str, Any] = {"up": "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"}
-    objects, lights, cameras = [], [], []
-    skipped: Counter[str] = Counter()
-    everything = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    walk = iter(Usd.PrimRange.Stage(stage, everything))
-    for prim in walk:
-        kind = prim.GetTypeName()
-        seen = UsdGeom.Imageable(prim)
-        if seen and _is_invisible(seen):
-            continue
-        from_local = places.GetLocalToWorldTransform(prim)
-        if kind in GEOMETRY_TYPES:
-            if file := meshes.file(UsdGeom.Gprim(prim)):
-                objects.append({"name": prim.GetName(), "mesh": file, "matrix": rows(from_local)[:3]})
-        elif prim.IsA(UsdGeom.PointInstancer):
-            # Prototypes are not objects themselves.
-            walk.PruneChildren()
-            for number, part, place in instances(UsdGeom.PointInstancer(prim), from_local, places):
-                if part.GetTypeName() in GEOMETRY_TYPES and not _is_invisible(UsdGeom.Imageable(part)):
-                    if file := meshes.file(UsdGeom.Gprim(part)):
-                        name = f"{prim.GetName()}.{number}"
-                        objects.append({"name": name, "mesh": file, "matrix": rows(place)[:3]})
-                elif part.GetTypeName() in UNSUPPORTED_TYPES:
-                    skipped[part.GetTypeName()] += 1
-        elif prim.IsA(UsdGeom.Camera):
-            cameras.append(camera_spec(UsdGeom.Camera(prim), from_local))
-        elif prim.HasAPI(UsdLux.LightAPI):
-            light, notice = light_spec(prim, from_local, images.file, world["up"])
-            lights.extend([light] if light else [])
-            meshes.notices.extend([notice] if notice else [])
-        elif kind in UNSUPPORTED_TYPES:
-            skipped[kind] += 1
-    left_out = [f"{count} {kind} prims are left out" for kind, count in sorted(skipped.items())]
-    if not objects:
-        said = "".join(f"; {notice}" for notice in [*left_out, *meshes.notices][:5])
-        raise UsdRejected(f"no meshes or solids in it: nothing to see{said}")
-    materials.write(folder / "materials.mtl")
-    notices = [*images.notices, *materials.notices, *meshes.notices, *left_out]
+    images = Images(confinement, folder)
+    reader = Reader(stage, images, options)
+    reader.read()
+    reader.materials.write(folder / "materials.mtl")
+    confinement.check_loaded()
+    left_out = [f"{count} {what} are left out" for what, count in sorted(reader.skipped.items())]
+    notices = [
+        *(confinement.notices + images.notices + reader.materials.notices),
+        *(_counted(reader.meshes.notices) + reader.notices + left_out),
+    ]
+    if not reader.objects:
+        _check_empty(stage, notices, options)
+        notices.append("no meshes or solids in it: nothing to see")
     unit = _unit(stage)
     if unit != 1.0:
         notices.append(f"its unit of length is {unit:g} m: coordinates are kept as they are, in that unit")
-    found = {"object": objects, "light": lights, "camera": cameras}
-    return world | found | {"notices": notices, "files": images.files}
+    if reader.moves and options.time is None:
+        notices.append(_moving(stage))
+    if options.single:
+        others = len(reader.lights) + len(reader.cameras)
+        notices.extend([f"its {others} lights and cameras are left out: it is one object"] if others else [])
+        objects = [{"mesh": reader.meshes.merge(reader.objects)}]
+        found: dict[str, Any] = {"object": objects}
+    else:
+        found = {"object": reader.objects, "light": reader.lights, "camera": reader.cameras}
+    return {"up": reader.up} | found | {"notices": notices, "files": images.files}
+
+
+def _counted(notices: list[str]) -> list[str]:
+    """Notices "KIND PATH REST", one for all paths where more than three have the same kind and rest."""
+    paths: dict[tuple[str, str], list[str]] = {}
+    for notice in notices:
+        kind, path, rest = re.match(r"(\S+) (/[^\s:]*)(.*)", notice, re.S).groups()  # type: ignore[union-attr]
+        paths.setdefault((kind, rest), []).append(path)
+    return [
+        f"{kind} {path}{rest}"
+        for (kind, rest), found in paths.items()
+        for path in (found if len(found) < 4 else [f"{found[0]} and {len(found) - 1} others"])
+    ]
+
+
+def _check_empty(stage: Usd.Stage, notices: list[str], options: Options) -> None:
+    """Raises `UsdRejected` for a stage without objects, except where all that it has is something else."""
+    if notices or options.single or not stage.GetRootLayer().rootPrims:
+        said = "".join(f"; {notice}" for notice in notices[:5])
+        raise UsdRejected(f"no meshes or solids in it: nothing to see{said}")
+
+
+def _moving(stage: Usd.Stage) -> str:
+    """The notice that a stage has several moments."""
+    rate = _rate(stage)
+    ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
+    span = ends if stage.HasAuthoredTimeCodeRange() else ""
+    first = "it moves, and is shown at its first time"
+    return f"{first}: raycam.load(path, time=SECONDS) shows another,{span or ' in seconds'}"
+
+
+def _rate(stage: Usd.Stage) -> float:
+    """The time codes per second; Pixar's default for a stage that says 0 or less."""
+    rate = float(stage.GetTimeCodesPerSecond())
+    return rate if rate > 0 else 24.0
 
 
 def _unit(stage: Usd.Stage) -> float:
@@ -193,23 +250,21 @@ def _unit(stage: Usd.Stage) -> float:
     return float(root.GetInfo("metersPerUnit"))
 
 
-def _is_invisible(prim: UsdGeom.Imageable) -> bool:
-    return prim.ComputeVisibility() == "invisible" or prim.ComputePurpose() in ("guide", "proxy")
-
-
-def main(path: Path, folder: Path, limits: dict[str, Any]) -> None:
+def main(path: Path, folder: Path, options: Options) -> None:
     """Writes the world or the error to `world.json`."""
-    apply_rlimits(limits["memory"], limits["seconds"], limits["bytes"])
+    apply_rlimits(options.memory, options.seconds, options.bytes)
+    # Pixar's library also looks for layers in the current folder.
+    os.chdir(folder)
     try:
-        found = world_dict(path, folder, limits["bytes"], limits["triangles"])
+        found = world_dict(path, folder, options)
     except UsdRejected as error:
         found = {"error": str(error)}
     except Tf.ErrorException as error:
         found = {"error": "Pixar's library: " + "; ".join(part.commentary for part in error.args)}
     except MemoryError:
-        found = {"error": f"more memory needed than the budget of {limits['memory']} bytes"}
+        found = {"error": f"more memory needed than the budget of {options.memory} bytes"}
     (folder / "world.json").write_text(json.dumps(found), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]), json.loads(sys.argv[3]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), Options(**json.loads(sys.argv[3])))

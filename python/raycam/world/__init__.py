@@ -19,6 +19,7 @@ from ..io.atomic_files import write
 from ..rig import Rig
 from .description import corner_values, indices, plain
 from .parts import Animation, Object, Video
+from .usd_files import add_usd_object, is_usd, usd_named
 
 __all__ = ["Animation", "Object", "Video", "World"]
 
@@ -40,7 +41,7 @@ class World:
     same.
     """
 
-    __slots__ = ("_core",)
+    __slots__ = ("_core", "_folder")
 
     def __init__(
         self,
@@ -50,12 +51,13 @@ class World:
         texture_memory: int | str | None = None,
     ) -> None:
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        self._core = _core.World(up, "" if folder is None else os.fspath(Path(folder).absolute()), limit)
+        self._folder = None if folder is None else os.fspath(Path(folder).absolute())
+        self._core = _core.World(up, self._folder or "", limit)
 
     @classmethod
     def _of(cls, core: _core.World) -> World:
         world = cls.__new__(cls)
-        world._core = core
+        world._core, world._folder = core, None
         return world
 
     @classmethod
@@ -72,7 +74,8 @@ class World:
         description can read nothing else. Raises the errors of `load`, without file and line.
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        with usd_named():
+            return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
 
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
@@ -152,9 +155,13 @@ class World:
 
         Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
-        Raises `WorldError` with the key and the nearest valid name, and the errors of `load` for files.
+        A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
+        `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
-        return _core.world_add_object(self._core, plain({**(description or {}), **keys}), None)
+        given = {**(description or {}), **keys}
+        if is_usd(given.get("mesh")):
+            return add_usd_object(self._core, given, self._folder)
+        return _core.world_add_object(self._core, plain(given), None)
 
     def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
         """Adds a light, described as in `[[light]]` of a world file; returns its index.

@@ -1,0 +1,157 @@
+"""Confinement of a stage: its layers and images are read only from one folder.
+
+Pixar's library opens every file that a layer names. Here every layer is opened first, and an asset path that leads out
+of the folder, or to no layer, is removed from the layer in memory. The stage is then composed without it, as Pixar's
+library composes a stage without a missing layer.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from pxr import Ar, Sdf, Tf
+
+__all__ = ["Confinement", "UsdRejected"]
+
+FIRST_BYTES = (
+    (b"version https://git-lfs.github.com", "it is a Git LFS pointer, not the file: run git lfs pull"),
+    (b"<!doctype html", "it is an HTML page, not the file: download the file itself"),
+    (b"<html", "it is an HTML page, not the file: download the file itself"),
+)
+"""First bytes, in lower case, of files that are not what their names say."""
+
+
+class UsdRejected(Exception):
+    """The file is rejected, with the reason."""
+
+
+class Confinement:
+    """The folder of a stage, and the number of bytes that may be read from it."""
+
+    def __init__(self, path: Path, folder: Path, most: int) -> None:
+        self.notices: list[str] = []
+        self.folder = Path(os.path.realpath(folder))
+        self._own = Path(os.path.realpath(path))
+        self._path = path
+        self._most = self._left = most
+        self._layers: dict[str, Sdf.Layer | str] = {}  # the layer, or the reason why there is none
+
+    def fault(self, file: Path) -> str | None:
+        """The reason why a file may not be read; None where it may."""
+        real = Path(os.path.realpath(file))
+        if real != self._own and not real.is_relative_to(self.folder):
+            leads = f"it is a symbolic link to {real}" if os.path.islink(file) else "it lies"
+            wider = os.path.commonpath([self.folder, real])
+            return (
+                f"{leads} outside {self.folder}; to allow it, load with folder={wider!r} (--folder on the"
+                " command line)"
+            )
+        if not real.exists():
+            return "no such file"
+        if not real.is_file():
+            return "it is not a regular file"
+        with real.open("rb") as stream:
+            first = stream.read(64).lstrip().lower()
+        if real.stat().st_size == 0:
+            return "the file is empty"
+        return next((reason for start, reason in FIRST_BYTES if first.startswith(start)), None)
+
+    def take(self, size: int) -> None:
+        """Counts bytes that are read; raises `UsdRejected` beyond the limit."""
+        self._left -= size
+        if self._left < 0:
+            raise UsdRejected(f"its files have more bytes than the budget of {self._most}")
+
+    def open_layers(self) -> list[Sdf.Layer]:
+        """Opens all layers of the stage, the first one first, without asset paths that may not be read."""
+        if reason := self.fault(self._path):
+            raise UsdRejected(reason)
+        self.take(self._own.stat().st_size)
+        first = Sdf.Layer.FindOrOpen(str(self._path))
+        if first is None:
+            raise UsdRejected("not a USD layer that Pixar's library can read")
+        self._layers[first.identifier] = first
+        waiting: list[tuple[Sdf.Layer, dict[str, Any]]] = [(first, _variables(first))]
+        while waiting:
+            waiting.extend(self._confine(*waiting.pop()))
+        return [layer for layer in self._layers.values() if isinstance(layer, Sdf.Layer)]
+
+    def check_loaded(self) -> None:
+        """Raises `UsdRejected` if Pixar's library has opened a layer of another folder, as a value clip can name."""
+        for layer in Sdf.Layer.GetLoadedLayers():
+            place = Ar.SplitPackageRelativePathOuter(layer.realPath)[0] if layer.realPath else ""
+            real = Path(os.path.realpath(place))
+            if place and real != self._own and not real.is_relative_to(self.folder):
+                raise UsdRejected(
+                    f"a value clip is {real}, outside {self.folder}; copy it there, or load with a wider folder="
+                )
+
+    def _confine(self, layer: Sdf.Layer, variables: dict[str, Any]) -> list[tuple[Sdf.Layer, dict[str, Any]]]:
+        """Removes what may not be read from a layer, and returns the layers that it names for the first time."""
+        replaced: dict[str, str] = {}
+        found = []
+        # An empty asset path stands for the layer itself.
+        for asset in filter(None, layer.GetCompositionAssetDependencies()):
+            named, reason = asset, None
+            if Sdf.VariableExpression.IsExpression(asset):
+                value = Sdf.VariableExpression(asset).Evaluate(variables)
+                named = value.value if isinstance(value.value, str) else ""
+                reason = None if named else f"it has no value: {'; '.join(value.errors) or 'no string'}"
+            known = len(self._layers)
+            opened = reason or (self._opened(layer, named) if named else None)
+            if isinstance(opened, str):
+                self.notices.append(f"{self._shown(layer)}: layer {asset!r} is left out: {opened}")
+                replaced[asset] = ""
+                continue
+            if named != asset:
+                replaced[asset] = named
+            if opened is not None and len(self._layers) > known:
+                own = {} if asset in layer.subLayerPaths else _variables(opened)
+                found.append((opened, own | variables))
+        if replaced:
+            layer.SetPermissionToEdit(True)
+            for asset, other in replaced.items():
+                layer.UpdateCompositionAssetDependency(asset, other)
+        return found
+
+    def _opened(self, layer: Sdf.Layer, asset: str) -> Sdf.Layer | str:
+        """The layer that a layer names, or the reason why there is none."""
+        if re.match(r"[A-Za-z][\w+.-]+:", asset) and ":SDF_FORMAT_ARGS:" not in asset:
+            return "raycam reads nothing from a network or a database; download it into the folder"
+        place = layer.ComputeAbsolutePath(asset)
+        if place in self._layers:
+            return self._layers[place]
+        self._layers[place] = found = self._open(Sdf.Layer.SplitIdentifier(place)[0], place)
+        if isinstance(found, Sdf.Layer):
+            self._layers[found.identifier] = found
+        return found
+
+    def _open(self, file: str, identifier: str) -> Sdf.Layer | str:
+        outer, inner = Ar.SplitPackageRelativePathOuter(file)
+        if not os.path.isabs(outer):
+            return "no such file"
+        if reason := self.fault(Path(outer)):
+            return reason
+        suffix = os.path.splitext(inner or outer)[1].lstrip(".")
+        if Sdf.FileFormat.FindByExtension(suffix) is None:
+            return f"Pixar's library, as installed here, cannot read .{suffix} files"
+        if not inner:
+            self.take(Path(outer).stat().st_size)
+        try:
+            found = Sdf.Layer.FindOrOpen(identifier)
+        except Tf.ErrorException as error:
+            return "; ".join(part.commentary.strip() for part in error.args)
+        return "no layer that Pixar's library can read" if found is None else found
+
+    def _shown(self, layer: Sdf.Layer) -> str:
+        """The layer's path, relative to the folder of the stage."""
+        return os.path.relpath(layer.realPath or layer.identifier, self._own.parent)
+
+
+def _variables(layer: Sdf.Layer) -> dict[str, Any]:
+    """The variables for expressions in asset paths."""
+    root = layer.pseudoRoot
+    return dict(root.GetInfo("expressionVariables")) if root.HasInfo("expressionVariables") else {}

@@ -1,0 +1,156 @@
+"""Images of a stage: copied from the stage's folder or package, and changed where an OBJ file has no word for it."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import zipfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Ar, Sdf
+
+from .. import _core
+from .confinement import Confinement, UsdRejected
+
+__all__ = ["Images", "bake_opacity", "bake_wrap"]
+
+MOST_PIXELS = 1 << 26
+"""Pixels of an image that is made here."""
+
+
+class Images:
+    """The images of a stage, each copied into the folder once."""
+
+    def __init__(self, confinement: Confinement, folder: Path) -> None:
+        self.folder = folder
+        self.files: dict[str, str] = {}
+        """Original names of the images."""
+        self.sizes: dict[str, tuple[int, int]] = {}
+        """Width and height of the images whose pixels were read."""
+        self.notices: list[str] = []
+        self._confinement = confinement
+        self._known: dict[Any, str | None] = {}
+
+    def file(self, asset: Sdf.AssetPath) -> str | None:
+        """The name of the copied image; None, with a notice, for an image that may not be used."""
+        place = asset.resolvedPath or asset.path
+        if place not in self._known:
+            self._known[place] = None
+            try:
+                if "<UDIM>" in place:
+                    raise UsdRejected("tiles (UDIM) are not read")
+                self._known[place] = name = self._copied(place)
+                self.files[name] = asset.path
+            except (OSError, KeyError, ValueError, zipfile.BadZipFile, UsdRejected) as error:
+                self.notices.append(f"image {asset.path!r} is left out: {error}")
+        return self._known[place]
+
+    def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
+        """The name of the image that `bake` makes of an image's pixels; None if it makes none.
+
+        The image itself, with a notice, if its pixels cannot be had. `sizes` then has its size.
+        """
+        key = (file, how)
+        if key not in self._known:
+            self._known[key] = file
+            try:
+                pixels = _pixels(self.folder / file)
+                self.sizes[file] = (pixels.shape[1], pixels.shape[0])
+                made = bake(pixels)
+            except Exception as error:  # of any kind: the decoder is another library's
+                self.notices.append(f"image {self.files[file]!r}: {how} is not used: {error}")
+                return file
+            self._known[key] = None
+            if made is not None:
+                self._known[key] = name = f"image{len(self._known)}.png"
+                (self.folder / name).write_bytes(_core.encode_png(np.ascontiguousarray(made)))
+                self.files[name] = self.files[file]
+        return self._known[key]
+
+    def _copied(self, place: str) -> str:
+        name = f"image{len(self._known)}{Path(place.rstrip(']')).suffix.lower()}"
+        outer, inner = Ar.SplitPackageRelativePathOuter(place)
+        if reason := self._confinement.fault(Path(outer)):
+            raise UsdRejected(reason)
+        with Path(outer).open("rb") as source, (self.folder / name).open("wb") as copy:
+            self._copy(source, inner, copy)
+        return name
+
+    def _copy(self, source: Any, inner: str, copy: Any) -> None:
+        """Copies a file, or what lies in a package (which may lie in another one) below the path `inner`."""
+        if not inner:
+            self._confinement.take(source.seek(0, io.SEEK_END))
+            source.seek(0)
+            shutil.copyfileobj(source, copy)
+            return
+        name, rest = Ar.SplitPackageRelativePathOuter(inner)
+        with zipfile.ZipFile(source) as package, package.open(entry := package.getinfo(name)) as part:
+            if rest:
+                self._confinement.take(entry.file_size)
+                self._copy(io.BytesIO(part.read()), rest, copy)
+            else:
+                self._copy(part, "", copy)
+
+
+def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold: float) -> Any:
+    """The opacities in one channel of an image as grey values, 0 or 1 where there is a threshold; None if all are 1."""
+    index = "rgba".index(channel)
+    if index < pixels.shape[2]:
+        alphas = pixels[..., index] / np.iinfo(pixels.dtype).max * scale + bias
+    else:
+        alphas = np.full(pixels.shape[:2], scale + bias)
+    if threshold > 0:
+        alphas = alphas >= threshold
+    grey = np.round(np.clip(alphas, 0, 1) * 255).astype(np.uint8)
+    if grey.min() == 255:
+        return None
+    return np.repeat(grey[..., None], 3, axis=2)
+
+
+def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]]) -> Any:
+    """An image's tiles within these ranges of u and of v, with a texel more on each side where it is black beyond."""
+    height, width = pixels.shape[:2]
+    # Rows run downwards, v upwards.
+    low, high = tiles[1]
+    columns = _wrapped(width, wraps[0], *tiles[0])
+    lines = _wrapped(height, wraps[1], 1 - high, 1 - low)
+    if len(columns) * len(lines) > MOST_PIXELS:
+        raise UsdRejected(f"{len(columns)} x {len(lines)} pixels would be needed")
+    made = pixels[lines][:, columns]
+    made[lines < 0] = 0
+    made[:, columns < 0] = 0
+    return made
+
+
+def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
+    """The texel at each place from tile `low` to tile `high`; -1 for black."""
+    if wrap == "black":
+        return np.concatenate([[-1], np.arange(size), [-1]])
+    if wrap == "clamp":
+        return np.arange(size)
+    places = np.arange(low * size, high * size)
+    if wrap == "mirror":
+        places = places % (2 * size)
+        return np.where(places < size, places, 2 * size - 1 - places)
+    return places % size
+
+
+def _pixels(file: Path) -> Any:
+    """The pixels [height, width, 3 or 4] of an image of 8 or 16 bits."""
+    import av
+
+    with av.open(str(file)) as container:
+        frame = next(container.decode(video=0))
+    name = frame.format.name
+    if "f32" in name or "f16" in name:
+        raise UsdRejected("it has floats, which raycam changes no images of")
+    if name.startswith("gray") and not name.startswith("gray8"):
+        grey = frame.to_ndarray()
+        return np.repeat(np.asarray(grey)[..., None], 3, axis=2)
+    deep = any(component.bits > 8 for component in frame.format.components)
+    clear = any(component.is_alpha for component in frame.format.components) or name == "pal8"
+    kind = ("rgba" if clear else "rgb24") if not deep else ("rgba64le" if clear else "rgb48le")
+    return frame.to_ndarray(format=kind)
