@@ -1,14 +1,14 @@
 //! `[render]`.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
 use crate::error::SceneError;
 use crate::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSpec {
     /// "flat": the colour of the closest triangle, unlit. "direct": lit by the lights, with shadows. "path": all light,
@@ -40,11 +40,11 @@ pub struct RenderSpec {
     pub view: Option<ViewTransform>,
     /// The name of `noise_threshold` until 0.2.
     #[schemars(skip)]
-    #[serde(rename = "noise")]
+    #[serde(rename = "noise", skip_serializing)]
     pub old_noise: Option<f32>,
     /// The name of `time_limit` until 0.2.
     #[schemars(skip)]
-    #[serde(rename = "time")]
+    #[serde(rename = "time", skip_serializing)]
     pub old_time: Option<f64>,
 }
 
