@@ -36,6 +36,8 @@
 
 // Loops over axes and lanes read several arrays by one index.
 #![allow(clippy::needless_range_loop)]
+// Rays of a cache line and more are converted by reference.
+#![allow(clippy::wrong_self_convention)]
 
 mod aabb;
 mod blas;

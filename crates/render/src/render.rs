@@ -91,7 +91,7 @@ fn render_to_frame(
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let mut planes = with_pool(settings.threads, || output_plane::allocate_planes(region, &settings.channels))??;
-    let request = RenderRequest { world, shutter: shutter, camera, settings, region };
+    let request = RenderRequest { world, shutter, camera, settings, region };
     let notices = request.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
     Ok(Frame { size: camera.size(), region, planes, notices })
 }
@@ -112,7 +112,7 @@ impl RenderRequest<'_> {
         control: &Control,
         targets: impl Iterator<Item = OutputPlane<'t>>,
     ) -> Result<Vec<String>, RenderError> {
-        let RenderRequest { world, shutter: shutter, settings, region, .. } = *self;
+        let RenderRequest { world, shutter, settings, region, .. } = *self;
         let camera = &world.geometry.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.has_channels(&settings.channels));

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, INVALID_ID};
 use raycam_scene::camera::Center;
-use raycam_scene::{Camera, World};
 use rayon::prelude::*;
 
 use crate::annotations::viewpoint::Viewpoint;
@@ -13,7 +12,6 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::ground_truth::convert::exact_ray;
-use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 

@@ -5,6 +5,7 @@
 pub(crate) mod channel;
 pub mod display;
 pub(crate) mod estimator;
+#[allow(clippy::module_inception)]
 pub(crate) mod film;
 pub(crate) mod frame;
 pub(crate) mod image_plane;

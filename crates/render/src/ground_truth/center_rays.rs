@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
+use raycam_bvh::{ExactHit, ExactRay, INVALID_ID};
 use raycam_scene::Camera;
 
 use crate::film::channel::Channel;

@@ -1,7 +1,7 @@
 //! Equirectangular mapping between directions and image coordinates.
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
-use raycam_bvh::{WithSimd, dispatch_simd, prefetch};
+use raycam_bvh::{WithSimd, dispatch_simd};
 use raycam_scene::Up;
 
 use crate::lobes::shading_frame::{atan2_turns, sincos_turns};

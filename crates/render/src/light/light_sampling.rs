@@ -167,7 +167,7 @@ impl Lights {
                 let infinite_count = self.non_constant_infinite;
                 if infinite_count == 0 && !(near && has_emissive) {
                     return KindProbabilities {
-                        infinite_count: infinite_count,
+                        infinite_count,
                         infinite: 0.0,
                         finite: f64::from(u8::from(near)),
                         emissive: f64::from(u8::from(has_emissive)),
@@ -179,7 +179,7 @@ impl Lights {
                 let groups = infinite_count + usize::from(total > 0.0);
                 let one = 1.0 / groups.max(1) as f64;
                 let [finite, surfaces] = near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
-                KindProbabilities { infinite_count: infinite_count, infinite: one, finite, emissive: surfaces }
+                KindProbabilities { infinite_count, infinite: one, finite, emissive: surfaces }
             }
         }
     }

@@ -44,7 +44,7 @@ impl ScreenMask {
         for &bounds in boxes {
             let [lower, upper] = match project_bounds(camera, bounds)? {
                 ScreenBounds::Behind => continue,
-                /// Rectangle, relative to the centre of the first pixel.
+                // Rectangle, relative to the centre of the first pixel.
                 ScreenBounds::Rect(ends) => ends,
             };
             // Casts saturate at the region's ends.

@@ -256,7 +256,7 @@ impl<'a> RayChunker<'a> {
             let rays = &self.rays[self.consumed - self.len..self.consumed];
             (rays, &self.ray_ids[..self.len], self.coherence)
         };
-        RayChunk { scene, coherence, rays, ray_ids, singles: singles, incoherent: incoherent }
+        RayChunk { scene, coherence, rays, ray_ids, singles, incoherent }
     }
 }
 

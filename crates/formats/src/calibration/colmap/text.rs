@@ -135,7 +135,7 @@ impl RecordReader for LineTokens<'_> {
 
     /// The line of points may be empty. A file whose last newline is missing ends without it.
     fn skip_points2d(&mut self) -> Result<(), FormatError> {
-        if self.next_line().is_some() && self.words.clone().count() % 3 != 0 {
+        if self.next_line().is_some() && !self.words.clone().count().is_multiple_of(3) {
             let message = "expected X Y POINT3D_ID, three numbers for each point";
             return Err(self.fail(message.into()));
         }

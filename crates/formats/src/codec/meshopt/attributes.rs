@@ -68,7 +68,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
                 let control = controls.get(channel).map(|c| c >> (2 * byte) & 3);
                 read_deltas(&mut stream, control, elements, deltas)?;
             }
-            add_deltas(mode, &deltas, &mut target[4 * channel..], stride, { &mut last[4 * channel..][..4] });
+            add_deltas(mode, &deltas, &mut target[4 * channel..], stride, &mut last[4 * channel..][..4]);
         }
         left -= elements;
     }

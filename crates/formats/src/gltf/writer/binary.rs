@@ -18,7 +18,7 @@ type ViewSpan = (usize, usize, usize);
 
 /// Everything in the chunk.
 #[derive(Default)]
-pub(super) struct BinaryChunk {
+pub(in crate::gltf) struct BinaryChunk {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,

@@ -36,7 +36,7 @@ impl Writer<'_> {
                 factor(&mut json, "alphaCutoff", cutoff, 0.5);
             }
         }
-        let (color, principled) = self.to_gltf_material(material);
+        let (color, principled) = self.gltf_material(material);
         let mut pbr = Object::new();
         let [r, g, b] = color;
         let base = [r, g, b, material.opacity];

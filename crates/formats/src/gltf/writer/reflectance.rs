@@ -9,7 +9,7 @@ use crate::gltf::writer::document::Writer;
 impl Writer<'_> {
     /// A material in glTF's terms: the principled one, and the base colour it has there. What only resembles the
     /// original gets a notice. `None` is unlit.
-    pub(super) fn to_gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
+    pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         if material.priority != 0 {
             self.note(format!(
