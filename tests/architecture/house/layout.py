@@ -25,7 +25,7 @@ ORDER = {
         motion ground_truth integrator tile_renderer annotations render lib
     """,
     "bindings": """
-        error interruptible arrays py_value buffer_pool camera world render lib
+        error interruptible arrays py_value buffer_pool camera world/state render world lib
     """,
     "python": """
         errors arrays _serialization io camera reference render annotations/flow rig usd world annotations calibration

@@ -69,7 +69,7 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
 
 /// Zenith angle and azimuth, as the environment's distribution with its yaw of 30 degrees.
 fn panorama() -> Chart {
-    let frame = crate::light::equirect::EquirectFrame::new(Up::Z, 30.0);
+    let frame = crate::light::environment::equirect::EquirectFrame::new(Up::Z, 30.0);
     Chart {
         at: Box::new(move |p| {
             let (sin, cos) = (TAU * (0.5 - p.x)).sin_cos();

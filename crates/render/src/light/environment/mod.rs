@@ -1,14 +1,19 @@
 //! Environment light: an image around the scene, or a Preetham sky.
 
+pub(crate) mod environment_image;
+pub(crate) mod equirect;
+pub(crate) mod gradient_sky;
+pub(crate) mod preetham;
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
 use raycam_scene::{Image, Up};
 
-use crate::light::environment_image::{BilinearTaps, EnvironmentImage};
-use crate::light::equirect::EquirectFrame;
-use crate::light::preetham::PreethamSky;
+use crate::light::environment::environment_image::{BilinearTaps, EnvironmentImage};
+use crate::light::environment::equirect::EquirectFrame;
+use crate::light::environment::preetham::PreethamSky;
 use crate::light::samples::{EnvironmentSample, LightLiSample};
 use crate::sampling::piecewise_constant_2d::PiecewiseConstant2D;
 use crate::soa::{Vec3xN, get_lane, set_lane};

@@ -9,7 +9,7 @@ use glam::{DVec3, Mat3, Vec3};
 use raycam_bvh::{WithSimd, dispatch_simd};
 use raycam_scene::Up;
 
-use crate::light::equirect::EquirectFrame;
+use crate::light::environment::equirect::EquirectFrame;
 use crate::light::sun::SunLight;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
