@@ -235,6 +235,18 @@ def test_an_image_that_cannot_be_decoded_is_said(tmp_path: Path) -> None:
         assert any("x.png" in notice and word in notice for notice in world.notices)
 
 
+@pytest.mark.parametrize("file", ["gone.png", "../gone.png", "https://example.org/x.png"])
+def test_an_image_that_is_missing_is_said(tmp_path: Path, file: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    mesh, paint = square(made), material(made, "/paint")
+    uvs(mesh)
+    image(made, paint, file, {"diffuseColor": "rgb"})
+    bind(mesh, paint)
+    made.Save()
+    (notice,) = raycam.load(tmp_path / "a.usda").notices
+    assert f"image {file!r} is left out: no such file" in notice
+
+
 def test_tiles_are_said_not_to_be_read(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint")

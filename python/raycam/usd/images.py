@@ -42,6 +42,8 @@ class Images:
             try:
                 if "<UDIM>" in place:
                     raise UsdRejected("tiles (UDIM) are not read")
+                if not asset.resolvedPath:
+                    raise UsdRejected("no such file, or one of a network or a database")
                 self._known[place] = name = self._copied(place)
                 self.files[name] = asset.path
             except (OSError, KeyError, ValueError, zipfile.BadZipFile, UsdRejected) as error:

@@ -30,16 +30,9 @@ def light_spec(
         found = attribute.Get(time) if attribute else None
         return default if found is None else found
 
-    color = np.array(value("color", Gf.Vec3f(1)), float)
-    if value("enableColorTemperature", False):
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(value("colorTemperature", 6500.0)))
-    fallback = 50000.0 if kind == "DistantLight" else 1.0
-    color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
-    if not np.isfinite(color).all():
-        return None, f"light {name} is left out: its colour or intensity is not finite"
-    if not (color > 0).any():
-        return None, f"light {name} is left out: it gives no light"
-    color = np.maximum(color, 0.0)
+    color, fault = _color(kind, value)
+    if fault:
+        return None, f"light {name} is left out: {fault}"
     matrix = np.array(rows(world_from_local))
     place, axes = matrix[:3, 3], matrix[:3, :3]
     scale = np.linalg.norm(axes, axis=0)
@@ -100,6 +93,18 @@ def light_spec(
         sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
         return sky | {"scale": float(color.mean())}, said
     return None, f"light {name} is left out: {kind} is not known"
+
+
+def _color(kind: str, value: Callable[[str, Any], Any]) -> tuple[Any, str | None]:
+    """The colour of a light times its intensity, and the reason why it cannot be used."""
+    color = np.array(value("color", Gf.Vec3f(1)), float)
+    if value("enableColorTemperature", False):
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(value("colorTemperature", 6500.0)))
+    fallback = 50000.0 if kind == "DistantLight" else 1.0
+    color = color * value("intensity", fallback) * 2.0 ** value("exposure", 0.0)
+    if not np.isfinite(color).all():
+        return color, "its colour or intensity is not finite"
+    return np.maximum(color, 0.0), None if (color > 0).any() else "it gives no light"
 
 
 def _file(prim: Usd.Prim, time: Usd.TimeCode) -> Sdf.AssetPath | None:
