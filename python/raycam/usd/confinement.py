@@ -59,7 +59,7 @@ class Confinement:
             return "the file is empty"
         return next((reason for start, reason in FIRST_BYTES if first.startswith(start)), None)
 
-    def take(self, size: int) -> None:
+    def charge(self, size: int) -> None:
         """Counts bytes that are read; raises `UsdRejected` beyond the limit."""
         self._left -= size
         if self._left < 0:
@@ -69,7 +69,7 @@ class Confinement:
         """Opens all layers of the stage, the first one first, without asset paths that may not be read."""
         if reason := self.fault(self._path):
             raise UsdRejected(reason)
-        self.take(self._own.stat().st_size)
+        self.charge(self._own.stat().st_size)
         first = Sdf.Layer.FindOrOpen(str(self._path))
         if first is None:
             raise UsdRejected("not a USD layer that Pixar's library can read")
@@ -139,7 +139,7 @@ class Confinement:
         if Sdf.FileFormat.FindByExtension(suffix) is None:
             return f"Pixar's library, as installed here, cannot read .{suffix} files"
         if not inner:
-            self.take(Path(outer).stat().st_size)
+            self.charge(Path(outer).stat().st_size)
         try:
             found = Sdf.Layer.FindOrOpen(identifier)
         except Tf.ErrorException as error:

@@ -84,14 +84,14 @@ class Images:
     def _copy(self, source: Any, inner: str, copy: Any) -> None:
         """Copies a file, or what lies in a package (which may lie in another one) below the path `inner`."""
         if not inner:
-            self._confinement.take(source.seek(0, io.SEEK_END))
+            self._confinement.charge(source.seek(0, io.SEEK_END))
             source.seek(0)
             shutil.copyfileobj(source, copy)
             return
         name, rest = Ar.SplitPackageRelativePathOuter(inner)
         with zipfile.ZipFile(source) as package, package.open(entry := package.getinfo(name)) as part:
             if rest:
-                self._confinement.take(entry.file_size)
+                self._confinement.charge(entry.file_size)
                 self._copy(io.BytesIO(part.read()), rest, copy)
             else:
                 self._copy(part, "", copy)

@@ -48,7 +48,7 @@ class Meshes:
         self._left = max_corners
         self._known: dict[tuple[Any, ...], tuple[str | None, int]] = {}
 
-    def place(
+    def describe(
         self, name: str, mesh: UsdGeom.Gprim, world_from_local: Any, bake: bool = False
     ) -> dict[str, Any] | None:
         """The description of an object; None, with a notice, for a prim without anything to show.

@@ -54,7 +54,7 @@ def apply_rlimits(memory: int, seconds: float, size: int) -> None:
 
 @dataclass(frozen=True)
 class Options:
-    """What is read of a file, and within which limits."""
+    """Options of reading a file, and its limits."""
 
     memory: int
     bytes: int
@@ -150,7 +150,7 @@ class Reader:
 
     def _add(self, name: str, prim: Usd.Prim, world_from_local: Gf.Matrix4d) -> None:
         matrix = self._turn @ np.array(rows(world_from_local))
-        placed = self.meshes.place(name, UsdGeom.Gprim(prim), matrix, self._bake)
+        placed = self.meshes.describe(name, UsdGeom.Gprim(prim), matrix, self._bake)
         self.objects.extend([placed] if placed else [])
 
     def _hidden(self, prim: Usd.Prim) -> str | None:
