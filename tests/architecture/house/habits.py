@@ -11,7 +11,7 @@ from .rust_imports import read_crate, resolved
 from .source import code_of, crates, python_files, text_of
 
 # Without behaviour of their own: error texts and version, tested where they are used.
-PLAIN = {"error", "errors", "__init__", "__main__"}
+PLAIN = {"error", "errors", "limits", "__init__", "__main__"}
 
 
 def undocumented_python(root: Path) -> list[str]:

@@ -100,3 +100,16 @@ impl<'a> OutputPlane<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_beyond_the_limit_is_refused_before_it_is_allocated() {
+        let channels = [Channel::Color, Channel::Depth];
+        assert_eq!(check_size([3, 4, 5, 6], &channels).unwrap(), 30);
+        let error = check_size([0, 0, u32::MAX, u32::MAX], &channels).unwrap_err();
+        assert!(matches!(error, RenderError::TooLarge { limit: MAX_FRAME_BYTES, .. }), "{error}");
+    }
+}

@@ -180,3 +180,19 @@ impl AnimationTarget {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transform_scales_before_it_rotates_and_translates() {
+        let transform = Transform::Trs {
+            translation: DVec3::new(10.0, 0.0, 0.0),
+            rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
+            scale: DVec3::new(2.0, 3.0, 4.0),
+        };
+        let point = transform.parent_from_node().transform_point3(DVec3::X);
+        assert!((point - DVec3::new(10.0, 2.0, 0.0)).length() < 1e-12, "{point}");
+    }
+}

@@ -49,3 +49,19 @@ impl<T: Serialize> Serialize for FileRef<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_write_the_name_and_bundles_carry_the_content() {
+        let loaded = FileRef::loaded("lamp.ies", Arc::new(7_u32));
+        assert_eq!(serde_json::to_string(&loaded).unwrap(), "\"lamp.ies\"");
+        let mut read: FileRef<u32> = serde_json::from_str("\"lamp.ies\"").unwrap();
+        assert_eq!(read.content, None);
+        read.load(|file| Ok::<_, ()>(Arc::new(file.len() as u32))).unwrap();
+        assert_eq!(read.content.as_deref(), Some(&8));
+        read.load(|_| Err("read again")).unwrap();
+    }
+}
