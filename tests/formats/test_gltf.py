@@ -345,7 +345,7 @@ def test_lights(tmp_path: Path) -> None:
         document.node(extensions=extension, rotation=down, translation=[0, i, 0], scale=[7, 7, 7])
     document.node(mesh=document.square())
     sun, bulb, spot = load(document, tmp_path).lights
-    assert (sun["type"], bulb["type"], spot["type"]) == ("sun", "bulb", "spot")
+    assert (sun["type"], bulb["type"], spot["type"]) == ("sun", "point", "spot")
     np.testing.assert_allclose(sun["direction"], [0, -1, 0], atol=1e-12)
     np.testing.assert_allclose(sun["irradiance"], [3, 1.5, 0])
     np.testing.assert_allclose((bulb["position"], bulb["intensity"]), ([0, 1, 0], [20] * 3))

@@ -304,11 +304,11 @@ def test_lights(tmp_path: Path) -> None:
     made.Save()
     world = raycam.load(tmp_path / "a.usda")
     lights = {light["type"]: light for light in world.lights}
-    assert set(lights) == {"sun", "bulb", "area", "disk", "sky"}
+    assert set(lights) == {"sun", "point", "area", "disk", "sky"}
     np.testing.assert_allclose(lights["sun"]["irradiance"], [2, 2, 2])
     np.testing.assert_allclose(lights["sun"]["direction"], [0, 0, -1], atol=1e-12)
     # Radiance 6 leaves 4 pi r^2 of surface: pi times each.
-    np.testing.assert_allclose(lights["bulb"]["power"], 6 * math.pi * 4 * math.pi * 0.25**2, rtol=1e-6)
+    np.testing.assert_allclose(lights["point"]["power"], 6 * math.pi * 4 * math.pi * 0.25**2, rtol=1e-6)
     np.testing.assert_allclose(np.cross(lights["area"]["u"], lights["area"]["v"]), [0, 0, -8])
     np.testing.assert_allclose(lights["disk"]["radiance"], 1 / (math.pi * 0.25), rtol=1e-6)
     np.testing.assert_allclose(lights["sky"]["radiance"], [0.5] * 3)

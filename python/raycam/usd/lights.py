@@ -63,7 +63,7 @@ def light_spec(
             soft = float(np.clip(value("shaping:cone:softness", 0.0), 0, 1))
             spot = {"type": "spot", "position": place.tolist(), "direction": forward, "intensity": intensity}
             return spot | {"inner": cone * (1 - soft), "outer": float(cone)}, None
-        return {"type": "bulb", **bulb, "radius": 0.0 if point else radius}, None
+        return {"type": "point", **bulb, "radius": 0.0 if point else radius}, None
     if kind == "RectLight":
         u = axes[:, 0] * value("width", 1.0)
         v = -axes[:, 1] * value("height", 1.0)

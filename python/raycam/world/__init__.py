@@ -167,7 +167,7 @@ class World:
         """Adds a light, described as in `[[light]]` of a world file; returns its index.
 
         Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
-        `{"type": "bulb", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
+        `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
         `{"type": "environment", "image": "/data/noon.hdr"}`, `{"type": "sky", "radiance": [1, 1, 1]}`.
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
