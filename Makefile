@@ -1,5 +1,6 @@
 # Daily work
 #   make check   formatting, ruff, mypy, cargo check: half a minute
+#   make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
 #   make test    what CI runs: lints as errors, then every test in its short form
 #   make proof   what takes long: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
 #

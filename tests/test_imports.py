@@ -58,7 +58,7 @@ def test_former_names_still_work(module: str) -> None:
 
 def test_the_former_usd_worker_runs(tmp_path: object) -> None:
     pytest.importorskip("pxr")
-    limits = '{"memory": 8589934592, "bytes": 1000, "seconds": 10, "triangles": 10}'
+    limits = '{"memory": 8589934592, "bytes": 1000, "seconds": 10, "triangles": 10, "folder": "/"}'
     outputs = [
         subprocess.run(
             [sys.executable, "-m", module, f"{tmp_path}/none.usda", str(tmp_path), limits],

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import SettingsError
-from .options import Command, add_camera, load_world, say, view
+from ._options import Command, add_camera, load_world, print_notice, view
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -82,7 +82,7 @@ def _view_world(options: argparse.Namespace) -> None:
         print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
         if not open_browser(viewer.url, False if options.no_browser else None):
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
-            say(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
+            print_notice(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
         viewer.wait(exit_when_closed=options.exit_when_closed)
 
 
@@ -98,7 +98,7 @@ def _check_host(options: argparse.Namespace) -> None:
             "forward the port with ssh instead, or add --yes"
         )
     if not is_own:
-        say("everyone on the network can try this port and read along")
+        print_notice("everyone on the network can try this port and read along")
 
 
 COMMAND = Command(
