@@ -148,7 +148,7 @@ def coverage(folder: Path, pixels: npt.NDArray[np.uint8], output: str, **inputs:
         channels=["color", "alpha", "position"],
         integrator="path",
         max_depth=1,
-        transparent=True,
+        transparent_background=True,
     )
     middle = frame["alpha"][8]
     positions = np.linspace(-1, 1, 16, endpoint=False) + 1 / 16
@@ -194,7 +194,7 @@ def test_a_threshold_of_one_opacity(tmp_path: Path, opacity: float, threshold: f
     made.Save()
     world = raycam.load(tmp_path / "a.usda")
     camera = raycam.Camera.look_at((0, 0, 5), (0, 0, 0), (0, 1, 0), size=(4, 4), fov=10)
-    frame = raycam.render(world, camera, samples=16, channels=["color", "alpha"], transparent=True)
+    frame = raycam.render(world, camera, samples=16, channels=["color", "alpha"], transparent_background=True)
     np.testing.assert_allclose(frame["alpha"], float(shown))
 
 
@@ -214,7 +214,7 @@ def test_an_opaque_image_of_opacity_changes_nothing(tmp_path: Path, bits: int) -
     world = raycam.load(tmp_path / "a.usda")
     assert world.textures == ["x.png"] or len(world.textures) == 1
     camera = raycam.Camera.look_at((0, 0, 5), (0, 0, 0), (0, 1, 0), size=(8, 8), fov=10)
-    frame = raycam.render(world, camera, samples=1, channels=["color", "alpha"], transparent=True)
+    frame = raycam.render(world, camera, samples=1, channels=["color", "alpha"], transparent_background=True)
     assert (frame["alpha"] == 1).all()
 
 
