@@ -13,7 +13,8 @@ pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 /// Number of pixels of a region, if there is memory for its planes.
 pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) -> Result<usize, RenderError> {
     let pixels = u64::from(width) * u64::from(height);
-    let bytes = pixels * channels.iter().map(|channel| channel.bytes()).sum::<u64>();
+    // Saturating: the largest sides alone exceed 64 bits.
+    let bytes = pixels.saturating_mul(channels.iter().map(|channel| channel.bytes()).sum());
     let too_large = || RenderError::TooLarge {
         what: format!("a frame of {width} x {height} pixels and {} channels", channels.len()),
         bytes,
