@@ -5,7 +5,7 @@
 //! none: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices), NUMBER.rays (origin, direction,
 //! t_max in f32), and prints the names.
 
-#[path = "../tests/support/edge_rays.rs"]
+#[path = "../tests/bvh/support/edge_rays.rs"]
 mod edge_rays;
 
 use std::path::Path;

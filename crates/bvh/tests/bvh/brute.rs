@@ -1,0 +1,21 @@
+//! A hundred meshes against brute force. `examples/brute.rs` does the same at length.
+
+use crate::support::brute;
+use raycam_bvh::InstructionSet;
+use rayon::prelude::*;
+
+#[test]
+fn a_hundred_meshes_are_brute_force() {
+    let isas = InstructionSet::ALL.into_iter();
+    let isas: Vec<_> = isas.filter(|isa| isa.is_available()).collect();
+    let meshes = brute::meshes(90);
+    let tally = meshes.par_iter().enumerate().map(|(m, mesh)| {
+        let scene = mesh.scene(isas[m % isas.len()]);
+        brute::trial(mesh, &scene, 20_000, m as u64)
+    });
+    let tally = tally.reduce(brute::Tally::default, brute::Tally::add);
+    assert!(tally.faults.is_empty(), "{:#?}", &tally.faults[..tally.faults.len().min(10)]);
+    // Many rays meet something, and the band is no excuse for most of them.
+    assert!(tally.hits > tally.rays / 3, "{} of {}", tally.hits, tally.rays);
+    assert!(tally.ties < tally.hits / 3 * 2, "{} of {}", tally.ties, tally.rays);
+}

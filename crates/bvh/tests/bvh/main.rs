@@ -1,0 +1,12 @@
+//! One file for each concept of the crate.
+
+mod brute;
+mod degenerate;
+mod flattened;
+mod rebraid;
+mod refit;
+mod scene;
+mod subpixel_geometry;
+mod support;
+mod translated_instances;
+mod watertight;

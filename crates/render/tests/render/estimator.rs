@@ -1,0 +1,87 @@
+//! The estimated error, and pictures that end by it or by the clock.
+
+use crate::common::*;
+use glam::DVec3;
+use raycam_render::{Channel, Frame, Integrator, Settings};
+use raycam_scene::{Camera, World};
+
+fn settings(samples: u32) -> Settings {
+    Settings {
+        integrator: Integrator::Path,
+        samples,
+        max_depth: Some(3),
+        channels: vec![Channel::Color, Channel::Error],
+        ..Settings::default()
+    }
+}
+
+fn scene() -> (World, Camera) {
+    let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [24, 16]);
+    (still_life(), camera)
+}
+
+fn luminance(frame: &Frame) -> Vec<f64> {
+    let weigh = |pixel: &[f32]| {
+        let [r, g, b] = [0, 1, 2].map(|i| f64::from(pixel[i]));
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    };
+    f32s(frame, Channel::Color).chunks(3).map(weigh).collect()
+}
+
+#[test]
+fn the_error_is_as_large_as_the_picture_is_off() {
+    let (world, camera) = scene();
+    let exact = luminance(&render(&world, &camera, &settings(4096)));
+    let (mut off, mut said) = (0.0, 0.0);
+    for seed in 1..5 {
+        let frame = render(&world, &camera, &Settings { seed, ..settings(64) });
+        let errors = f32s(&frame, Channel::Error);
+        for ((found, exact), error) in luminance(&frame).iter().zip(&exact).zip(errors) {
+            off += (found - exact).powi(2);
+            said += f64::from(*error).powi(2);
+        }
+    }
+    let ratio = (said / off).sqrt();
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn pixels_end_when_they_are_good_enough() {
+    let (world, camera) = scene();
+    let noisy = Settings { noise: Some(0.01), ..settings(2048) };
+    let whole = render(&world, &camera, &noisy);
+    let good = f32s(&whole, Channel::Error).iter().filter(|&&error| error <= 0.01).count();
+    assert!(good as f64 > 0.95 * (24.0 * 16.0), "{good}");
+    let notice = &whole.notices[0];
+    assert!(notice.contains("samples per pixel in the mean"), "{notice}");
+    for threads in [1, 3] {
+        let frame = render(&world, &camera, &Settings { threads: Some(threads), ..noisy.clone() });
+        assert_eq!(bits(&frame), bits(&whole));
+    }
+    let part = render(&world, &camera, &Settings { region: Some([5, 3, 9, 7]), ..noisy });
+    let (whole, part) = (f32s(&whole, Channel::Color), f32s(&part, Channel::Color));
+    for y in 0..7 {
+        for x in 0..9 {
+            let (i, j) = ((y + 3) * 24 + x + 5, y * 9 + x);
+            assert_eq!(whole[3 * i..3 * i + 3], part[3 * j..3 * j + 3]);
+        }
+    }
+}
+
+#[test]
+fn a_picture_that_ends_by_the_clock_can_be_made_again() {
+    let (world, camera) = scene();
+    let timed = Settings { time: Some(0.2), ..settings(1 << 14) };
+    let frame = render(&world, &camera, &timed);
+    let samples: u32 = frame.notices[0].split(' ').next().unwrap().parse().unwrap();
+    assert!(samples >= 2);
+    let again = render(&world, &camera, &settings(samples));
+    assert_eq!(bits(&frame), bits(&again));
+}
+
+#[test]
+fn one_sample_says_nothing_of_its_error() {
+    let (world, camera) = scene();
+    let frame = render(&world, &camera, &settings(1));
+    assert!(f32s(&frame, Channel::Error).iter().all(|error| *error == f32::INFINITY));
+}

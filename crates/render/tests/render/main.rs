@@ -1,0 +1,19 @@
+//! One file for each concept of the crate.
+
+mod amodal;
+mod channel;
+mod common;
+mod direct;
+mod display;
+mod estimator;
+mod flow;
+mod frame;
+mod keypoints;
+mod light;
+mod media;
+mod path;
+mod physics;
+mod prepare;
+mod scales;
+mod transparent;
+mod truth;

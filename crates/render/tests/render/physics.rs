@@ -1,0 +1,162 @@
+//! Closed forms of light transport.
+//!
+//! Each test of light has been seen to fail with a factor of 1.01 (or 1/1.01) put into the code that it guards:
+//!
+//! | factor | test that failed |
+//! |---|---|
+//! | sun: irradiance; radiance of its disk | `direct::a_lambertian_plane_under_the_sun`; `closed_form::a_sun_with_a_disk_...` |
+//! | bulb: intensity; radiance of its sphere | `direct::a_lambertian_plane_under_a_bulb`, `closed_form::a_bulb_of_any_size_...` |
+//! | rectangle: solid angle, density by area, place of samples | `closed_form::area_lights_follow_lamberts_formula`, `form_factors_of_squares` |
+//! | disk: density; spot: power, falloff; IES: scale | `closed_form`, the test of each |
+//! | sky, gradient, daylight, environment: radiance | `closed_form::skies_give_their_integral`, `daylight_...`, `environments_...` |
+//! | sky, panorama, cone, disk: density | `light::tests::density`: the integral is 1.01 |
+//! | cone, disk, rectangle: place of samples | `light::tests::density`: chi-squared |
+//! | light tree: probability of the draw; of a light | `tree::probabilities_add_up_...` |
+//! | triangles that shine: density; emission | `light::a_textured_mesh_...`; `path::max_depth_counts_segments` |
+//! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
+//! | opacity; survival in roulette | `path::opacity_hides_its_share`; `path::a_closed_sphere_...` |
+//! | layers, the lecture's lobe: density | `scatter::tests::density`: the integral is 1.01 |
+//! | GGX: lambda, masking, its density, height and turn of its samples | `scatter::tests::density` |
+//! | GGX: masking of both directions; stretch of its samples | `furnace::a_white_furnace_...`; `the_page_says_...` |
+//! | multiple scattering: its colour; one reflection: the albedo that it leaves | `furnace::a_white_furnace_...` |
+//! | coat: value; what it takes from below | `scatter::coat::it_takes_what_it_reflects` |
+//! | sheen: value; its lobe, table and all | `scatter::sheen::fibres_are_as_dense_as_the_paper_has_them` |
+//! | sheen: value; what it leaves for below | `scatter::sheen::what_it_sends_back_...` |
+//! | film: value; the reflection below it | `scatter::film::a_thick_film_...` |
+//! | layers: value times 1 + 0.01 cos(light) | `reciprocity::light_may_go_both_ways` |
+//! | mirror and refraction of smooth glass | `matter_that_absorbs_nothing_vanishes_in_a_white_sky` |
+//! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorbs_as_beer_says` |
+//! | lights in `direct` alone; in `path` alone | `path::direct_is_path_of_one_bounce` |
+//! | radiance by the number of the thread | `path::the_same_bytes_on_any_number_of_threads` |
+//! | samples rejected but not counted | `direct::samples_beyond_float32_...` |
+//! | random numbers: 1 % short of 1; again after 64 samples | `sampler`: elementary intervals; `the_error_falls_...` |
+
+use crate::common::*;
+use glam::{DAffine3, DVec3};
+use raycam_render::{Channel, Integrator, Settings};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Camera, Glass, Light, Material, MaterialModel, Metal, World};
+
+fn settings(integrator: Integrator, samples: u32) -> Settings {
+    Settings { integrator, samples, ..Settings::default() }
+}
+
+fn mean(world: &World, camera: &Camera, settings: &Settings) -> f64 {
+    let frame = render(world, camera, settings);
+    let color = f32s(&frame, Channel::Color);
+    color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64
+}
+
+/// Sees the unit square around the origin from far above: each point alike, up to the square of a small angle.
+fn above() -> Camera {
+    const HEIGHT: f64 = 1e4;
+    let fov = 2.0 * (0.5 / HEIGHT).atan().to_degrees();
+    look_at(DVec3::new(0.0, 0.0, HEIGHT), DVec3::ZERO, fov, [16, 16])
+}
+
+#[test]
+fn form_factors_of_squares() {
+    // J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", C-11 and C-14.
+    let parallel = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], 0.199_825);
+    let upright = ([-0.5, 0.0, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 0.200_044);
+    for (position, u, v, expected) in [parallel, upright] {
+        let mut world = plane(1.0, 1.0);
+        world.add_light(Light::Rectangle { position, u, v, radiance: [1.0; 3], two_sided: false }).unwrap();
+        for (integrator, depth) in [(Integrator::Direct, None), (Integrator::Path, Some(2))] {
+            let settings = Settings { max_depth: depth, ..settings(integrator, 1024) };
+            let found = mean(&world, &above(), &settings);
+            assert!((found / expected - 1.0).abs() < 1e-3, "{integrator:?}: {found}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
+    let glass = |roughness, thin| MaterialModel::Glass(Glass { roughness, thin, ..Glass::default() });
+    let dispersive = MaterialModel::Glass(Glass { dispersion: 0.5, ..Glass::default() });
+    for reflectance in [
+        dispersive,
+        glass(0.0, false),
+        glass(0.0, true),
+        glass(0.3, false),
+        glass(0.6, false),
+        glass(1.0, false),
+        glass(0.6, true),
+    ] {
+        let mut world = World::default();
+        let ball = Material { model: reflectance.clone(), ..Material::default() };
+        let mesh = primitive::sphere(1.0, 5).unwrap();
+        add(&mut world, mesh, ball, DAffine3::IDENTITY);
+        world.add_light(Light::Sky { radiance: Some([1.0; 3]), zenith: None, horizon: None, ground: None }).unwrap();
+        let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
+        let found = mean(&world, &camera, &settings(Integrator::Path, 512));
+        // Rough glass holds some light captive for long, which is noisy; the furnace of single surfaces is exacter.
+        let rough = matches!(&reflectance, MaterialModel::Glass(glass) if glass.roughness > 0.0);
+        let off = if rough { 3e-2 } else { 1e-3 };
+        assert!((found - 1.0).abs() < off, "{reflectance:?}: {found}");
+    }
+}
+
+#[test]
+fn glass_absorbs_as_beer_says() {
+    let color = [0.9, 0.5, 0.1];
+    // The index of air, so that nothing is reflected: two metres transmit the square of `color` at one metre.
+    let mut world = World::default();
+    let block = Material {
+        model: MaterialModel::Glass(Glass {
+            ior: 1.0,
+            attenuation_color: color,
+            attenuation_distance: 1.0,
+            ..Glass::default()
+        }),
+        ..Material::default()
+    };
+    let mesh = primitive::box_([2.0, 2.0, 2.0]).unwrap();
+    add(&mut world, mesh, block, DAffine3::IDENTITY);
+    world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
+    let camera = look_at(DVec3::new(0.0, 1e-3, 5.0), DVec3::ZERO, 0.1, [1, 1]);
+    let frame = render(&world, &camera, &settings(Integrator::Path, 16));
+    for (found, share) in f32s(&frame, Channel::Color).iter().zip(color) {
+        let expected = share * share;
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    }
+}
+
+#[test]
+fn a_smooth_metal_reflects_by_fresnel() {
+    let metal = Metal::named("copper").unwrap();
+    let mut world = plane(4.0, 1.0);
+    world.materials[0].model = MaterialModel::Metal(metal);
+    world.add_light(Light::Sky { radiance: Some([1.0; 3]), zenith: None, horizon: None, ground: None }).unwrap();
+    let camera = look_at(DVec3::new(0.0, 1e-3, 3.0), DVec3::ZERO, 0.1, [1, 1]);
+    for integrator in [Integrator::Direct, Integrator::Path] {
+        let frame = render(&world, &camera, &settings(integrator, 16));
+        for (i, &found) in f32s(&frame, Channel::Color).iter().enumerate() {
+            let (n, k) = (metal.ior[i], metal.extinction[i]);
+            let expected = ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k);
+            assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn the_error_falls_at_least_as_the_square_root() {
+    let world = still_life();
+    let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [20, 15]);
+    let of = |samples, seed| {
+        let settings = Settings { max_depth: Some(4), seed, ..settings(Integrator::Path, samples) };
+        f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
+    };
+    let exact = of(16384, 1);
+    // Eight seeds: a few bright samples of one image would change the slope.
+    let off = |samples| {
+        let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+        let of_seed = |seed| of(samples, seed).iter().zip(&exact).map(square).sum::<f64>();
+        (2..10).map(of_seed).sum::<f64>().sqrt()
+    };
+    let errors = [16, 32, 64, 128, 256].map(off);
+    // Least squares over the powers of two.
+    let slope = errors.iter().zip([-2.0, -1.0, 0.0, 1.0, 2.0]);
+    let slope = slope.map(|(off, x)| off.log2() * x).sum::<f64>() / 10.0;
+    assert!(slope <= -0.5, "{slope}: {errors:?}");
+}

@@ -1,0 +1,23 @@
+//! One file for each concept of the crate.
+
+mod aperture;
+mod camera;
+mod category;
+mod common;
+mod counts;
+mod infinite;
+mod lens;
+mod mesh;
+mod motion;
+mod oriented_box;
+mod pose;
+mod primitive;
+mod refine;
+mod rig;
+mod schema;
+mod style;
+mod texture;
+mod texture_memory;
+mod variant;
+mod video;
+mod world;

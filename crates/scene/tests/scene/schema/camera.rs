@@ -1,0 +1,65 @@
+//! Cameras as people write them.
+
+use glam::DVec3;
+use raycam_scene::PixelCenter;
+
+use crate::schema::described::{assert_error, camera};
+
+#[test]
+fn a_camera_has_one_set_of_intrinsics_and_one_pose() {
+    let k = r#""K": [[500, 2, 300], [0, 510, 200], [0, 0, 1]]"#;
+    let r = r#""R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"#;
+    let here = r#""location": [0, 0, 0]"#;
+    let world = camera(&format!(r#"{k}, {r}, "t": [1, 2, 3], "pixel_center": "half""#)).unwrap();
+    let built = &world.cameras[0].camera;
+    assert_eq!((built.k().y_axis.x, built.c()), (2.0, DVec3::new(-1.0, -2.0, -3.0)));
+    assert_eq!(built.pixel_center(), PixelCenter::Half);
+    let world = camera(&format!(r#""focal": [500, 400], "skew": 3, "principal_point": [5, 6], {here}"#)).unwrap();
+    let k_built = world.cameras[0].camera.k();
+    assert_eq!(k_built.to_cols_array(), [500.0, 0.0, 0.0, 3.0, 400.0, 0.0, 5.0, 6.0, 1.0]);
+    let world = camera(r#""matrix": [[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 2]]"#).unwrap();
+    assert_eq!(world.cameras[0].camera.c(), -DVec3::Z);
+    let world = camera(r#""fov": 60, "location": [0, -5, 0], "target": [0, 0, 0]"#).unwrap();
+    assert!((world.cameras[0].camera.forward() - DVec3::Y).length() < 1e-15);
+
+    let fails = |json: &str, expected: &str| assert_error(camera(json), expected);
+    fails(here, "camera[0]: no intrinsics: expected one of focal, fov, K, height, matrix");
+    fails(
+        &format!(r#""focal": 5, "fov": 5, {here}"#),
+        r#"camera[0].fov: "focal" is given too: expected one intrinsics, of focal, fov, K, height, matrix"#,
+    );
+    fails(&format!(r#"{k}, "skew": 1, {here}"#), r#"camera[0].skew: "K" is given too, and says it already"#);
+    fails(
+        r#""focal": 5"#,
+        "camera[0]: no pose: expected location with roll, pitch, yaw or target, or R with C or t, or matrix",
+    );
+    fails(&format!(r#"{k}, {r}"#), "camera[0]: no position beside R: expected one of C, t");
+    fails(
+        &format!(r#"{k}, {r}, "C": [0, 0, 0], "yaw": 3"#),
+        r#"camera[0].yaw: "R" is given too: expected R with C or t alone"#,
+    );
+    fails(
+        &format!(r#"{k}, "C": [0, 0, 0]"#),
+        r#"camera[0].C: it goes with "R", which is missing; with angles or a target it is "location""#,
+    );
+    fails(
+        &format!(r#""focal": 5, {here}, "target": [1, 0, 0], "yaw": 3"#),
+        r#"camera[0].yaw: "target" is given too: expected angles or a target"#,
+    );
+    fails(
+        &format!(r#""focal": 5, {here}, "up": [1, 0, 0]"#),
+        r#"camera[0].up: it goes with "target", which is missing; with angles, roll leans the camera"#,
+    );
+    fails(
+        &format!(r#""fov": 200, {here}"#),
+        "camera[0].fov: a vertical field of view of 200: expected degrees between 0 and 180, both excluded",
+    );
+    fails(
+        r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]]"#,
+        "camera[0].matrix: P = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]] has rank 2: a camera matrix has rank 3",
+    );
+    fails(
+        r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "fov": 3"#,
+        r#"camera[0].fov: "matrix" is given too, and says it already: give one of them"#,
+    );
+}

@@ -1,0 +1,40 @@
+//! Colours and materials as people write them.
+
+use raycam_scene::MaterialModel;
+use raycam_scene::color::linear_from_srgb8;
+
+use crate::schema::described::object;
+
+#[test]
+fn colours_shine_through() {
+    let color = |json: &str| object(json).unwrap().materials[0].color;
+    assert_eq!(color(r#"{ "box": {} }"#), [0.8; 3], "grey where nothing is said");
+    assert_eq!(color(r##"{ "box": {}, "color": "#ff8000" }"##), linear_from_srgb8([255, 128, 0]));
+    let faces = format!("[{}]", ["[1, 0, 0]"; 12].join(","));
+    assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces} }}"#)), [1.0; 3]);
+    assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces}, "color": [0.5, 0.5, 0.5] }}"#)), [0.5; 3]);
+    let too_few = object(r#"{ "box": {}, "face_colors": [[1, 0, 0]] }"#).unwrap_err().to_string();
+    assert_eq!(too_few, "face_colors has 1 entries, expected one for each of the 12 triangles");
+}
+
+#[test]
+fn materials_follow_what_is_said() {
+    let lecture =
+        |diffuse, specular: f32, shininess| MaterialModel::Phong { diffuse, specular: [specular; 3], shininess };
+    for (keys, expected) in [
+        ("", lecture(1.0, 0.0, 32.0)),
+        (r#", "specular": 0.2, "diffuse": 0.5, "shininess": 7"#, lecture(0.5, 0.2, 7.0)),
+        (r#", "type": "matte""#, lecture(1.0, 0.0, 32.0)),
+        (r#", "type": "matte", "diffuse": 0.3"#, lecture(0.3, 0.0, 32.0)),
+        (r#", "type": "unlit""#, MaterialModel::Unlit),
+    ] {
+        let world = object(&format!(r#"{{ "box": {{}} {keys} }}"#)).unwrap();
+        assert_eq!(world.materials[0].model, expected, "{keys}");
+        assert!(world.notices.is_empty());
+    }
+    let bright = object(r#"{ "name": "lamp", "box": {}, "color": [1, 1, 1], "specular": 0.5 }"#).unwrap();
+    assert_eq!(
+        bright.notices,
+        [r#"material "lamp" reflects 1.5 of the light that arrives (diffuse * color + specular), more than all of it"#]
+    );
+}

@@ -1,0 +1,249 @@
+//! Videos: orbits, keyframes, and what lies between them.
+
+use crate::common::node;
+use glam::{DMat3, DVec3};
+use raycam_scene::schema::{self, VideoSpec, WorldFile};
+use raycam_scene::{Camera, NoAssets, SceneError, Up, World};
+
+/// A world with a camera and a box, and this video.
+fn world(up: &str, video: &str) -> Result<World, SceneError> {
+    schema::from_value::<WorldFile>(&node(&format!(
+        r#"{{ "up": "{up}",
+              "camera": {{ "focal": 500, "location": [4, -3, 2], "target": [0, 0, 0.5] }},
+              "object": {{ "name": "box", "box": {{}}, "location": [1, 2, 3], "yaw": 30, "scale": [1, -2, 3] }},
+              "video": {video} }}"#
+    )))?
+    .build(&mut NoAssets)
+}
+
+fn camera_at(world: &World, time: f64) -> Camera {
+    world.video.as_ref().unwrap().camera_at(&world.cameras[0].camera, time).unwrap()
+}
+
+fn keyframes(interpolation: &str, keys: &str) -> World {
+    world("z", &format!(r#"{{ "interpolation": "{interpolation}", "keyframe": [{keys}] }}"#)).unwrap()
+}
+
+fn close(a: DVec3, b: DVec3) -> bool {
+    (a - b).length() < 1e-12
+}
+
+#[test]
+fn an_orbit_starts_with_the_still_picture_and_keeps_its_distance() {
+    for (up, axis) in [("z", DVec3::Z), ("y", DVec3::Y)] {
+        let world = world(up, r#"{ "fps": 10, "seconds": 2, "orbit": { "target": [0, 0, 0.5] } }"#).unwrap();
+        let still = &world.cameras[0].camera;
+        let video = world.video.as_ref().unwrap();
+        assert_eq!(video.frame_count(), 20);
+        assert_eq!(video.camera_at(still, video.time(0)).unwrap(), *still);
+        let target = DVec3::new(0.0, 0.0, 0.5);
+        for frame in 0..20 {
+            let camera = video.camera_at(still, video.time(frame)).unwrap();
+            assert!(((camera.c() - target).length() - (still.c() - target).length()).abs() < 1e-12);
+            assert!(((camera.c() - still.c()).dot(axis)).abs() < 1e-12, "level");
+            assert!((camera.project(target).0 - still.project(target).0).length() < 1e-9, "the target stays put");
+            assert_eq!(camera.k(), still.k());
+        }
+        // Counter-clockwise seen from above: a quarter turn takes east to north.
+        let quarter = video.camera_at(still, 0.5).unwrap().c() - target;
+        let expected = DMat3::from_axis_angle(axis, std::f64::consts::FRAC_PI_2) * (still.c() - target);
+        assert!(close(quarter, expected));
+        let around = video.camera_at(still, 2.0).unwrap();
+        assert!(close(around.c(), still.c()) && close(around.forward(), still.forward()));
+    }
+}
+
+#[test]
+fn linear_keyframes_move_at_constant_speed_and_hold_at_the_ends() {
+    let world = keyframes(
+        "linear",
+        r#"{ "time": 1, "location": [0, 0, 0] }, { "time": 3, "location": [2, 4, 6] }, { "time": 4, "location": [0, 0, 0] }"#,
+    );
+    for (time, expected) in [
+        (0.0, [0.0, 0.0, 0.0]),
+        (1.0, [0.0, 0.0, 0.0]),
+        (1.5, [0.5, 1.0, 1.5]),
+        (3.0, [2.0, 4.0, 6.0]),
+        (3.25, [1.5, 3.0, 4.5]),
+        (9.0, [0.0, 0.0, 0.0]),
+    ] {
+        let camera = camera_at(&world, time);
+        assert!(close(camera.c(), DVec3::from_array(expected)), "{time}");
+        assert_eq!(camera.r(), world.cameras[0].camera.r(), "no angles: no turning");
+    }
+    assert_eq!(world.video.unwrap().seconds(), 4.0, "up to the last keyframe");
+}
+
+#[test]
+fn smooth_keyframes_are_met_without_jumps_in_speed() {
+    let world = keyframes(
+        "smooth",
+        r#"{ "time": 0, "location": [0, 0, 0], "yaw": 0 }, { "time": 1, "location": [1, 1, 0], "yaw": 40, "pitch": 10 },
+           { "time": 3, "location": [4, 0, 2], "yaw": 170, "roll": 20 }, { "time": 4, "location": [4, 4, 4], "yaw": -120 }"#,
+    );
+    let position = |time| camera_at(&world, time).c();
+    for (time, expected) in [(1.0, [1.0, 1.0, 0.0]), (3.0, [4.0, 0.0, 2.0]), (4.0, [4.0, 4.0, 4.0])] {
+        assert!(close(position(time), DVec3::from_array(expected)));
+    }
+    for (found, expected) in camera_at(&world, 3.0).roll_pitch_yaw(Up::Z).into_iter().zip([20.0, 0.0, 170.0]) {
+        assert!((found - expected).abs() < 1e-9);
+    }
+    let h = 1e-6;
+    for time in [1.0, 3.0] {
+        let speed = |of: &dyn Fn(f64) -> DVec3, t: f64| (of(t + h) - of(t)) / h;
+        for of in [&position as &dyn Fn(f64) -> DVec3, &|t| camera_at(&world, t).forward(), &|t| {
+            camera_at(&world, t).r().row(0)
+        }] {
+            let (before, after) = (speed(of, time - h), speed(of, time));
+            assert!((before - after).length() < 1e-4 * (1.0 + after.length()), "{before} {after}");
+            assert!(after.length() > 0.1);
+        }
+    }
+    // The velocity at an inner key is the parabola's through three: (v- dt+ + v+ dt-) / (dt- + dt+).
+    let expected = (DVec3::new(1.0, 1.0, 0.0) * 2.0 + DVec3::new(1.5, -0.5, 1.0)) / 3.0;
+    let found = (position(1.0 + h) - position(1.0 - h)) / (2.0 * h);
+    assert!((found - expected).length() < 1e-5, "{found} {expected}");
+    // At rest at both ends.
+    assert!((position(h) - position(0.0)).length() / h < 1e-4);
+    assert!((position(4.0) - position(4.0 - h)).length() / h < 1e-4);
+}
+
+#[test]
+fn two_smooth_keyframes_are_a_smoothstep() {
+    let world = keyframes("smooth", r#"{ "time": 0, "yaw": -10 }, { "time": 2, "yaw": 70 }"#);
+    for time in [0.0, 0.3, 1.0, 1.7, 2.0] {
+        let s: f64 = time / 2.0;
+        let expected = -10.0 + 80.0 * s * s * (3.0 - 2.0 * s);
+        let [roll, pitch, yaw] = camera_at(&world, time).roll_pitch_yaw(Up::Z);
+        assert!(roll.abs() < 1e-9 && pitch.abs() < 1e-9 && (yaw - expected).abs() < 1e-9, "{yaw} {expected}");
+    }
+}
+
+#[test]
+fn turns_take_the_shorter_way() {
+    // Wherever a quaternion has its sign.
+    for from in (-180..180).step_by(10) {
+        for turn in [-170, -60, 20, 170] {
+            let keys = format!(r#"{{ "time": 0, "yaw": {from} }}, {{ "time": 1, "yaw": {} }}"#, from + turn);
+            let [_, _, yaw] = camera_at(&keyframes("linear", &keys), 0.25).roll_pitch_yaw(Up::Z);
+            let off = yaw - (f64::from(from) + 0.25 * f64::from(turn));
+            assert!((off / 360.0 - (off / 360.0).round()).abs() < 1e-11, "{from} {turn} {yaw}");
+        }
+    }
+    // Constant angular speed, whatever the axis.
+    let world = keyframes(
+        "linear",
+        r#"{ "time": 0, "roll": 10, "pitch": 20, "yaw": 30 }, { "time": 1, "roll": -50, "pitch": -40, "yaw": 140 }"#,
+    );
+    let turn = |a: f64, b: f64| {
+        let turn = camera_at(&world, b).r() * camera_at(&world, a).r().transpose();
+        ((turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0) / 2.0).acos()
+    };
+    let whole = turn(0.0, 1.0);
+    for i in 0..10 {
+        let t = f64::from(i) / 10.0;
+        assert!((turn(t, t + 0.1) - whole / 10.0).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn targets_are_looked_at_all_the_way() {
+    let world = keyframes(
+        "linear",
+        r#"{ "time": 0, "location": [5, 0, 1], "target": [0, 0, 0] }, { "time": 2, "location": [0, 5, 1], "target": [0, 0, 2] }"#,
+    );
+    for time in [0.0, 0.5, 1.3, 2.0] {
+        let camera = camera_at(&world, time);
+        let (pixel, in_front) = camera.project(DVec3::new(0.0, 0.0, time));
+        assert!((pixel - glam::DVec2::new(319.5, 239.5)).length() < 1e-9 && in_front);
+    }
+}
+
+#[test]
+fn objects_move_and_keep_their_scale() {
+    let world = keyframes(
+        "linear",
+        r#"{ "object": "box", "time": 0, "location": [0, 0, 0] }, { "object": "box", "time": 1, "location": [2, 0, 0] },
+           { "object": "box", "time": 2, "yaw": 90 }"#,
+    );
+    let before = world.objects[0].world_from_mesh;
+    let moved = world.at_video_time(0.5).unwrap();
+    let now = moved.objects[0].world_from_mesh;
+    assert!(close(now.translation, DVec3::X));
+    // One key of angles: it holds throughout; the scale of the description stays.
+    let expected =
+        DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
+    assert!((now.matrix3 - expected).to_cols_array().iter().all(|v| v.abs() < 1e-12));
+    assert_eq!(world.objects[0].world_from_mesh, before, "the world itself stays");
+    assert!(std::sync::Arc::ptr_eq(&world.meshes[0], &moved.meshes[0]), "geometry is shared");
+    assert_eq!(camera_at(&world, 1.0), world.cameras[0].camera);
+}
+
+#[test]
+fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
+    let world = keyframes("linear", r#"{ "object": "box", "time": 0, "location": [7, 7, 7] }"#);
+    let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
+    assert_eq!(placed.matrix3, world.objects[0].world_from_mesh.matrix3);
+    assert_eq!(placed.translation, DVec3::splat(7.0));
+    for (up, ahead) in [("z", DVec3::X), ("y", -DVec3::Z)] {
+        let keys = r#"{ "keyframe": { "object": "box", "time": 0, "location": [0, 0, 0], "target": [1, 3, 2] } }"#;
+        let world = self::world(up, keys).unwrap();
+        let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
+        let faced = placed.transform_vector3(ahead).normalize();
+        assert!(close(faced, DVec3::new(1.0, 3.0, 2.0).normalize()), "{up} {faced}");
+    }
+    let keys = r#"{ "keyframe": { "object": "box", "time": 0, "location": [0, 0, 0], "target": [0, 0, 2] } }"#;
+    let error = self::world("z", keys).unwrap().at_video_time(0.0).unwrap_err().to_string();
+    assert!(error.contains(r#"object "box" at [0, 0, 0] cannot face [0, 0, 2] at 0 s"#), "{error}");
+}
+
+#[test]
+fn what_makes_no_sense_is_said() {
+    let fails = |video: &str, expected: &str| {
+        let error = world("z", video).expect_err("an error").to_string();
+        assert_eq!(error, expected);
+    };
+    fails(r#"{ "fps": 0 }"#, "video.fps: 0: expected a finite number greater than 0");
+    fails(r#"{ "seconds": -1 }"#, "video.seconds: -1: expected more than 0, and at most 1000000 frames");
+    fails(r#"{ "seconds": 1e9 }"#, "video.seconds: 1000000000: expected more than 0, and at most 1000000 frames");
+    fails(
+        r#"{ "keyframe": [{ "time": 2, "yaw": 3 }, { "time": 1, "yaw": 4 }] }"#,
+        "video.keyframe[1].time: 1 comes after 2: keyframes of one mover go in order of time",
+    );
+    fails(r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#, "video.keyframe[0].time: -1: expected finite seconds >= 0");
+    fails(r#"{ "keyframe": { "yaw": 3 } }"#, r#"video.keyframe[0]: the key "time" is missing"#);
+    fails(
+        r#"{ "keyframe": { "time": 1 } }"#,
+        "video.keyframe[0]: it says nothing: give location, roll, pitch and yaw, or target",
+    );
+    fails(
+        r#"{ "keyframe": { "time": 1, "yaw": 1, "target": [0, 0, 0] } }"#,
+        "video.keyframe[0]: one mover has both angles and targets: give all its keyframes one of them",
+    );
+    fails(
+        r#"{ "keyframe": { "time": 1, "object": "bx", "yaw": 1 } }"#,
+        r#"video.keyframe[0].object: no object "bx" among 1; did you mean "box"?"#,
+    );
+    fails(
+        r#"{ "orbit": { "target": [0, 0, 0] }, "keyframe": { "time": 1, "yaw": 1 } }"#,
+        "video.orbit: keyframes of the camera are given too: expected one of the two",
+    );
+    fails(
+        r#"{ "orbit": { "targt": [0, 0, 0] } }"#,
+        r#"video.orbit.targt: unknown key "targt"; did you mean "target"?"#,
+    );
+}
+
+#[test]
+fn every_video_has_a_frame_and_says_when() {
+    let world = World::default();
+    let video = |fps, seconds| {
+        let spec = VideoSpec { fps, seconds: Some(seconds), ..VideoSpec::default() };
+        spec.build(&world).unwrap()
+    };
+    assert_eq!(video(24.0, 4.0).frame_count(), 96);
+    assert_eq!(video(30.0, 0.001).frame_count(), 1);
+    assert_eq!(video(29.97, 10.0).frame_count(), 300);
+    assert_eq!(video(25.0, 1.0).time(5), 0.2);
+    assert_eq!(video(25.0, 1.0).fps(), 25.0);
+}
