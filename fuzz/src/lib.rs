@@ -192,6 +192,7 @@ pub fn cameras(format: &str, bytes: &[u8]) {
     let known = ReadHints {
         size: Some([64, 48]),
         intrinsics: Some(intrinsics),
+        lens: None,
     };
     let path = match format {
         "colmap" => {

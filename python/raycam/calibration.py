@@ -9,7 +9,7 @@ from pathlib import Path
 from . import _core
 from .arrays import size_of
 from .camera import Camera
-from .camera._arguments import Size, Up
+from .camera._arguments import Model, Size, Up
 from .errors import CameraError, FormatError, nearest
 from .io.atomic_files import write
 from .rig import Rig
@@ -93,12 +93,14 @@ def load_cameras(
     *,
     size: Size | None = None,
     intrinsics: Camera | None = None,
+    lens: Model | None = None,
     up: Up = "z",
 ) -> Cameras:
     """Reads the cameras of a calibration or trajectory, by name.
 
     ================ =================================================================================================
-    "opencv"         FileStorage YAML, JSON, XML: `calibration`, `stereo_calib`; sensor files of EuRoC, Kimera
+    "opencv"         YAML, JSON, XML: FileStorage, or K and lens in users' own words (`mtx`, `dist`, `K1 D1 K2 D2 R T`,
+                     a map for each camera); sensor files of EuRoC, Kimera
     "ros"            CameraInfo of `camera_info_manager` or a message; roi and binning as `image_geometry`
     "kalibr"         camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
     "colmap"         a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
@@ -110,18 +112,20 @@ def load_cameras(
     ================ =================================================================================================
 
     A missing `format` is detected from the file's name and contents. `size` (width, height) is for files without a
-    size. `intrinsics` is the camera whose size, K and lens the poses of a trajectory get. Each camera has the
-    `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates are the
-    file's; `up` is the axis that roll, pitch and yaw refer to.
+    size. `intrinsics` is the camera whose size, K and lens the poses of a trajectory get. `lens` is the model of
+    coefficients of which the file does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. Each
+    camera has the `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates
+    are the file's; `up` is the axis that roll, pitch and yaw refer to.
 
-    Raises `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid camera, and
+    No lens is lost: raises `FormatError` for a key that looks like a lens and is not understood. Raises `FormatError`
+    with file, line and key for a malformed file, `CameraError` for an invalid camera, and
     `OSError`.
     """
     pair = None if size is None else size_of(size, error=CameraError)
     if not isinstance(intrinsics, Camera | None):
         raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
     core = None if intrinsics is None else intrinsics._core
-    records, notices = _core.read_cameras(os.fspath(path), format, pair, core)
+    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, lens)
     return Cameras(records, notices, up, os.fspath(path))
 
 

@@ -62,6 +62,7 @@ def add_camera(command: argparse.ArgumentParser) -> None:
         type=size_of,
         help="the picture's size in pixels; the view stays the camera's",
     )
+    add_lens(command)
 
 
 def add_known(command: argparse.ArgumentParser) -> None:
@@ -78,6 +79,16 @@ def add_known(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"
     )
+    add_lens(command)
+
+
+def add_lens(command: argparse.ArgumentParser) -> None:
+    """Adds `--lens`."""
+    command.add_argument(
+        "--lens",
+        metavar="MODEL",
+        help="the lens model of the calibration's coefficients, where it does not say it: opencv, fisheye, ...",
+    )
 
 
 def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
@@ -85,10 +96,11 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     from ..calibration import load_cameras
 
     size, intrinsics = getattr(options, "size", None), None
+    format, lens = getattr(options, "camera_format", None), getattr(options, "lens", None)
     if getattr(options, "intrinsics", None) is not None:
-        intrinsics = next(iter(load_cameras(options.intrinsics, size=size).values()))
-    format = getattr(options, "camera_format", None)
-    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics)
+        intrinsics = next(iter(load_cameras(options.intrinsics, size=size, lens=lens).values()))
+        lens = None
+    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics, lens=lens)
     print_notices(cameras.notices)
     return cameras
 

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
 from ._job_options import add_job, job_options, shard_of
-from ._options import Command, add_rendering, add_world, load_world, print_notices, rendering, size_of
+from ._options import (
+    Command,
+    add_lens,
+    add_rendering,
+    add_world,
+    load_calibration,
+    load_world,
+    print_notices,
+    rendering,
+    size_of,
+)
 from ._rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
@@ -52,6 +62,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of --cameras get"
     )
+    add_lens(command)
     command.add_argument(
         "--sample",
         metavar="N",
@@ -106,18 +117,13 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
     """The cameras of the given file, and their times; None without a file."""
     if options.cameras is None:
         return None, None
-    from ..calibration import load_cameras
     from ..world.load import load
 
     times = None
     if str(options.cameras).endswith((".toml", ".glb", ".gltf")):
         cameras: Mapping[str, Camera] = load(options.cameras).cameras
     else:
-        intrinsics = None
-        if options.intrinsics is not None:
-            intrinsics = next(iter(load_cameras(options.intrinsics, size=options.size).values()))
-        found = load_cameras(options.cameras, options.camera_format, size=options.size, intrinsics=intrinsics)
-        print_notices(found.notices)
+        found = load_calibration(options.cameras, options)
         cameras, times = found, _times(found)
     if not cameras:
         raise SettingsError(f"{options.cameras} has no cameras")

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use raycam_formats::calibration::{self, Pose, ReadHints, RigMount};
 use raycam_formats::{Budget, FormatError};
+use raycam_scene::LensModel;
 
 use crate::arrays::rows_of;
 use crate::camera::Camera;
@@ -90,16 +91,19 @@ impl PyCameraRecord {
 
 /// The records of a file, and notices.
 #[pyfunction]
+#[pyo3(signature = (path, format, size, intrinsics, lens=None))]
 pub(crate) fn read_cameras(
     py: Python<'_>,
     path: PathBuf,
     format: Option<String>,
     size: Option<[u32; 2]>,
     intrinsics: Option<&Camera>,
+    lens: Option<&str>,
 ) -> PyResult<(Vec<PyCameraRecord>, Vec<String>)> {
     let known = ReadHints {
         size,
         intrinsics: intrinsics.map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
+        lens: lens.map(LensModel::from_name).transpose().map_err(|error| camera_error(error.to_string()))?,
     };
     let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
     let found = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;

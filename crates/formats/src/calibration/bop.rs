@@ -27,7 +27,7 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut calibration = Calibration::default();
     let scale = |at: &Cursor<'_>| at.get("depth_scale").map(|at| at.number()).transpose();
     if root.get("fx").is_some() {
-        calibration.notices = root.unknown_keys(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"]);
+        calibration.notices = root.unknown_keys(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"])?;
         let get = |key: &str| root.require(key)?.number();
         let mut record = CameraRecord::new("camera", PixelCenter::Integer);
         record.k = Some(DMat3::from_cols(
@@ -49,8 +49,9 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             let t = DVec3::from_array(image.require("cam_t_w2c")?.array::<3>()?);
             record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r.matrix3()?), t / 1000.0));
         }
-        for (key, _) in image.entries()? {
+        for (key, at) in image.entries()? {
             if !["cam_K", "cam_R_w2c", "cam_t_w2c", "depth_scale"].contains(&key) {
+                at.refuse_lens(key)?;
                 *unread.entry(key.to_owned()).or_default() += 1;
             }
         }

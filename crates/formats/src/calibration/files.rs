@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use raycam_scene::LensModel;
+
 use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 
@@ -21,6 +23,8 @@ pub struct ReadHints {
     pub size: Option<[u32; 2]>,
     /// The camera whose size, K and lens the poses get, where the file has none.
     pub intrinsics: Option<CameraRecord>,
+    /// The lens model of coefficients, where the file does not state it.
+    pub lens: Option<LensModel>,
 }
 
 /// Files to write.
@@ -50,6 +54,22 @@ impl ReadHints {
         }
         if record.size.is_none() {
             record.size = self.size;
+        }
+        let model = record.lens.coefficients().map(|(model, _)| model);
+        if let Some(lens) = self.lens
+            && model != Some(lens)
+            && !(model.is_none() && lens == LensModel::OpenCv)
+        {
+            return Err(FormatError::whole(
+                path,
+                format!(
+                    "camera {:?} has the lens {:?} by its file, and lens is {:?}: leave it out; it is for files that \
+                     do not state the model of their coefficients",
+                    record.name,
+                    model.map_or("pinhole", LensModel::name),
+                    lens.name()
+                ),
+            ));
         }
         if record.size.is_some() && (record.k.is_some() || record.matrix.is_some()) {
             let mut check = record.clone();

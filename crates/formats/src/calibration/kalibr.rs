@@ -50,7 +50,7 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         if name != format!("cam{i}") {
             return Err(camera.fail(format_args!("expected cam{i} here")));
         }
-        calibration.notices.extend(camera.unknown_keys(&KEYS));
+        calibration.notices.extend(camera.unknown_keys(&KEYS)?);
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         let [width, height] = camera.require("resolution")?.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);

@@ -2,6 +2,7 @@
 //! for all intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the centre of the first
 //! pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -19,7 +20,7 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 /// Keys of intrinsics, for all or for one frame.
-const INTRINSICS: [&str; 16] = [
+const INTRINSICS: [&str; 17] = [
     "camera_angle_x",
     "camera_angle_y",
     "fl_x",
@@ -36,6 +37,7 @@ const INTRINSICS: [&str; 16] = [
     "p2",
     "camera_model",
     "is_fisheye",
+    "distortion_params",
 ];
 const FRAME: [&str; 9] = [
     "file_path",
@@ -48,8 +50,9 @@ const FRAME: [&str; 9] = [
     "time",
     "colmap_image_id",
 ];
-const ROOT: [&str; 10] = [
+const ROOT: [&str; 11] = [
     "frames",
+    "applied_transform",
     "aabb_scale",
     "applied_scale",
     "ply_file_path",
@@ -73,10 +76,17 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, known: &ReadHints) -> 
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration =
-        Calibration { notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat()), ..Calibration::default() };
+        Calibration { notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat())?, ..Calibration::default() };
+    calibration.notices.extend(moved_world(&root));
     let mut names = std::collections::HashSet::new();
+    let mut unread = BTreeMap::<&str, usize>::new();
     for frame in root.require("frames")?.list()? {
-        calibration.notices.extend(frame.unknown_keys(&[&INTRINSICS[..], &FRAME].concat()));
+        for (key, at) in frame.entries()? {
+            if !INTRINSICS.contains(&key) && !FRAME.contains(&key) {
+                at.refuse_lens(key)?;
+                *unread.entry(key).or_default() += 1;
+            }
+        }
         let file = frame.get("file_path").map(|at| at.word()).transpose()?;
         let count = calibration.records.len();
         let mut name = file.map_or_else(|| count.to_string(), |file| file.trim_start_matches("./").to_owned());
@@ -92,7 +102,28 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, known: &ReadHints) -> 
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_yz(gl)), c));
         calibration.records.push(record);
     }
+    calibration.notices.extend(unread.iter().map(|(key, count)| format!("{key} of {count} frames is not read")));
     Ok(calibration)
+}
+
+/// A notice of how the file's world differs from that of the reconstruction before it.
+fn moved_world(root: &Cursor<'_>) -> Option<String> {
+    let numbers = |key: &str| root.get(key).and_then(|at| at.numbers().ok());
+    let (moved, scale) = (numbers("applied_transform"), root.get("applied_scale").and_then(|at| at.number().ok()));
+    let scale = scale.filter(|scale| *scale != 1.0);
+    let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let moved = moved.filter(|moved| moved.len() >= 12 && moved[..12] != identity);
+    if moved.is_none() && scale.is_none() {
+        return None;
+    }
+    let moved = moved.map(|moved| format!("applied_transform [{}]", joined(&moved, ", ")));
+    let scale = scale.map(|scale| format!("applied_scale {scale}"));
+    let what: Vec<String> = moved.into_iter().chain(scale).collect();
+    Some(format!(
+        "the cameras are in the world of this file, after its {}: a mesh of the reconstruction before it (COLMAP's) \
+         needs the same",
+        what.join(" and ")
+    ))
 }
 
 /// OpenGL's axes of the camera to OpenCV's, and back.
@@ -142,34 +173,67 @@ fn upper(fx: f64, fy: f64, cx: f64, cy: f64) -> DMat3 {
     DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
-fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<(), FormatError> {
+/// The coefficients k1 k2 k3 k4 p1 p2: by their names, or in nerfstudio's `distortion_params`.
+fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6], FormatError> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
-    let at = get("camera_model").unwrap_or_else(|| root.clone());
     let mut values = [0.0; 6];
     for (value, key) in values.iter_mut().zip(["k1", "k2", "k3", "k4", "p1", "p2"]) {
         *value = get(key).map_or(Ok(0.0), |at| at.number())?;
     }
-    let [k1, k2, k3, k4, p1, p2] = values;
+    let Some(at) = get("distortion_params") else {
+        return Ok(values);
+    };
+    let listed = at.array::<6>()?;
+    if values != [0.0; 6] && values != listed {
+        return Err(at.fail("the lens is there twice, here and as k1 to p2: expected one of them"));
+    }
+    Ok(listed)
+}
+
+fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<(), FormatError> {
+    let get = |key: &str| frame.get(key).or_else(|| root.get(key));
+    let at = get("camera_model").unwrap_or_else(|| root.clone());
     let fisheye = get("is_fisheye").map_or(Ok("false"), |at| at.word())?;
     let model = match get("camera_model") {
         Some(at) => at.word()?,
         None if matches!(fisheye, "true" | "True") => "OPENCV_FISHEYE",
         None => "OPENCV",
     };
+    if model == "EQUIRECTANGULAR" {
+        return panorama(record, &at);
+    }
+    let [k1, k2, k3, k4, p1, p2] = coefficients(frame, root)?;
     let made = match model {
         "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" if k4 == 0.0 => {
             let coefficients = [k1, k2, p1, p2, k3];
             Lens::new(LensModel::OpenCv, if k3 == 0.0 { &coefficients[..4] } else { &coefficients })
         }
         "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4]),
+        // nerfstudio has the tangential terms on the plane of the angles, as COLMAP's model.
+        "OPENCV_FISHEYE" | "FISHEYE" => Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]),
         _ => {
             return Err(at.fail(format_args!(
-                "{model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}: raycam reads PINHOLE, OPENCV without k4, \
-                 and OPENCV_FISHEYE without p1 and p2"
+                "{model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}: raycam reads PINHOLE, OPENCV without \
+                 k4, OPENCV_FISHEYE and EQUIRECTANGULAR"
             )));
         }
     };
     record.lens = made.map_err(|error| at.fail(error))?;
+    Ok(())
+}
+
+/// The whole panorama: its K is in pixels per radian, whatever fl_x says.
+fn panorama(record: &mut CameraRecord, at: &Cursor<'_>) -> Result<(), FormatError> {
+    let Some([width, height]) = record.size else {
+        return Err(at.fail("EQUIRECTANGULAR needs w and h"));
+    };
+    if width != 2 * height {
+        return Err(at.fail(format_args!("EQUIRECTANGULAR of {width} x {height}: expected twice as wide as high")));
+    }
+    let (width, height) = (f64::from(width), f64::from(height));
+    let per_radian = width / std::f64::consts::TAU;
+    record.k = Some(upper(per_radian, per_radian, 0.5 * width, 0.5 * height));
+    record.lens = Lens::new(LensModel::Equirectangular, &[]).map_err(|error| at.fail(error))?;
     Ok(())
 }
 

@@ -9,20 +9,24 @@ use crate::error::FormatError;
 pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
     let records: Vec<_> = records.into_iter().collect();
     // A camera with parallel rays is none that a body carries.
-    let poses: Result<Vec<_>, _> = records.iter().map(|record| record.require_pose()).collect();
-    let Ok(poses) = poses else { return };
-    if poses.len() < 2 {
+    if records.len() < 2 || records.iter().any(|record| record.require_pose().is_err()) {
         return;
     }
-    for (record, camera) in records.into_iter().zip(poses) {
-        record.mount = Some(RigMount {
-            rig: rig.into(),
-            frame: rig.into(),
-            name: record.name.clone(),
-            camera,
-            body: Pose::identity(),
-        });
+    for record in records {
+        on_a_body(record, rig);
     }
+}
+
+/// Mounts a camera on a rig whose body is the world of the file, as its format says.
+pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
+    let Ok(camera) = record.require_pose() else { return };
+    record.mount = Some(RigMount {
+        rig: rig.into(),
+        frame: rig.into(),
+        name: record.name.clone(),
+        camera,
+        body: Pose::identity(),
+    });
 }
 
 /// The poses of cameras for a format that holds one rig, camera_from_body where they stand on one, with what is lost.

@@ -55,7 +55,7 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
-    let mut notices = root.unknown_keys(&KEYS);
+    let mut notices = root.unknown_keys(&KEYS)?;
     let name = root
         .get("camera_name")
         .map_or_else(|| Ok(source.stem().unwrap_or_else(|| "camera".into())), |at| at.word().map(str::to_owned))?;

@@ -30,7 +30,7 @@ fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
             std::fs::write(path.join(name), bytes).unwrap();
         }
     }
-    let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()) };
+    let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()), lens: None };
     let back = read(&path, Some(format), &known, &Budget::default());
     back.unwrap_or_else(|error| panic!("{format}: {error}")).records
 }
@@ -70,7 +70,7 @@ fn damaged_files_are_errors_and_nothing_panics() {
     for format in formats().filter(|format| !format.starts_with("colmap")) {
         let written = write(&[record()], Path::new("out"), format).unwrap();
         let bytes = &written.files[0].1;
-        let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()) };
+        let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()), lens: None };
         let name = Path::new("out");
         let read = |bytes: Vec<u8>| decode(bytes, name, Some(format), &known, &Budget::default());
         read(bytes.clone()).unwrap();

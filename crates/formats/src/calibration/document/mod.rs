@@ -1,5 +1,6 @@
 //! Documents of YAML, JSON and XML as one tree of maps, lists and scalars, each with its line.
 
+pub(crate) mod lens_keys;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
 pub(crate) mod xml;
@@ -47,7 +48,17 @@ impl<'a> Cursor<'a> {
         FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
     }
 
-    fn child(&self, key: &str, node: &'a DocumentNode) -> Self {
+    /// The file.
+    pub(crate) fn file(&self) -> &'a Path {
+        self.path
+    }
+
+    /// The name of the file.
+    pub(crate) fn file_name(&self) -> Option<String> {
+        Some(self.path.file_name()?.to_string_lossy().into_owned())
+    }
+
+    pub(crate) fn child(&self, key: &str, node: &'a DocumentNode) -> Self {
         let joint = if self.key.is_empty() { "" } else { "." };
         Self { node, path: self.path, key: format!("{}{joint}{key}", self.key) }
     }
@@ -72,8 +83,13 @@ impl<'a> Cursor<'a> {
             return None;
         };
         let (_, node) = entries.iter().find(|(name, _)| name == key)?;
-        let null = matches!(&node.value, Value::Scalar(word) if matches!(word.as_str(), "" | "null" | "~"));
-        (!null).then(|| self.child(key, node))
+        let child = self.child(key, node);
+        (!child.is_null()).then_some(child)
+    }
+
+    /// True for an empty value.
+    pub(crate) fn is_null(&self) -> bool {
+        matches!(&self.node.value, Value::Scalar(word) if matches!(word.as_str(), "" | "null" | "~"))
     }
 
     /// The value of the first of some keys that mean the same.
@@ -121,7 +137,7 @@ impl<'a> Cursor<'a> {
         Ok(items.iter().enumerate().map(item).collect())
     }
 
-    /// Numbers in a list, in a list of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
+    /// Numbers in a list, in lists of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
     pub(crate) fn numbers(&self) -> Result<Vec<f64>, FormatError> {
         if self.is_map() {
             let numbers = self.require("data")?.numbers()?;
@@ -148,12 +164,8 @@ impl<'a> Cursor<'a> {
         let mut numbers = Vec::new();
         for item in self.list()? {
             match item.node.value {
-                Value::List(_) => {
-                    for inner in item.list()? {
-                        numbers.push(inner.number()?);
-                    }
-                }
-                _ => numbers.push(item.number()?),
+                Value::Scalar(_) => numbers.push(item.number()?),
+                _ => numbers.extend(item.numbers()?),
             }
         }
         Ok(numbers)
@@ -186,20 +198,26 @@ impl<'a> Cursor<'a> {
 
     /// The lens of a name that calibration tools use, with its coefficients.
     pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens, FormatError> {
-        lens(name, coefficients).map_err(|message| self.fail(message))
+        lens_named(name, coefficients).map_err(|message| self.fail(message))
     }
 
-    /// A notice for every key that is not in `known`.
-    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Vec<String> {
+    /// A notice for every key that is not in `known`; one that looks like a lens is an error.
+    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<String>, FormatError> {
+        self.unread_keys(|key| known.contains(&key))
+    }
+
+    /// The same, where a function tells the known keys.
+    pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<String>, FormatError> {
         let Value::Map(entries) = &self.node.value else {
-            return vec![];
+            return Ok(vec![]);
         };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
-        entries
-            .iter()
-            .filter(|(key, _)| !known.contains(&key.as_str()))
-            .map(|(key, node)| format!("{place}{key} (line {}) is not read", node.line))
-            .collect()
+        let mut notices = Vec::new();
+        for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {
+            self.child(key, node).refuse_lens(key)?;
+            notices.push(format!("{place}{key} (line {}) is not read", node.line));
+        }
+        Ok(notices)
     }
 }
 
@@ -210,7 +228,7 @@ pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
 }
 
 /// The lens that calibration tools call by a name.
-fn lens(name: &str, given: &[f64]) -> Result<Lens, String> {
+pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
     let model = match name {
         "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {
             LensModel::OpenCv
@@ -218,11 +236,11 @@ fn lens(name: &str, given: &[f64]) -> Result<Lens, String> {
         "equidistant" | "fisheye" | "equi" | "kannala_brandt" => LensModel::Fisheye,
         "fov" => LensModel::Fov,
         "none" | "" if given.iter().all(|v| *v == 0.0) => return Ok(Lens::Pinhole),
-        _ => {
+        // raycam's own names of the others.
+        _ => LensModel::from_name(name).map_err(|_| {
             let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];
-            let hint = suggestion(name, names);
-            return Err(format!("raycam has no distortion model {name:?}{hint}"));
-        }
+            format!("raycam has no distortion model {name:?}{}", suggestion(name, names))
+        })?,
     };
     if model == LensModel::OpenCv && given.is_empty() {
         return Ok(Lens::Pinhole);

@@ -1,4 +1,9 @@
-//! OpenCV's FileStorage, read and written.
+//! OpenCV's calibrations, read and written.
 
+mod camera;
+mod keys;
+mod lens;
 pub(crate) mod read;
+mod stereo;
+mod storage;
 pub(crate) mod write;

@@ -1,0 +1,67 @@
+//! The rule that no lens vanishes: a key that looks like a lens, and is not read, is an error.
+
+use crate::calibration::document::{Cursor, DocumentNode, Value};
+use crate::error::FormatError;
+
+/// A key in lower case, without `_`, `-`, `.` and spaces: people spell `dist_coeffs`, `distCoeffs` and `Dist.Coeffs`.
+pub(crate) fn plain(key: &str) -> String {
+    key.chars().filter(|c| !matches!(c, '_' | '-' | '.' | ' ')).flat_map(char::to_lowercase).collect()
+}
+
+/// True if a key has the name of a lens or of coefficients.
+fn looks_like_lens(key: &str) -> bool {
+    let key = plain(key);
+    let starts = |words: &[&str]| words.iter().any(|word| key.starts_with(word));
+    let distortion = starts(&["dist"]) && !starts(&["distance", "distrib", "distric"]);
+    distortion || key.contains("distort") || key.contains("coef") || starts(&["lens"]) || matches!(&key[..], "d" | "xi")
+}
+
+/// True if a key is the name of one coefficient.
+fn is_coefficient(key: &str) -> bool {
+    let key = plain(key);
+    let (letter, number) = key.split_at(key.chars().next().map_or(0, char::len_utf8));
+    matches!((letter, number), ("k", "0" | "1" | "2" | "3" | "4" | "5" | "6") | ("p", "1" | "2" | "3" | "4"))
+        || matches!(&key[..], "s1" | "s2" | "s3" | "s4" | "taux" | "tauy" | "omega" | "xi")
+}
+
+/// True if a node has a number other than 0, at any depth.
+fn has_value(node: &DocumentNode) -> bool {
+    match &node.value {
+        Value::Scalar(word) => word.parse::<f64>().is_ok_and(|v| v != 0.0),
+        Value::List(items) => items.iter().any(has_value),
+        Value::Map(entries) => {
+            // A matrix has rows and columns too.
+            let data = entries.iter().find(|(key, _)| key == "data");
+            data.map_or_else(|| entries.iter().any(|(_, node)| has_value(node)), |(_, node)| has_value(node))
+        }
+    }
+}
+
+impl Cursor<'_> {
+    /// Refuses a key with the name of a lens, and everything of such a name below it, whose numbers are not all 0.
+    ///
+    /// # Errors
+    /// [`FormatError::Syntax`] names the key.
+    pub(crate) fn refuse_lens(&self, key: &str) -> Result<(), FormatError> {
+        let scalar = matches!(self.node.value, Value::Scalar(_));
+        let lens = looks_like_lens(key) || scalar && is_coefficient(key);
+        if lens && has_value(self.node) {
+            return Err(self.fail(
+                "it looks like a lens, which raycam does not find here: without it, the camera would be a pinhole. \
+                 Expected distortion_coefficients, or the key of this format; remove it if it is no lens",
+            ));
+        }
+        match &self.node.value {
+            Value::Map(entries) => {
+                for (key, node) in entries {
+                    self.child(key, node).refuse_lens(key)?;
+                }
+                Ok(())
+            }
+            Value::List(items) if items.iter().any(|item| matches!(item.value, Value::Map(_))) => {
+                self.list()?.iter().try_for_each(|item| item.refuse_lens(""))
+            }
+            _ => Ok(()),
+        }
+    }
+}

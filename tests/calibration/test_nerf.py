@@ -1,0 +1,88 @@
+"""The NeRF family's transforms.json: lenses against OpenCV and pycolmap, notices, file names."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+import raycam
+from raycam.errors import FormatError
+
+POINTS = np.random.default_rng(5).uniform([-0.5, -0.4, 1.5], [0.5, 0.4, 3.0], (30, 3))
+K = np.array([[510.0, 0, 322.5], [0, 505.0, 238.0], [0, 0, 1]])
+IDENTITY = np.diag([1.0, -1.0, -1.0, 1.0]).tolist()
+
+
+def scene(path: Path, frames: int = 1, *, per_frame: bool = False, **keys: Any) -> Path:
+    shared = {"fl_x": 510.0, "fl_y": 505.0, "cx": 322.5, "cy": 238.0, "w": 640, "h": 480, **keys}
+    own = shared if per_frame else {}
+    listed = [{"file_path": f"{i}.png", "transform_matrix": IDENTITY, **own} for i in range(frames)]
+    path.write_text(json.dumps({**({} if per_frame else shared), "frames": listed}))
+    return path
+
+
+@pytest.mark.parametrize("per_frame", [True, False])
+def test_distortion_params_are_in_the_order_of_nerfstudio(tmp_path: Path, per_frame: bool) -> None:
+    k1, k2, k3, p1, p2 = -0.11, 0.03, 0.004, 0.002, -0.0015
+    file = scene(
+        tmp_path / "a.json",
+        per_frame=per_frame,
+        camera_model="OPENCV",
+        distortion_params=[k1, k2, k3, 0.0, p1, p2],
+    )
+    (camera,) = raycam.load_cameras(file).values()
+    zero = np.zeros(3)
+    expected = cv2.projectPoints(POINTS, zero, zero, K, np.array([k1, k2, p1, p2, k3]))[0][:, 0]
+    np.testing.assert_allclose(camera.project(POINTS)[0], expected, atol=1e-8)
+
+
+def test_a_fisheye_keeps_its_tangential_terms(tmp_path: Path) -> None:
+    k1, k2, k3, k4, p1, p2 = 0.03, -0.01, 0.005, -0.001, 0.002, -0.003
+    file = scene(
+        tmp_path / "a.json", camera_model="OPENCV_FISHEYE", distortion_params=[k1, k2, k3, k4, p1, p2]
+    )
+    (camera,) = raycam.load_cameras(file).values()
+    theirs = pycolmap.Camera(
+        model="THIN_PRISM_FISHEYE",
+        width=640,
+        height=480,
+        params=[510, 505, 322.5, 238, k1, k2, p1, p2, k3, k4, 0, 0],
+    )
+    expected = np.array([theirs.img_from_cam(point) for point in POINTS])
+    np.testing.assert_allclose(camera.project(POINTS)[0], expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("params", [[0.1, 0, 0, 0.2, 0, 0], [0.1, 0, 0, 0]])
+def test_coefficients_without_a_model_are_refused(tmp_path: Path, params: list[float]) -> None:
+    with pytest.raises(FormatError, match=r"k4|expected 6"):
+        raycam.load_cameras(scene(tmp_path / "a.json", distortion_params=params))
+
+
+def test_a_panorama_is_a_panorama(tmp_path: Path) -> None:
+    file = scene(
+        tmp_path / "a.json", camera_model="EQUIRECTANGULAR", w=800, h=400, fl_x=400, fl_y=400, cx=400, cy=200
+    )
+    (camera,) = raycam.load_cameras(file).values()
+    # Straight ahead is the middle, a quarter turn right is a quarter of the width further.
+    np.testing.assert_allclose(
+        camera.project([[0, 0, 2.0], [3.0, 0, 0]])[0], [[400, 200], [600, 200]], atol=1e-9
+    )
+
+
+def test_notices_are_said_once_and_explain(tmp_path: Path) -> None:
+    file = scene(tmp_path / "a.json", 7, per_frame=True, blur=0.3, offset=[1, 2, 3])
+    text = json.loads(file.read_text())
+    text |= {"applied_transform": [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]], "applied_scale": 0.5}
+    file.write_text(json.dumps(text))
+    notices = raycam.load_cameras(file).notices
+    assert len(notices) == 3
+    assert sum("of 7 frames" in notice for notice in notices) == 2
+    assert (
+        sum("applied_transform [0.0, 1.0" in notice and "applied_scale 0.5" in notice for notice in notices)
+        == 1
+    )

@@ -1,0 +1,220 @@
+"""OpenCV's calibrations in users' own words, against OpenCV's own projection."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pytest
+import raycam
+import yaml
+from raycam.errors import CameraError, FormatError
+
+K = np.array([[812.25, 0.0, 331.5], [0.0, 790.5, 229.125], [0.0, 0.0, 1.0]])
+BROWN = [-0.21, 0.083, 0.0011, -0.0007, 0.013]
+FISHEYE = [0.04, -0.013, 0.007, -0.002]
+SIZE = (640, 480)
+POINTS = np.random.default_rng(3).uniform([-0.6, -0.4, 1.5], [0.6, 0.4, 3.0], (40, 3))
+
+
+def projected(distortion: npt.ArrayLike, fisheye: bool = False) -> npt.NDArray[Any]:
+    """The pixels of POINTS by OpenCV, of a camera at the origin."""
+    zero = np.zeros(3)
+    d = np.asarray(distortion, dtype=float)
+    if fisheye:
+        return cv2.fisheye.projectPoints(POINTS[:, None], zero, zero, K, d)[0][:, 0]
+    return cv2.projectPoints(POINTS, zero, zero, K, d)[0][:, 0]
+
+
+def storage(path: Path, **values: Any) -> Path:
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for key, value in values.items():
+        file.write(key, value)
+    file.release()
+    return path
+
+
+def as_json(path: Path, **values: Any) -> Path:
+    path.write_text(json.dumps({key: np.asarray(value).tolist() for key, value in values.items()}))
+    return path
+
+
+def as_yaml(path: Path, **values: Any) -> Path:
+    path.write_text(yaml.safe_dump({key: np.asarray(value).tolist() for key, value in values.items()}))
+    return path
+
+
+WRITERS = {"yml": storage, "xml": storage, "json": as_json, "yaml": as_yaml}
+WORDS = [
+    ("camera_matrix", "dist_coeff"),
+    ("mtx", "dist"),
+    ("cameraMatrix", "distCoeffs"),
+    ("CameraMat", "DistCoeff"),
+    ("K", "D"),
+    ("intrinsic_matrix", "Distortion-Coefficients"),
+    ("camMtx", "dist_coefs"),
+]
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+@pytest.mark.parametrize("words", WORDS)
+def test_a_lens_under_any_usual_name_is_read(tmp_path: Path, ending: str, words: tuple[str, str]) -> None:
+    if ending in ("yml", "xml") and "-" in words[1]:
+        words = (words[0], words[1].replace("-", "_"))
+    write: Callable[..., Path] = WRITERS[ending]
+    file = write(tmp_path / f"a.{ending}", **{words[0]: K, words[1]: np.array([BROWN])})
+    (camera,) = raycam.load_cameras(file, size=SIZE).values()
+    pixels, _ = camera.project(POINTS)
+    np.testing.assert_allclose(pixels, projected(BROWN), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        {"distorsions": BROWN},
+        {"lens_params": BROWN},
+        {"radial_coefficients": BROWN[:2]},
+        {"calibration": {"dist": BROWN}},
+        {"extra": [{"k1": 0.1}]},
+    ],
+)
+def test_a_lens_that_is_not_understood_is_an_error(tmp_path: Path, lens: dict[str, Any]) -> None:
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, **lens}))
+    with pytest.raises(FormatError, match=f"{next(iter(lens))}.*lens"):
+        raycam.load_cameras(file)
+    # Zeros change nothing, and a distance is no distortion.
+    file.write_text(json.dumps({"K": K.tolist(), "image_size": SIZE, "distorsions": [0, 0], "distance": 3}))
+    assert raycam.load_cameras(file)["a"].model == "pinhole"
+
+
+@pytest.mark.parametrize("key", ["distortion", "Dist", "lens_distortion"])
+def test_the_other_formats_lose_no_lens_either(tmp_path: Path, key: str) -> None:
+    frame = {"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}
+    nerf = {"fl_x": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "frames": [{**frame, key: BROWN}]}
+    bop = {"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0, key: BROWN}}
+    ros = {"image_width": 640, "image_height": 480, "distortion_model": "plumb_bob", "K": K.ravel().tolist()}
+    for text in (
+        json.dumps(nerf),
+        json.dumps(bop),
+        yaml.safe_dump({**ros, "P": [0.0] * 12, key: BROWN}),
+        yaml.safe_dump(
+            {
+                "cam0": {
+                    "camera_model": "pinhole",
+                    "intrinsics": [1, 1, 0, 0],
+                    "resolution": list(SIZE),
+                    key: BROWN,
+                }
+            }
+        ),
+    ):
+        (tmp_path / "a").write_text(text)
+        with pytest.raises(FormatError, match="looks like a lens"):
+            raycam.load_cameras(tmp_path / "a", size=SIZE)
+
+
+def test_four_coefficients_of_either_model_are_asked_for(tmp_path: Path) -> None:
+    d = np.array(FISHEYE)
+    asked = [
+        storage(tmp_path / "a.yml", K=K, D=d[:, None]),
+        as_json(tmp_path / "b.json", DIM=SIZE, K=K, D=d[:, None]),
+        as_json(tmp_path / "c.json", K=K, D=d),
+        as_json(tmp_path / "fisheye_d.json", mtx=K, dist=d),
+        as_json(tmp_path / "e.json", K=K, k1=d[0], k2=d[1], k3=d[2], k4=d[3]),
+    ]
+    for file in asked:
+        with pytest.raises(FormatError, match='lens="opencv" or "fisheye"'):
+            raycam.load_cameras(file, size=SIZE)
+        (camera,) = raycam.load_cameras(file, size=SIZE, lens="fisheye").values()
+        np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE, True), atol=1e-9)
+    (camera,) = raycam.load_cameras(asked[0], size=SIZE, lens="opencv").values()
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
+    stated = as_json(tmp_path / "f.json", K=K, D=d, camera_model="fisheye")
+    (camera,) = raycam.load_cameras(stated, size=SIZE).values()
+    assert camera.model == "fisheye"
+    with pytest.raises(FormatError, match="lens is"):
+        raycam.load_cameras(stated, size=SIZE, lens="opencv")
+    # Under dist* four numbers are OpenCV's own.
+    (camera,) = raycam.load_cameras(as_json(tmp_path / "g.json", mtx=K, dist=d), size=SIZE).values()
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ("M1", "D1", "M2", "D2", "R", "T"),
+        ("cameraMatrix1", "distCoeffs1", "cameraMatrix2", "distCoeffs2", "R", "T"),
+        ("mtxL", "distL", "mtxR", "distR", "Rot", "Trans"),
+        ("K_left", "D_left", "K_right", "D_right", "rotation", "translation"),
+        (
+            "left_camera_matrix",
+            "left_dist_coeffs",
+            "right_camera_matrix",
+            "right_dist_coeffs",
+            "R_stereo",
+            "t",
+        ),
+    ],
+)
+def test_a_pair_in_one_file_is_a_rig(tmp_path: Path, keys: tuple[str, ...]) -> None:
+    right = K + np.array([[3.0, 0, 7.5], [0, 5.0, -2.25], [0, 0, 0]])
+    rvec, t = np.array([0.01, -0.02, 0.03]), np.array([-0.12, 0.002, -0.001])
+    d2 = np.array(BROWN) * 0.5
+    values = (K, np.array(BROWN), right, d2, cv2.Rodrigues(rvec)[0], t)
+    file = storage(tmp_path / "stereo.yml", **dict(zip(keys, values, strict=True)))
+    (rig,) = raycam.load_cameras(file, size=SIZE).rigs.values()
+    expected = [
+        cv2.projectPoints(POINTS, np.zeros(3), np.zeros(3), K, np.array(BROWN))[0][:, 0],
+        cv2.projectPoints(POINTS, rvec, t, right, d2)[0][:, 0],
+    ]
+    for camera, pixels in zip(rig.values(), expected, strict=True):
+        np.testing.assert_allclose(camera.project(POINTS)[0], pixels, atol=1e-8)
+
+
+def test_a_pair_in_two_files(tmp_path: Path) -> None:
+    five = np.array([BROWN])
+    storage(tmp_path / "intrinsics.yml", M1=K, D1=five, M2=K, D2=five)
+    storage(tmp_path / "extrinsics.yml", R=np.eye(3), T=np.array([-0.2, 0, 0]), Q=np.eye(4))
+    for name in ("intrinsics.yml", "extrinsics.yml"):
+        (rig,) = raycam.load_cameras(tmp_path / name, size=SIZE).rigs.values()
+        np.testing.assert_allclose([camera.C for camera in rig.values()], [[0, 0, 0], [0.2, 0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"K": K.T, "dist": BROWN}, "transposed"),
+        ({"K": np.diag([1.2, 1.6, 1.0]) + np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])}, "width"),
+        ({"K": K, "camera_matrix": K * [[2, 1, 1], [1, 1, 1], [1, 1, 1]]}, "another value"),
+        ({"K": K, "dist": BROWN, "k1": 0.3}, "twice"),
+        ({"K": K, "image_size": (480, 640)}, "rows and columns"),
+        ({"K": K, "dist": BROWN, "model": "scaramuzza"}, "scaramuzza"),
+    ],
+)
+def test_the_commonest_mistakes_are_said(tmp_path: Path, values: dict[str, Any], message: str) -> None:
+    file = tmp_path / "a.json"
+    file.write_text(
+        json.dumps({key: v if isinstance(v, str) else np.asarray(v).tolist() for key, v in values.items()})
+    )
+    with pytest.raises(FormatError, match=message):
+        raycam.load_cameras(file, size=SIZE)
+
+
+def test_views_of_a_board(tmp_path: Path) -> None:
+    rvecs, tvecs = np.array([[0.1, 0.2, 0.3], [-0.2, 0, 0.1]]), np.array([[1, 2, 13.0], [0, 1, 15]])
+    file = as_json(tmp_path / "a.json", mtx=K, dist=BROWN, rvecs=rvecs[:, :, None], tvecs=tvecs[:, :, None])
+    points = POINTS * 3
+    for i, camera in enumerate(raycam.load_cameras(file, size=SIZE).values()):
+        expected = cv2.projectPoints(points, rvecs[i], tvecs[i], K, np.array(BROWN))[0][:, 0]
+        np.testing.assert_allclose(camera.project(points)[0], expected, atol=1e-8)
+
+
+def test_lens_is_a_known_model(tmp_path: Path) -> None:
+    with pytest.raises(CameraError, match="fisheye"):
+        raycam.load_cameras(as_json(tmp_path / "a.json", K=K), size=SIZE, lens="fishey")  # type: ignore[arg-type]
