@@ -82,3 +82,25 @@ def ray_pairs(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats
     shape = starts.shape[:-1]
     flat = [np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3) for array in (starts, ways)]
     return flat[0], flat[1], shape
+
+
+def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:
+    """The matrix product of a [..., k] and b [k, m] or [k], without BLAS: the same to the last bit on every processor.
+
+    Libraries of linear algebra add in another order on other processors, which files with promised bytes may not show.
+    """
+    left, right = np.asarray(a, float), np.asarray(b, float)
+    total = np.zeros(left.shape[:-1] + right.shape[1:])
+    for i in range(right.shape[0]):
+        total += left[..., i, None] * right[i] if right.ndim == 2 else left[..., i] * right[i]
+    return total
+
+
+def lengths(vectors: npt.ArrayLike) -> Floats:
+    """The lengths [...] of vectors [..., k], the same to the last bit on every processor."""
+    squares = np.asarray(vectors, float) ** 2
+    total = np.zeros(squares.shape[:-1])
+    for i in range(squares.shape[-1]):
+        total += squares[..., i]
+    found: Floats = np.sqrt(total)
+    return found

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..arrays import product
 from ..camera import Camera
 from ..errors import CameraError
 
@@ -110,7 +111,7 @@ def check_rectified(left: Camera, right: Camera) -> None:
             )
     same = np.ones((3, 3), dtype=bool)
     same[0, 2] = False
-    baseline = left.R @ (right.C - left.C)
+    baseline = product(left.R, right.C - left.C)
     reasons = {
         "a lens": left.model != "pinhole" or right.model != "pinhole",
         "different rotations": not np.allclose(left.R, right.R, rtol=0, atol=1e-9),

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, whole
+from ..arrays import Bools, Floats, product, whole
 from ..camera import Camera
 from ..errors import SettingsError
 from ..render import render
@@ -39,7 +39,7 @@ class Box3D:
     def corners(self) -> Floats:
         """The corners [8, 3] in the world, metres: corner i is at the far end of axis k if bit k of i is set."""
         signs = (np.arange(8)[:, None] >> np.arange(3) & 1) - 0.5
-        return self.center + signs * self.size @ self.rotation.T
+        return self.center + product(signs * self.size, self.rotation.T)
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,17 @@ import numpy.typing as npt
 
 from .. import _core
 from .._serialization import DictSerializable
-from ..arrays import Bools, Floats, floats, size_of
+from ..arrays import Bools, Floats, floats
 from ..errors import CameraError
 from ._arguments import Lens, Model, PixelCenter, Size, Up, checked_up, lens_of, make, matrix, vector
 from ._constructors import Constructors
+from ._copies import Copies
 from ._optics import Optics
 
 __all__ = ["Camera"]
 
 
-class Camera(Constructors, Optics, DictSerializable):
+class Camera(Constructors, Copies, Optics, DictSerializable):
     """A camera, immutable; all numbers are float64.
 
     Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
@@ -266,14 +267,6 @@ class Camera(Constructors, Optics, DictSerializable):
             raise CameraError(
                 f"{what} works with one camera matrix P, and this camera moves: give it camera.still()"
             )
-
-    def resized(self, size: Size) -> Camera:
-        """The same view in a picture of another size (width, height): K is scaled so that the edges stay the same."""
-        new = size_of(size, error=CameraError)
-        x, y = new[0] / self.size[0], new[1] / self.size[1]
-        corner = self.corner
-        scale = np.array([[x, 0.0, (1.0 - x) * corner], [0.0, y, (1.0 - y) * corner], [0.0, 0.0, 1.0]])
-        return Camera._of(self._core.with_intrinsics((scale @ self.K).tolist(), new), self._up)
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Camera:
         """The same camera at another pose: camera_from_world [3, 3] and centre [3]. A camera's motion moves along."""

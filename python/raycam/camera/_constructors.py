@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import floats, size_of
-from ..errors import CameraError
+from ..arrays import Floats, floats, lengths, product, size_of
+from ..errors import CameraError, nearest
 from ._arguments import (
     Lens,
     Model,
@@ -27,6 +27,14 @@ from ._arguments import (
 )
 
 __all__ = ["Constructors"]
+
+Axes = Literal["opencv", "opengl", "x_forward"]
+OPENCV_FROM = {
+    "opencv": np.eye(3),
+    "opengl": np.diag([1.0, -1.0, -1.0]),
+    "x_forward": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
+}
+"""The rotations from axes of a camera to OpenCV's, by the names of the axes."""
 
 
 class Constructors:
@@ -45,8 +53,8 @@ class Constructors:
         """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
 
         The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant,
-        points forward. The camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` adds one to a camera
-        `p`. Raises `CameraError` for a rank below 3.
+        points forward. The camera has no lens: `p.replace(distortion=...)` adds one to a camera `p`. Raises
+        `CameraError` for a rank below 3.
 
         If the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are parallel
         lines without an origin, so that everything is visible. The camera is affine if the last row is 0 0 0 w. The
@@ -150,7 +158,7 @@ class Constructors:
         t = floats("tvec", tvec, *shapes, error=CameraError).ravel()
         r = floats("rvec", rvec, *shapes, (3, 3), error=CameraError)
         if r.shape == (3, 3):
-            made = make("", k, r.tolist(), (-r.T @ t).tolist(), size, pixel_center)
+            made = make("", k, r.tolist(), (-product(r.T, t)).tolist(), size, pixel_center)
         else:
             made = make("from_opencv", k, r.ravel().tolist(), t.tolist(), size, pixel_center)
         return cls._of(made, up, lens_of(distortion, model))
@@ -170,12 +178,114 @@ class Constructors:
         """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
         The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in
-        pixels; the lens is as in `Camera`.
+        pixels; the lens is as in `Camera`. The axes are OpenGL's, the pixels are not: `pixel_center` is "integer"
+        unless given, and a K with cx = width / 2 in the middle of the picture is of "half".
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
         k = matrix("K", K).tolist()
         made = make("from_opengl", k, pose.tolist(), size, pixel_center)
         return cls._of(made, up, lens_of(distortion, model))
+
+    @classmethod
+    def from_transform(
+        cls,
+        K: npt.ArrayLike,
+        size: Size,
+        *,
+        world_from_camera: npt.ArrayLike | None = None,
+        camera_from_world: npt.ArrayLike | None = None,
+        axes: Axes = "opencv",
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Self:
+        """A camera from its pose as a matrix [4, 4] or [3, 4], in either direction.
+
+        `axes` are those of the camera in the matrix: "opencv" (x right, y down, z forward), "opengl" (x right, y up, z
+        backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). Raises `CameraError`
+        unless exactly one matrix is given, for a last row that is not 0 0 0 1 (with a word where the matrix is
+        transposed), and for what is no rotation.
+        """
+        given = [value for value in (world_from_camera, camera_from_world) if value is not None]
+        if len(given) != 1:
+            raise CameraError("expected one of world_from_camera and camera_from_world")
+        name = "camera_from_world" if world_from_camera is None else "world_from_camera"
+        table = floats(name, given[0], (4, 4), (3, 4), error=CameraError)
+        if len(table) == 4 and table[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+            hint = ": it is transposed" if table[:, 3].tolist() == [0.0, 0.0, 0.0, 1.0] else ""
+            raise CameraError(f"{name} has the last row {table[3]}; expected 0 0 0 1{hint}")
+        return cls._posed(
+            K, size, table[:3, :3], table[:3, 3], name, axes, lens_of(distortion, model), pixel_center, up
+        )
+
+    @classmethod
+    def from_quaternion(
+        cls,
+        K: npt.ArrayLike,
+        quaternion: npt.ArrayLike,
+        translation: npt.ArrayLike,
+        size: Size,
+        *,
+        order: Literal["wxyz", "xyzw"],
+        direction: Literal["world_from_camera", "camera_from_world"],
+        axes: Axes = "opencv",
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Self:
+        """A camera from a unit quaternion [4] and a translation [3].
+
+        `order` says where the real part is: "wxyz" (COLMAP, Eigen's constructor, nuScenes) or "xyzw" (ROS, TUM, SciPy).
+        `direction` says what quaternion and translation do: "world_from_camera" (then the translation is the centre) or
+        "camera_from_world" (COLMAP). `axes` are as in `from_transform`. Neither has a default: a wrong guess is silent.
+        Raises `CameraError` for a length that differs from 1 by more than 1e-3.
+        """
+        if order not in ("wxyz", "xyzw"):
+            raise CameraError(f'order is {order!r}; expected "wxyz" or "xyzw"')
+        if direction not in ("world_from_camera", "camera_from_world"):
+            raise CameraError(
+                f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"'
+            )
+        q = floats("quaternion", quaternion, (4,), error=CameraError)
+        length = float(lengths(q))
+        if abs(length - 1.0) > 1e-3:
+            raise CameraError(f"quaternion {q} has length {length:.6g}; expected 1")
+        w, x, y, z = (q if order == "wxyz" else np.roll(q, 1)) / length
+        turn = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        t = np.array(vector("translation", translation))
+        return cls._posed(K, size, turn, t, direction, axes, lens_of(distortion, model), pixel_center, up)
+
+    @classmethod
+    def _posed(
+        cls,
+        K: npt.ArrayLike,
+        size: Size,
+        rotation: Floats,
+        translation: Floats,
+        direction: str,
+        axes: str,
+        lens: Lens | None,
+        pixel_center: PixelCenter,
+        up: Up,
+    ) -> Self:
+        """A camera from a pose in a direction, between the world and a camera with some axes."""
+        if axes not in OPENCV_FROM:
+            raise CameraError(nearest("axes", axes, list(OPENCV_FROM)))
+        opencv_from_axes = OPENCV_FROM[axes]
+        if direction == "world_from_camera":
+            R, C = product(opencv_from_axes, rotation.T), translation
+        else:
+            R, C = product(opencv_from_axes, rotation), -product(rotation.T, translation)
+        made = make("", matrix("K", K).tolist(), (R + 0.0).tolist(), (C + 0.0).tolist(), size, pixel_center)
+        return cls._of(made, up, lens)
 
     @classmethod
     def from_colmap(

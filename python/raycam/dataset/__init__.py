@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..arrays import whole
+from ..calibration import Cameras
 from ..camera import Camera
 from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
@@ -26,6 +27,7 @@ from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
 from .job_units import job_package, record_name
+from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
 
@@ -52,7 +54,7 @@ class DatasetResult:
     complete: bool = True
     """True if all views are finished; without the views of other shards, there are no index files yet."""
     notices: tuple[str, ...] = ()
-    """Notices about workers and damaged files."""
+    """Notices about workers, damaged files, and values that the format cannot hold."""
 
 
 def views(
@@ -87,11 +89,13 @@ def views(
     if len(moments) != len(chosen_cameras):
         raise SettingsError(f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each")
     found = []
-    for number, (item, moment) in enumerate(zip(chosen_cameras, moments, strict=True)):
+    labels = list(cameras) if isinstance(cameras, Mapping) else [None] * len(chosen_cameras)
+    images = cameras.images if isinstance(cameras, Cameras) else {}
+    for number, (item, moment, label) in enumerate(zip(chosen_cameras, moments, labels, strict=True)):
         if isinstance(item, Rig):
-            found += [View(camera, moment, rig=(number, name)) for name, camera in item.items()]
+            found += [View(camera, moment, rig=(number, name), label=name) for name, camera in item.items()]
         else:
-            found.append(View(item, moment))
+            found.append(View(item, moment, label=label, image=images.get(label or "")))
     return found
 
 
@@ -125,11 +129,17 @@ def write(
     * "kitti": `baseline` in metres adds the right camera, disparity and image_3; a rig's first two cameras, a rectified
       pair, give the same; `flow` (False) adds optical flow to the next view
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
-    * "nerf": none; "tum" and "scannet": `fps` (30) for the timestamps of views without a time
+    * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
+      for the timestamps of views without a time
     * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
 
-    Integer depth is 0 for the background and beyond the range of the format (KITTI 256 m, TUM 13 m, NeRF and ScanNet
-    65 m), like the depth of sensors.
+    Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
+    the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and
+    pose as well.
+
+    Integer depth is 0 for the background and beyond the range of the format (KITTI 255.99 m, TUM 13.107 m, NeRF and
+    ScanNet 65.535 m; `depth_scale` changes the last three), like the depth of sensors. Disparities of 0 and below do
+    not exist in KITTI's files either. A notice has the share of such pixels.
 
     A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`.
     "coco", "kitti" and "webdataset" put all worlds into one data set. So does "bop", with a scene for each world,
@@ -178,7 +188,15 @@ def write(
         )
         notices = (*damaged, *pool.notices)
     complete = _write_index(job, kind, plan)
+    if complete:
+        notices += tuple(lost_notices(_records(job, kind.units(plan)), format))
     return DatasetResult(target, len(plan.shots), made, complete, notices)
+
+
+def _records(job: Job, end: int, first: int = 0) -> Iterator[Record]:
+    """Iterates over the records of units."""
+    for unit in range(first, end):
+        yield json.loads((job.folder / record_name(unit)).read_bytes())
 
 
 def _write_index(job: Job, kind: Format, plan: Plan) -> bool:
@@ -186,8 +204,7 @@ def _write_index(job: Job, kind: Format, plan: Plan) -> bool:
     total = kind.units(plan)
 
     def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
-        for unit in range(first, total if end is None else end):
-            yield json.loads((job.folder / record_name(unit)).read_bytes())
+        return _records(job, total if end is None else end, first)
 
     with job.assembling():
         complete = all(job.has(unit) for unit in range(total))

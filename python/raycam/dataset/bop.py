@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from ..annotations.labels import Label, Region
+from ..arrays import product
 from ..camera import Camera
-from ..errors import CameraError, SettingsError
+from ..errors import CameraError
 from .bop_models import MILLIMETRES, ModelCatalogue, models, scene
 from .coco import segmentation
+from .lost import DEPTH_SCALES, check_depth_scale, depth_units
 from .per_world import in_world
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, png
 
@@ -21,7 +22,6 @@ __all__ = ["FORMAT"]
 OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None}
 SEEN = 0.1
 """The minimum visible fraction of an object that the BOP evaluation counts."""
-DEPTH_SCALES = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
 
 
 def check(plan: Plan) -> None:
@@ -31,9 +31,7 @@ def check(plan: Plan) -> None:
             raise CameraError(
                 f"camera {number} has a lens ({view.camera.model}), and BOP pinhole cameras alone: {NO_LENSES}"
             )
-    scale = plan.options["depth_scale"]
-    if scale is not None and not (isinstance(scale, int | float) and scale > 0):
-        raise SettingsError(f"depth_scale is {scale!r}, expected millimetres per unit, more than 0")
+    check_depth_scale(plan.options["depth_scale"])
 
 
 def make(plan: Plan, number: int) -> Made:
@@ -43,7 +41,7 @@ def make(plan: Plan, number: int) -> Made:
     of_object = models(shot.plan).of_object
     frame = shot.render(["color", "depth", "instance"])
     base = base_of(plan, world)
-    depth, scale = depth_units(frame["depth"], plan.options["depth_scale"])
+    depth, scale, loss = depth_units(frame["depth"], plan.options["depth_scale"])
     made = {f"{base}/rgb/{number:06d}.png": frame.to_png(), f"{base}/depth/{number:06d}.png": png(depth)}
     poses, info, coco = [], [], []
     for place, item in enumerate(shot.labels(frame["instance"])):
@@ -70,7 +68,14 @@ def make(plan: Plan, number: int) -> Made:
         "cam_R_w2c": shot.camera.R.ravel().tolist(),
         "cam_t_w2c": (shot.camera.t * MILLIMETRES).tolist(),
     }
-    return made, {"camera": camera, "gt": poses, "gt_info": info, "coco": coco, "size": shot.camera.size}
+    return made, {
+        "camera": camera,
+        "gt": poses,
+        "gt_info": info,
+        "coco": coco,
+        "size": shot.camera.size,
+        **loss,
+    }
 
 
 def box(pixels: Region | None) -> list[int]:
@@ -106,24 +111,10 @@ def pose(shot: Shot, item: Label, model: int) -> Record:
     """The pose model_to_camera: the rotation of the object's box, and the origin of its mesh."""
     camera, origin = shot.camera, shot.world.objects[item.object].matrix[:3, 3]
     return {
-        "cam_R_m2c": (camera.R @ item.box3d.rotation).ravel().tolist(),
-        "cam_t_m2c": (camera.R @ (origin - camera.C) * MILLIMETRES).tolist(),
+        "cam_R_m2c": product(camera.R, item.box3d.rotation).ravel().tolist(),
+        "cam_t_m2c": (product(camera.R, origin - camera.C) * MILLIMETRES).tolist(),
         "obj_id": model,
     }
-
-
-def depth_units(depth: Any, scale: float | None) -> tuple[Any, float]:
-    """Depth as uint16, 0 for the background and beyond the range, and the unit in millimetres.
-
-    The default unit is the finest of `DEPTH_SCALES` that reaches the farthest surface.
-    """
-    with np.errstate(invalid="ignore"):
-        millimetres = np.where(np.isfinite(depth), depth.astype(np.float64) * MILLIMETRES, 0.0)
-    farthest = millimetres.max(initial=0.0)
-    fitting = [unit for unit in DEPTH_SCALES if farthest <= 65535 * unit]
-    unit = float(scale if scale is not None else (fitting or DEPTH_SCALES[-1:])[0])
-    steps = np.rint(millimetres / unit)
-    return np.where(steps <= 65535, steps, 0).astype(np.uint16), unit
 
 
 def base_of(plan: Plan, world: int) -> str:

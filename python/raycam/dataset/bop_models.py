@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..annotations.labels import box3d
-from ..arrays import Floats
+from ..arrays import Floats, lengths, product
 from .per_world import part, world_count
 from .plan import Plan, Record
 
@@ -35,7 +35,7 @@ class Models:
         known: dict[tuple[int, bytes], int] = {}
         for number in plan.labelled:
             item = plan.objects[number]
-            shape = box3d(plan.world, number).rotation.T @ item.matrix[:3, :3]
+            shape = product(box3d(plan.world, number).rotation.T, item.matrix[:3, :3])
             size = np.abs(shape).max()
             key = (item.mesh, f"{size:.9g}".encode() + ((shape / size).round(9) + 0.0).tobytes())
             self.of_object[number] = known.setdefault(key, len(known) + 1)
@@ -111,7 +111,7 @@ def scene(plan: Plan, world: int) -> Plan:
 def to_model_space(plan: Plan, number: int, points: Floats) -> Floats:
     """Transforms points [n, 3] of an object from the world to model space, in millimetres."""
     rotation, origin = box3d(plan.world, number).rotation, plan.objects[number].matrix[:3, 3]
-    return (points - origin) @ rotation * MILLIMETRES
+    return product(points - origin, rotation) * MILLIMETRES
 
 
 def fingerprint(plan: Plan, number: int) -> tuple[int, float, Floats]:
@@ -144,14 +144,14 @@ def diameter(vertices: Floats) -> float:
     along 4096 directions.
     """
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    radius = np.linalg.norm(vertices - center, axis=1)
+    radius = lengths(vertices - center)
     reach = radius.max()
-    at_least = np.linalg.norm(vertices - vertices[radius.argmax()], axis=1).max()
+    at_least = lengths(vertices - vertices[radius.argmax()]).max()
     outer = vertices[radius >= (at_least - reach) * (1 - 1e-9)]
     if len(outer) > MANY:
         directions = np.random.default_rng(0).normal(size=(4096, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        return max(float(np.ptp(outer @ direction)) for direction in directions)
+        directions /= lengths(directions)[:, None]
+        return max(float(np.ptp(product(outer, direction))) for direction in directions)
     largest, step = 0.0, max(1, PAIRS // len(outer))
     for start in range(0, len(outer), step):
         squares = sum(

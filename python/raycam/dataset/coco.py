@@ -47,14 +47,38 @@ def make(plan: Plan, number: int) -> Made:
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     width, height = shot.camera.size
-    name = f"images/{number:06d}.png"
+    name = f"images/{plan.picture_name(number)}.png"
     annotations = [
         annotation(shot, item)
         for item in shot.labels(frame["instance"])
         if item.visible_pixels >= max(int(plan.options["min_pixels"]), 1)
     ]
     image = {"id": number + 1, "width": width, "height": height, "file_name": name.removeprefix("images/")}
+    image |= camera_of(shot)
     return {name: frame.to_png()}, {"image": image, "annotations": annotations}
+
+
+def camera_of(shot: Shot) -> Record:
+    """The keys of raycam in a row of `images`: name of the camera, K in pixels, lens, and pose camera_from_world.
+
+    K is of the camera's own `pixel_center`. A camera with parallel rays has its matrix P alone.
+    """
+    camera, view = shot.camera, shot.view
+    found: Record = {"camera": view.label or view.name, "pixel_center": camera.pixel_center}
+    if camera.is_parallel:
+        found["P"] = camera.P.tolist()
+    else:
+        found |= {
+            "K": camera.K.tolist(),
+            "R": camera.R.tolist(),
+            "C": camera.C.tolist(),
+            "model": camera.model,
+        }
+    if camera.distortion is not None:
+        found["distortion"] = camera.distortion.tolist()
+    if shot.time is not None:
+        found["time"] = shot.time
+    return found
 
 
 def annotation(shot: Shot, item: Label) -> Record:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..annotations.keypoints import keypoints
-from ..arrays import Floats
+from ..arrays import Floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
 from . import colmap_rigs
@@ -49,6 +49,11 @@ def model(camera: Camera) -> str:
     return f"{name} {width} {height} {matrix_text(numbers)}"
 
 
+def image_name(plan: Plan, number: int) -> str:
+    """The name of a picture: that of the source's image, with _ for spaces, which COLMAP's text has between fields."""
+    return "_".join(plan.picture_name(number).split()) + ".png"
+
+
 def make(plan: Plan, number: int) -> Made:
     """Makes a picture, and its part of the points: random pixels that show a surface, with their base colours."""
     shot = plan.shot(number)
@@ -60,12 +65,12 @@ def make(plan: Plan, number: int) -> Made:
     rows, columns = rows[chosen], columns[chosen]
     color = np.rint(srgb(frame["albedo"][rows, columns]) * 255).astype(int)
     record = {"points": frame["position"][rows, columns].tolist(), "colors": color.tolist()}
-    return {f"images/{number:06d}.png": frame.to_png()}, record
+    return {f"images/{image_name(plan, number)}": frame.to_png()}, record
 
 
 def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
     """True for points [..., 3] in front of the camera's plane, which COLMAP requires of any lens; False for NaN."""
-    found: npt.NDArray[np.bool_] = (points - camera.C) @ camera.R[2] > FRONT
+    found: npt.NDArray[np.bool_] = product(points - camera.C, camera.R[2]) > FRONT
     return found
 
 
@@ -101,7 +106,7 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
         world, camera = plan.shot(number).world, view.camera
         visible = np.zeros(len(points), dtype=bool)
         pose = matrix_text(np.array([*quaternion(camera.R), *camera.t]))
-        yield f"{number + 1} {pose} {ids[number]} {number:06d}.png\n".encode()
+        yield f"{number + 1} {pose} {ids[number]} {image_name(plan, number)}\n".encode()
         between = ""
         for first in range(0, len(points), BATCH):
             some = points[first : first + BATCH]

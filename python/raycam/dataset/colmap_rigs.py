@@ -10,6 +10,7 @@ from itertools import chain
 
 import numpy as np
 
+from ..arrays import product
 from ..camera import Camera
 from ..errors import CameraError
 from .plan import Index, Plan, matrix_text
@@ -27,8 +28,8 @@ def check(plan: Plan) -> None:
             view = plan.shots[number]
             name = view.rig[1] if view.rig is not None else ""
             base, camera = known.setdefault(name, (first, view.camera))
-            before, here = camera.R @ base.R.T, view.camera.R @ first.R.T
-            apart, now = base.R @ (camera.C - base.C), first.R @ (view.camera.C - first.C)
+            before, here = product(camera.R, base.R.T), product(view.camera.R, first.R.T)
+            apart, now = product(base.R, camera.C - base.C), product(first.R, view.camera.C - first.C)
             if not (np.allclose(before, here, atol=1e-9) and np.allclose(apart, now, atol=1e-9)):
                 raise CameraError(
                     f"camera {name!r} stands at {now} of its rig, and at another pose at {apart}: expected one rig"
@@ -47,10 +48,9 @@ def files(plan: Plan, ids: Sequence[int]) -> Index:
         frame = rigs.get(cameras, [])
         for camera, place in zip(cameras[1:], frame[1:], strict=True):
             first, view = plan.shots[frame[0]].camera, plan.shots[place].camera
-            turn = view.R @ first.R.T
-            text += (
-                f" CAMERA {camera} 1 {matrix_text(np.array([*quaternion(turn), *(view.t - turn @ first.t)]))}"
-            )
+            turn = product(view.R, first.R.T)
+            shift = view.t - product(turn, first.t)
+            text += f" CAMERA {camera} 1 {matrix_text(np.array([*quaternion(turn), *shift]))}"
         text += "\n"
     yield "sparse/0/rigs.txt", [text.encode()]
     yield "sparse/0/frames.txt", frames(plan, ids, numbers)

@@ -43,6 +43,10 @@ def job_package(format: str, plan: Plan) -> JobPackage:
     }
     if plan.rigs:
         settings["rigs"] = [shot.rig for shot in plan.shots]
+    for key in ("label", "image"):
+        values = [getattr(shot, key) for shot in plan.shots]
+        if any(value is not None for value in values):
+            settings[f"{key}s"] = values
     if recipe is None:
         cameras = [shot.camera for shot in plan.shots]
         return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
@@ -85,7 +89,12 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     if "recipe" not in settings:
         rigs = [rig and (rig[0], rig[1]) for rig in settings.get("rigs", [None] * len(cameras))]
         triples = zip(cameras, settings["times"], rigs, strict=True)
-        shots = [View(camera, time, rig=rig) for camera, time, rig in triples]
+        nothing = [None] * len(cameras)
+        names = zip(settings.get("labels", nothing), settings.get("images", nothing), strict=True)
+        shots = [
+            View(camera, time, rig=rig, label=label, image=image)
+            for (camera, time, rig), (label, image) in zip(triples, names, strict=True)
+        ]
         return Plan(world, shots, rendering, options, threads)
     recipe = Recipe(settings["recipe"], folder=settings["folder"], seed=settings["seed"])
     if recipe.files != settings["files"]:

@@ -5,6 +5,7 @@ Source: the development kits of the KITTI object detection 2017, depth predictio
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,14 +14,17 @@ import numpy.typing as npt
 
 from ..annotations.flow import check_rectified, disparity, flow
 from ..annotations.labels import Label
-from ..arrays import Floats
+from ..arrays import Floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
+from .lost import KEY, lost
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, matrix_text, png
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"baseline": None, "flow": False}
+MAX_U16 = 65535 / 256
+"""The greatest depth in metres, and disparity in pixels."""
 CLEAR, PARTLY = 0.95, 0.5
 """Thresholds of the visible fraction of an object's part in the picture: above the first fully visible (0), above the
 second partly occluded (1), else largely occluded (2)."""
@@ -67,15 +71,16 @@ def make(plan: Plan, number: int) -> Made:
     frame = shot.render(["color", "depth", "instance"])
     picture = frame.to_png()
     base, name = "object/training", f"{number:06d}"
+    depth = frame["depth"].astype(np.float64)
+    losses = [loss_of(f"depth beyond {MAX_U16:.6g} m", depth)]
     lines = [line(shot, item) for item in shot.labels(frame["instance"]) if item.visible_pixels]
     made = {
         f"{base}/image_2/{name}.png": picture,
-        f"{base}/depth_2/{name}.png": png(depth16(frame["depth"])),
+        f"{base}/depth_2/{name}.png": png(fixed_point_u16(depth)),
         f"{base}/label_2/{name}.txt": "".join(lines).encode(),
     }
     right = right_camera(plan, shot, number)
-    apart = None if right is None else float((shot.camera.R @ (right.C - shot.camera.C))[0])
-    made[f"{base}/calib/{name}.txt"] = calibration(shot.camera, apart).encode()
+    made[f"{base}/calib/{name}.txt"] = calibration(shot.camera, right).encode()
     other = None if right is None else shot.render(["color"], right).to_png()
     if right is not None and other is not None:
         made[f"{base}/image_3/{name}.png"] = other
@@ -84,13 +89,16 @@ def make(plan: Plan, number: int) -> Made:
         made[f"{base}/image_2/{name}_10.png"] = picture
         if right is not None and other is not None:
             made[f"{base}/image_3/{name}_10.png"] = other
-            made |= disparities(shot, right, base, name)
+            files, loss = disparities(shot, right, base, name)
+            made |= files
+            losses.append(loss)
         if plan.options["flow"] and number + 1 < units(plan):
             following = left_camera(plan, number + 1)
             made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
             made |= flows(shot, following, base, name)
     pose = matrix_text(np.column_stack([shot.camera.R.T, shot.camera.C]))
-    return made, {"pose": pose}
+    counts = {what: count for loss in losses for what, count in loss.get(KEY, {}).items()}
+    return made, {"pose": pose, **({KEY: counts} if counts else {})}
 
 
 def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
@@ -118,7 +126,7 @@ def line(shot: Shot, item: Label) -> str:
     seen = item.visible_pixels / inside
     occluded = 0 if seen > CLEAR else 1 if seen > PARTLY else 2
     kind = (item.category or "object").replace(" ", "_")
-    alpha = wrapped(turn - np.arctan2(location[0], location[2]))
+    alpha = wrapped(turn - math.atan2(location[0], location[2]))
     numbers = [alpha, left, top, right, bottom, height, width, length, *location, turn]
     return (
         f"{kind} {item.truncated_fraction:.4f} {occluded} "
@@ -135,28 +143,34 @@ def upright_box(
     The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel to the object's,
     the box is the smallest one around the object's own box.
     """
-    forward = camera.R @ (rotation[:, 0] if up == "z" else rotation[:, 2])
-    turn = float(np.arctan2(-forward[2], forward[0]))
-    cos, sin = np.cos(turn), np.sin(turn)
+    forward = product(camera.R, rotation[:, 0] if up == "z" else rotation[:, 2])
+    turn = math.atan2(-forward[2], forward[0])
+    cos, sin = math.cos(turn), math.sin(turn)
     camera_from_box = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
-    local = (corners - camera.C) @ camera.R.T @ camera_from_box
+    local = product(product(corners - camera.C, camera.R.T), camera_from_box)
     low, high = local.min(axis=0), local.max(axis=0)
     length, height, width = (float(value) for value in high - low)
-    bottom = camera_from_box @ [(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2]
+    bottom = product(camera_from_box, [(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2])
     return height, width, length, bottom, turn
 
 
 def wrapped(angle: float) -> float:
     """The angle, wrapped to [-pi, pi)."""
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+    return float((angle + math.pi) % (2 * math.pi) - math.pi)
 
 
-def calibration(camera: Camera, baseline: float | None) -> str:
-    """The calibration file of a picture: P2 is the left colour camera, in rectified axes; there is no scanner."""
+def calibration(camera: Camera, other: Camera | None) -> str:
+    """The calibration file of a picture, in the axes of the left colour camera; there is no scanner.
+
+    P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right one, whose principal point may be another.
+    """
     k = k_with_integer_centers(camera)
     left = np.column_stack([k, np.zeros(3)])
     right = left.copy()
-    right[0, 3] = -k[0, 0] * (baseline or 0.0)
+    if other is not None:
+        k = k_with_integer_centers(other)
+        apart = float(product(camera.R, other.C - camera.C)[0])
+        right = np.column_stack([k, [-k[0, 0] * apart, 0.0, 0.0]])
     identity = np.eye(3, 4)
     rows: dict[str, npt.NDArray[Any]] = {
         "P0": left,
@@ -169,9 +183,10 @@ def calibration(camera: Camera, baseline: float | None) -> str:
     return "".join(f"{name}: {matrix_text(matrix)}\n" for name, matrix in rows.items())
 
 
-def depth16(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
-    """Depth in metres times 256; 0 for the background and beyond 255.99 m."""
-    return fixed_point_u16(depth.astype(np.float64))
+def loss_of(what: str, values: Floats) -> Record:
+    """The count of finite values that `fixed_point_u16` makes 0."""
+    seen = np.isfinite(values)
+    return lost(what, seen & (fixed_point_u16(values) == 0), seen)
 
 
 def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
@@ -181,15 +196,17 @@ def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
         return np.where((scaled >= 1) & (scaled <= 65535), scaled, 0).astype(np.uint16)
 
 
-def disparities(shot: Shot, right: Camera, base: str, name: str) -> dict[str, bytes]:
-    """The disparity maps: of all surfaces, and of the surfaces that both cameras see."""
+def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[str, bytes], Record]:
+    """The disparity maps: of all surfaces, and of the surfaces that both cameras see; and the loss."""
     found = disparity(shot.world, shot.camera, right, threads=shot.plan.threads)
-    values = fixed_point_u16(found["disparity"].astype(np.float64))
+    exact = found["disparity"].astype(np.float64)
+    values = fixed_point_u16(exact)
     both = ~found["occluded"] & ~found["outside"]
-    return {
+    files = {
         f"{base}/disp_occ_0/{name}_10.png": png(values),
         f"{base}/disp_noc_0/{name}_10.png": png(np.where(both, values, 0)),
     }
+    return files, loss_of(f"disparity of 0, below, or beyond {MAX_U16:.6g} pixels", exact)
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> dict[str, bytes]:

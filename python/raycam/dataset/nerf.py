@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from ..camera import Camera
 from ..errors import CameraError
-from .bop import depth_units
+from .lost import KEY, check_depth_scale, depth_units
 from .plan import Format, Index, Made, Plan, Record, k_with_half_centers, png
 
 __all__ = ["FORMAT"]
@@ -21,6 +22,7 @@ MODELS = {"pinhole": "PINHOLE", "opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}
 
 def check(plan: Plan) -> None:
     """Raises `CameraError` for cameras that nerfstudio does not support, and for different models."""
+    check_depth_scale(plan.options["depth_scale"])
     for number, view in enumerate(plan.shots):
         camera = view.camera
         if camera.model not in MODELS or camera.K[0, 1] != 0.0:
@@ -36,16 +38,17 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth in millimetres, and a row of `transforms.json`."""
+    """Makes colour, depth in steps of `depth_scale`, and a row of `transforms.json`."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth"])
-    picture, distance = f"images/{number:06d}.png", f"depths/{number:06d}.png"
-    depth, _ = depth_units(frame["depth"], 1.0)
+    picture, distance = f"images/{plan.picture_name(number)}.png", f"depths/{plan.picture_name(number)}.png"
+    depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
     row = {
         "file_path": picture,
         "depth_file_path": distance,
         **intrinsics(shot.camera),
         "transform_matrix": opengl_pose(shot.camera),
+        **loss,
     }
     return {picture: frame.to_png(), distance: png(depth)}, row
 
@@ -77,22 +80,24 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     first = plan.shots[0].camera
     shared = all(intrinsics(view.camera) == intrinsics(first) for view in plan.shots)
     head: Record = {"camera_model": MODELS[first.model]}
+    if plan.options["depth_scale"] != 1.0:
+        head["depth_unit_scale_factor"] = plan.options["depth_scale"] / 1000.0
     if shared:
         head |= intrinsics(first)
         if first.model == "pinhole":
             width, height = first.size
-            head["camera_angle_x"] = float(2 * np.arctan(width / (2 * first.K[0, 0])))
-            head["camera_angle_y"] = float(2 * np.arctan(height / (2 * first.K[1, 1])))
+            head["camera_angle_x"] = 2 * math.atan(width / (2 * float(first.K[0, 0])))
+            head["camera_angle_y"] = 2 * math.atan(height / (2 * float(first.K[1, 1])))
     own = {"file_path", "depth_file_path", "transform_matrix"}
 
     def text() -> Iterator[bytes]:
         yield json.dumps(head, indent=2)[:-2].encode() + b',\n  "frames": ['
         for number, record in enumerate(records()):
-            row = {key: value for key, value in record.items() if not shared or key in own}
+            row = {key: value for key, value in record.items() if key != KEY and (not shared or key in own)}
             yield (b",\n    " if number else b"\n    ") + json.dumps(row).encode()
         yield b"\n  ]\n}\n"
 
     yield "transforms.json", text()
 
 
-FORMAT = Format(make, index, check, {}, posed=True)
+FORMAT = Format(make, index, check, {"depth_scale": 1.0}, posed=True)

@@ -6,6 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import PurePosixPath
 from threading import Lock
 from typing import Any
 
@@ -79,6 +80,10 @@ class View:
     """The name of the camera in the recipe's world; None if `camera` is the same for all worlds."""
     rig: tuple[int, str] | None = None
     """For a camera on a rig, the index of the rig's pose, and the camera's name on the rig."""
+    label: str | None = None
+    """The name of the camera where it was given with one."""
+    image: str | None = None
+    """The name of the camera's picture in the file that the camera is from."""
 
 
 class Plan:
@@ -123,6 +128,25 @@ class Plan:
             if view.rig is not None:
                 frames.setdefault(view.rig[0], []).append(number)
         return list(frames.values())
+
+    @cached_property
+    def picture_names(self) -> list[str]:
+        """The names of the pictures without ending: those of the source's images, else six digits."""
+        names: dict[str, None] = {}
+        for number, view in enumerate(self.shots):
+            parts = (
+                []
+                if view.image is None
+                else PurePosixPath(view.image.replace("\\", "/")).with_suffix("").parts
+            )
+            kept = [part.replace(":", "_") for part in parts if part not in ("/", ".", "..")]
+            name = "/".join(kept) or f"{number:06d}"
+            names[name if name not in names else f"{name}_{number:06d}"] = None
+        return list(names)
+
+    def picture_name(self, number: int) -> str:
+        """The name of a view's picture without ending."""
+        return self.picture_names[number]
 
     def shot(self, number: int) -> Shot:
         """The shot of a view."""

@@ -9,14 +9,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, lengths
 from ..errors import CameraError, SettingsError
-from .bop import depth_units
+from .lost import check_depth_scale, depth_units
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, k_with_integer_centers, matrix_text, png
 
 __all__ = ["SCANNET", "TUM"]
-
-UNITS_PER_METRE = 5000
 
 
 def check(plan: Plan) -> None:
@@ -30,6 +28,7 @@ def check(plan: Plan) -> None:
             raise CameraError(
                 f"camera {number} has another K or size than the first; an RGB-D sequence has one camera"
             )
+    check_depth_scale(plan.options["depth_scale"])
     fps = plan.options["fps"]
     if not (isinstance(fps, int | float) and fps > 0):
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
@@ -56,11 +55,11 @@ def timestamp(plan: Plan, number: int) -> str:
 
 
 def make_tum(plan: Plan, number: int) -> Made:
-    """Makes colour and depth in steps of 0.2 mm, named by the timestamp."""
+    """Makes colour and depth in steps of `depth_scale`, named by the timestamp."""
     frame = plan.shot(number).render(["color", "depth"])
-    depth, _ = depth_units(frame["depth"], 1000 / UNITS_PER_METRE)
+    depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
     name = f"{timestamp(plan, number)}.png"
-    return {f"rgb/{name}": frame.to_png(), f"depth/{name}": png(depth)}, {}
+    return {f"rgb/{name}": frame.to_png(), f"depth/{name}": png(depth)}, loss
 
 
 def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
@@ -81,19 +80,15 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
     yield "groundtruth.txt", trajectory()
     k = k_with_integer_centers(plan.shots[0].camera)
-    yield (
-        "calibration.txt",
-        [
-            f"# fx fy cx cy, depth is in 1/{UNITS_PER_METRE} m\n{k[0, 0]} {k[1, 1]} {k[0, 2]} {k[1, 2]}\n".encode()
-        ],
-    )
+    units = f"# fx fy cx cy, depth is in 1/{1000 / plan.options['depth_scale']:.9g} m\n"
+    yield "calibration.txt", [f"{units}{k[0, 0]} {k[1, 1]} {k[0, 2]} {k[1, 2]}\n".encode()]
 
 
 def make_scannet(plan: Plan, number: int) -> Made:
-    """Makes colour, depth in millimetres, and the pose (camera to world)."""
+    """Makes colour, depth in steps of `depth_scale`, and the pose (camera to world)."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "instance", "category"])
-    depth, _ = depth_units(frame["depth"], 1.0)
+    depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = shot.camera.R.T, shot.camera.C
     made = {
@@ -109,7 +104,7 @@ def make_scannet(plan: Plan, number: int) -> Made:
         if ids.max() > 65535:
             raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG")
         made[f"{kind}/{number}.png"] = png(ids.astype(np.uint16))
-    return made, {}
+    return made, loss
 
 
 def index_scannet(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
@@ -129,7 +124,7 @@ def four_by_four(matrix: Floats) -> str:
 def quaternion(rotation: Floats) -> Floats:
     """The quaternion (w, x, y, z) of a rotation, w >= 0. Source: Shepperd, Quaternion from rotation matrix, 1978."""
     r = rotation
-    squares = np.array([np.trace(r), r[0, 0], r[1, 1], r[2, 2]])
+    squares = np.array([r[0, 0] + r[1, 1] + r[2, 2], r[0, 0], r[1, 1], r[2, 2]])
     largest = int(squares.argmax())
     if largest == 0:
         q = np.array([1 + squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
@@ -138,9 +133,9 @@ def quaternion(rotation: Floats) -> Floats:
         q = np.zeros(4)
         q[0] = r[k, j] - r[j, k]
         q[1 + i], q[1 + j], q[1 + k] = 1 + 2 * r[i, i] - squares[0], r[j, i] + r[i, j], r[k, i] + r[i, k]
-    q /= np.linalg.norm(q)
+    q /= lengths(q)
     return q if q[0] >= 0 else -q
 
 
-TUM = Format(make_tum, index_tum, check_tum, {"fps": 30.0}, posed=True)
-SCANNET = Format(make_scannet, index_scannet, check, {"fps": 30.0}, posed=True)
+TUM = Format(make_tum, index_tum, check_tum, {"fps": 30.0, "depth_scale": 0.2}, posed=True)
+SCANNET = Format(make_scannet, index_scannet, check, {"fps": 30.0, "depth_scale": 1.0}, posed=True)

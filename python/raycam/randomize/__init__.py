@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..arrays import Floats, whole
+from ..arrays import Floats, product, whole
 from ..camera import Camera
 from ..errors import FormatError, WorldError
 from ..world import World
@@ -265,7 +265,7 @@ class Recipe:
                 and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
             ):
                 row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
-            number = self._add(world, {**row, "matrix": (pose @ matrix).tolist()})
+            number = self._add(world, {**row, "matrix": product(pose, matrix).tolist()})
             first.setdefault(key, world.objects[number].name)
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats
+from ..arrays import Floats, product
 from ..errors import WorldError, nearest
 from ..world import World
 from .draws import RandomStream, RejectedSample, rounded
@@ -48,14 +48,14 @@ class ConvexPrism:
         """The prism rotated about the up axis, then shifted by `shift` [3]."""
         x, y, z = np.asarray(shift, float)
         turn = np.array([[cos, sin], [-sin, cos]])
-        return ConvexPrism(self.outline @ turn + [x, y], self.low + z, self.high + z)
+        return ConvexPrism(product(self.outline, turn) + np.array([x, y]), self.low + z, self.high + z)
 
     def intersects(self, other: ConvexPrism, gap: float) -> bool:
         """True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
         axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
-        a, b = axes @ self.outline.T, axes @ other.outline.T
+        a, b = product(axes, self.outline.T), product(axes, other.outline.T)
         apart = np.maximum(b.min(axis=1) - a.max(axis=1), a.min(axis=1) - b.max(axis=1))
         return bool(apart.max() < max(gap, 1e-12))
 
@@ -80,8 +80,12 @@ class ConvexPrism:
         ]
         together = np.ones(len(corners), dtype=bool)
         for axis in axes:
-            ours = axis @ own.T
-            theirs = np.einsum("nij,nj->ni", corners, axis)
+            ours = product(axis, own.T)
+            theirs = (
+                corners[..., 0] * axis[:, None, 0]
+                + corners[..., 1] * axis[:, None, 1]
+                + corners[..., 2] * axis[:, None, 2]
+            )
             together &= (ours.min(axis=1) < theirs.max(axis=1)) & (theirs.min(axis=1) < ours.max(axis=1)) | (
                 (axis**2).sum(axis=1) < 1e-30
             )
@@ -119,9 +123,9 @@ def _outer(points: Floats) -> Floats:
     ways = np.array(
         [[x, y] for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2) if max(abs(x), abs(y)) == 2], float
     )
-    extremes = outline(points[np.unique((points @ ways.T).argmax(axis=0))])
+    extremes = outline(points[np.unique(product(points, ways.T).argmax(axis=0))])
     sides, start = _normals(extremes), (_normals(extremes) * extremes).sum(axis=1)
-    outside = (points @ sides.T >= start - 1e-12 * np.abs(points).max()).any(axis=1)
+    outside = (product(points, sides.T) >= start - 1e-12 * np.abs(points).max()).any(axis=1)
     found: Floats = points[outside]
     return found
 
@@ -258,7 +262,7 @@ class PlacementSampler:
         """Converts a transform from axes with up last to the world's axes."""
         order = np.eye(4)
         order[:3, :3] = np.eye(3)[self._axes]  # up-last from world
-        found: Any = order.T @ pose @ order
+        found: Any = product(product(order.T, pose), order)
         return np.asarray(found)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..annotations.labels import Label, box3d, label
-from ..arrays import Floats
+from ..arrays import Floats, lengths, product
 from ..camera import Camera
 from ..errors import WorldError, nearest
 from ..world import World
@@ -42,7 +42,7 @@ def place_camera(
     known_keys(f"see of {what}", wanted, SEE_KEYS)
     number = _chosen(world, wanted.get("object"), draw.substream("object"), what)
     box = box3d(world, number)
-    radius = float(np.linalg.norm(box.size)) / 2
+    radius = float(lengths(box.size)) / 2
     distance = range_of(f"{what}: distance", wanted.get("distance"), (2 * radius, 6 * radius))
     elevation = range_of(f"{what}: elevation", wanted.get("elevation"), (5.0, 85.0))
     azimuth = range_of(f"{what}: azimuth", wanted.get("azimuth"), (0.0, 360.0))
@@ -130,18 +130,20 @@ def _pose(
         _axes(target - center, -upwards),
         _axes(lying, np.array([math.sin(turn), math.cos(turn), 0.0])),
     )
-    rotation = np.round(camera_axes @ world_axes.T, 14)
-    u, _, vt = np.linalg.svd(rotation)
-    return u @ vt, center
+    rotation = np.round(product(camera_axes, world_axes.T), 14)
+    # The nearest rotation, by Newton and Schulz: the error squares with each step.
+    for _ in range(3):
+        rotation = 1.5 * rotation - 0.5 * product(product(rotation, rotation.T), rotation)
+    return rotation, center
 
 
 def _axes(forward: Floats, down: Floats) -> Floats:
     """A rotation [3, 3] whose third column is along `forward` and whose second is as close to `down` as possible."""
-    z = forward / np.linalg.norm(forward)
-    y = down - (down @ z) * z
-    if np.linalg.norm(y) < 1e-6:
+    z = forward / lengths(forward)
+    y = down - product(down, z) * z
+    if lengths(y) < 1e-6:
         y = np.array([0.0, 1.0, 0.0]) - z[1] * z if abs(z[1]) < 0.9 else np.array([1.0, 0.0, 0.0]) - z[0] * z
-    y = y / np.linalg.norm(y)
+    y = y / lengths(y)
     return np.column_stack([np.cross(y, z), y, z])
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from .._serialization import DictSerializable
 from ..annotations.flow import disparity
-from ..arrays import Floats
+from ..arrays import Floats, product
 from ..camera import Camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
@@ -91,7 +91,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         turn = first.R if R is None else matrix("R", R)
         place = first.location if C is None else np.array(vector("C", C))
         mounts = {
-            key: camera.at_pose(camera.R @ turn.T, turn @ (camera.location - place))
+            key: camera.at_pose(product(camera.R, turn.T), product(turn, camera.location - place))
             for key, camera in cameras.items()
         }
         return cls(mounts, turn, place, name=name, up=first.up)
@@ -163,7 +163,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     @property
     def roll_pitch_yaw(self) -> Floats:
         """Roll, pitch and yaw [3] in degrees of a body with the axes x ahead, y left, z up, as `placed` takes them."""
-        ahead = Camera(np.eye(3), CAMERA_FROM_BODY @ self.R, self.C, (1, 1), up=self._up)
+        ahead = Camera(np.eye(3), product(CAMERA_FROM_BODY, self.R), self.C, (1, 1), up=self._up)
         return ahead.roll_pitch_yaw
 
     @property
@@ -178,7 +178,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         Cameras are given by name; the default is the first and the second camera of the rig.
         """
         left, right = (self[name] for name in self.pair(first, second))
-        return left.R @ (right.C - left.C)
+        return product(left.R, right.C - left.C)
 
     def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
         """The names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
@@ -202,7 +202,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> Self:
         """The same rig with its body at `location` [3], rotated by angles in degrees as in `Camera.from_pose`."""
         ahead = Camera.from_pose(location, roll, pitch, yaw, focal=1.0, size=(1, 1), up=self._up)
-        return self.at_pose(CAMERA_FROM_BODY.T @ ahead.R, ahead.C)
+        return self.at_pose(product(CAMERA_FROM_BODY.T, ahead.R), ahead.C)
 
     def moving(
         self,

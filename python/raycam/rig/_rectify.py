@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, size_of
+from ..arrays import Floats, lengths, product, size_of
 from ..camera import Camera
 from ..camera._arguments import matrix
 from ..errors import CameraError
@@ -38,8 +38,8 @@ def rotation(left: Camera, right: Camera) -> Floats:
     """The rotation camera_from_world halfway between both, turned by the smallest angle that puts x on the baseline."""
     looking = [camera.at_pose(camera.R, np.zeros(3)) for camera in (left, right)]
     halfway = looking[0].moving(looking[1], exposure=1.0).R
-    baseline = halfway @ (right.C - left.C)
-    length = float(np.linalg.norm(baseline))
+    baseline = product(halfway, right.C - left.C)
+    length = float(lengths(baseline))
     nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # rounding error of the baseline
     if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
@@ -49,9 +49,8 @@ def rotation(left: Camera, right: Camera) -> Floats:
     x, y, z = baseline / length
     # The rotation of b = (x, y, z) to (1, 0, 0) about b x (1, 0, 0): I + [v] + [v]^2 / (1 + cos).
     cross = np.array([[0.0, y, z], [-y, 0.0, 0.0], [-z, 0.0, 0.0]])
-    turn = np.eye(3) + cross + cross @ cross / (1.0 + x)
-    made: Floats = turn @ halfway
-    return made
+    turn = np.eye(3) + cross + product(cross, cross) / (1.0 + x)
+    return product(turn, halfway)
 
 
 def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) -> Floats:
@@ -60,7 +59,7 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
     seen = []
     for camera in (left, right):
         _, direction = camera.rays(_middle(camera.size, camera))
-        x, y, z = R @ direction
+        x, y, z = product(R, direction)
         if not z > 0.0:
             raise CameraError("the two cameras look in directions that no rectified pair sees: give K")
         seen.append([focal * x / z, focal * y / z])

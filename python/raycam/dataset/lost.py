@@ -1,0 +1,70 @@
+"""Values that the integers of a format cannot hold: 0 in its files, counted in the records, told in one notice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Bools
+from ..errors import SettingsError
+from .plan import Record
+
+__all__ = ["DEPTH_SCALES", "KEY", "check_depth_scale", "depth_units", "lost", "lost_notices"]
+
+MILLIMETRES = 1000.0
+DEPTH_SCALES = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
+KEY = "lost"
+"""The key of a unit's record: how many pixels were lost of how many, by the kind of value."""
+
+
+def check_depth_scale(scale: Any) -> None:
+    """Raises `SettingsError` unless `scale` is None or a number of millimetres per unit, more than 0."""
+    if scale is not None and not (isinstance(scale, int | float) and scale > 0):
+        raise SettingsError(f"depth_scale is {scale!r}, expected millimetres per unit, more than 0")
+
+
+def depth_units(
+    depth: npt.NDArray[np.float32], scale: float | None
+) -> tuple[npt.NDArray[np.uint16], float, Record]:
+    """Depth in metres [h, w] as uint16, 0 for the background and beyond the range; the unit in mm; the loss.
+
+    The default unit is the finest of `DEPTH_SCALES` that reaches the farthest surface.
+    """
+    seen = np.isfinite(depth)
+    with np.errstate(invalid="ignore"):
+        millimetres = np.where(seen, depth.astype(np.float64) * MILLIMETRES, 0.0)
+    farthest = millimetres.max(initial=0.0)
+    fitting = [unit for unit in DEPTH_SCALES if farthest <= 65535 * unit]
+    unit = float(scale if scale is not None else (fitting or DEPTH_SCALES[-1:])[0])
+    steps = np.rint(millimetres / unit)
+    kept = (steps >= 1) & (steps <= 65535)
+    what = f"depth of 0 or beyond {65.535 * unit:.6g} m"
+    return np.where(kept, steps, 0).astype(np.uint16), unit, lost(what, seen & ~kept, seen)
+
+
+def lost(what: str, pixels: Bools, of: Bools) -> Record:
+    """The part of a record that counts lost pixels among those with a value; empty for none."""
+    count = int(np.count_nonzero(pixels))
+    return {KEY: {what: [count, int(np.count_nonzero(of))]}} if count else {}
+
+
+def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[str]:
+    """One notice for each kind of value, with the share of pixels and the number of pictures."""
+    totals: dict[str, list[int]] = {}
+    for record in records:
+        for what, (count, of) in record.get(KEY, {}).items():
+            total = totals.setdefault(what, [0, 0, 0])
+            total[0], total[1], total[2] = total[0] + count, total[1] + of, total[2] + 1
+    return [
+        f"{format} cannot hold {what}: 0 in {count} of {of} pixels with a value ({100.0 * count / of:.3g} %), in "
+        f"{pictures} picture{'' if pictures == 1 else 's'}"
+        + (
+            "; depth_scale, in millimetres per unit, reaches further"
+            if "depth" in what and format != "kitti"
+            else ""
+        )
+        for what, (count, of, pictures) in totals.items()
+    ]

@@ -1,0 +1,119 @@
+"""Copies of cameras, against OpenCV where it has them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+import raycam
+from raycam.errors import CameraError
+
+K = np.array([[510.0, 0, 322.5], [0, 505.0, 238.0], [0, 0, 1]])
+BROWN = np.array([-0.21, 0.083, 0.0011, -0.0007, 0.013])
+POINTS = np.random.default_rng(2).uniform([-0.4, -0.3, 1.5], [0.4, 0.3, 3.0], (30, 3))
+
+
+def camera(**options: object) -> raycam.Camera:
+    return raycam.Camera(K, np.eye(3), np.zeros(3), (640, 480), distortion=BROWN, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("center", ["integer", "half"])
+def test_replace_keeps_the_rest(center: str) -> None:
+    given = camera(pixel_center=center).with_aperture(0.01, focus=2.0)
+    moved = given.replace(C=[0.1, 0.2, -0.3])
+    assert moved.pixel_center == center
+    assert moved.aperture == given.aperture
+    assert np.array_equal(moved.distortion, BROWN)
+    pixels = cv2.projectPoints(POINTS, np.zeros(3), -np.array([0.1, 0.2, -0.3]), K, BROWN)[0][:, 0]
+    np.testing.assert_allclose(moved.project(POINTS)[0], pixels, atol=1e-9)
+    assert given.replace() == given
+    assert given.pinhole().replace(distortion=BROWN) == given
+
+
+def test_pixel_centers_change_and_the_picture_stays() -> None:
+    half = camera().replace(pixel_center="half")
+    np.testing.assert_allclose(half.project(POINTS)[0], camera().project(POINTS)[0] + 0.5, atol=1e-12)
+    assert half.replace(pixel_center="integer") == camera()
+
+
+def test_a_crop_is_a_part_of_the_picture() -> None:
+    part = camera().cropped(100, 50, 200, 150)
+    assert part.size == (200, 150)
+    np.testing.assert_allclose(part.project(POINTS)[0], camera().project(POINTS)[0] - [100, 50], atol=1e-9)
+    with pytest.raises(CameraError, match="whole"):
+        camera().cropped(0.5, 0, 10, 10)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("balance", [0.0, 0.4, 1.0])
+def test_undistorted_is_opencvs_new_camera_matrix(balance: float) -> None:
+    ours = camera().undistorted(balance)
+    theirs, _ = cv2.getOptimalNewCameraMatrix(K, BROWN, (640, 480), balance)
+    # OpenCV looks at nine points of each border, here are all.
+    np.testing.assert_allclose(ours.K, theirs, rtol=2e-3, atol=0.5)
+    assert ours.model == "pinhole"
+    half = camera().replace(pixel_center="half").undistorted(balance)
+    assert half == ours.replace(pixel_center="half") or np.allclose(half.K[:2, 2], ours.K[:2, 2] + 0.5)
+
+
+def test_the_map_is_that_of_opencv() -> None:
+    plain = camera().undistorted(0.0)
+    ours = plain.pixel_map(camera())
+    x, y = cv2.initUndistortRectifyMap(K, BROWN, np.eye(3), plain.K, (640, 480), cv2.CV_32FC1)
+    np.testing.assert_allclose(ours, np.stack([x, y], axis=-1), atol=1e-3)
+    assert ours.min() > -0.01
+    assert (ours[..., 0].max(), ours[..., 1].max()) <= (639.01, 479.01)
+    with pytest.raises(CameraError, match="one place"):
+        plain.replace(C=[1, 0, 0]).pixel_map(camera())
+
+
+def test_what_looks_behind_has_no_undistorted_picture() -> None:
+    wide = raycam.Camera(
+        [[150, 0, 320], [0, 150, 240], [0, 0, 1]],
+        np.eye(3),
+        np.zeros(3),
+        (640, 480),
+        distortion=[0, 0, 0, 0],
+        model="fisheye",
+    )
+    with pytest.raises(CameraError, match="crop"):
+        wide.undistorted(1.0)
+    with pytest.raises(CameraError, match="radian"):
+        raycam.Camera.equirectangular([0, 0, 0]).pinhole()
+
+
+@pytest.mark.parametrize("order", ["wxyz", "xyzw"])
+@pytest.mark.parametrize("direction", ["world_from_camera", "camera_from_world"])
+def test_a_quaternion_is_its_rotation_vector(order: str, direction: str) -> None:
+    rvec, t = np.array([0.4, -0.7, 0.3]), np.array([0.5, -1.0, 2.0])
+    angle = np.linalg.norm(rvec)
+    w, xyz = np.cos(angle / 2), np.sin(angle / 2) * rvec / angle
+    q = [w, *xyz] if order == "wxyz" else [*xyz, w]
+    made = raycam.Camera.from_quaternion(K, q, t, (640, 480), order=order, direction=direction)  # type: ignore[arg-type]
+    turn = cv2.Rodrigues(rvec)[0]
+    R, C = (turn.T, t) if direction == "world_from_camera" else (turn, -turn.T @ t)
+    np.testing.assert_allclose(made.R, R, atol=1e-12)
+    np.testing.assert_allclose(made.C, C, atol=1e-12)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, t
+    again = raycam.Camera.from_transform(K, (640, 480), **{direction: pose})  # type: ignore[arg-type]
+    np.testing.assert_allclose(again.P, made.P, atol=1e-9)
+
+
+def test_axes_by_their_names() -> None:
+    pose = np.eye(4)
+    pose[:3, 3] = [1, 2, 3]
+    forward = {"opencv": [0, 0, 1], "opengl": [0, 0, -1], "x_forward": [1, 0, 0]}
+    for axes, ahead in forward.items():
+        made = raycam.Camera.from_transform(K, (640, 480), world_from_camera=pose, axes=axes)  # type: ignore[arg-type]
+        np.testing.assert_allclose(made.forward, ahead, atol=0)
+        np.testing.assert_allclose(made.C, [1, 2, 3])
+    same = raycam.Camera.from_opengl(K, pose, (640, 480))
+    assert same == raycam.Camera.from_transform(K, (640, 480), world_from_camera=pose, axes="opengl")
+    with pytest.raises(CameraError, match="transposed"):
+        raycam.Camera.from_transform(K, (640, 480), world_from_camera=pose.T)
+    with pytest.raises(CameraError, match="one of"):
+        raycam.Camera.from_transform(K, (640, 480))
+    with pytest.raises(CameraError, match="length"):
+        raycam.Camera.from_quaternion(
+            K, [1, 1, 0, 0], [0, 0, 0], (640, 480), order="wxyz", direction="world_from_camera"
+        )

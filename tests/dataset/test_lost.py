@@ -1,0 +1,138 @@
+"""Values beyond the integers of a format, and pictures named as their source."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import raycam
+from raycam.dataset import write
+from support.box_table import picture
+
+
+def wall(depth: float) -> raycam.World:
+    """A wall across the left half of the picture at `depth` metres, and one across the right half at 3 m."""
+    world = raycam.World()
+    for x, z in ((-500.0, depth), (500.0, 3.0)):
+        world.add_object(plane={"size": [1000, 2000]}, location=[x, 0, z], roll=180, category="wall")
+    return world
+
+
+def ahead(**options: Any) -> raycam.Camera:
+    k = [[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]]
+    return raycam.Camera(k, np.eye(3), np.zeros(3), (64, 48), **options)
+
+
+@pytest.mark.parametrize(
+    ("format", "limit", "unit", "folder"),
+    [
+        ("tum", 13.107, 0.2, "depth/0.000000.png"),
+        ("scannet", 65.535, 1.0, "depth/0.png"),
+        ("nerf", 65.535, 1.0, "depths/000000.png"),
+        ("kitti", 255.996, 1000 / 256, "object/training/depth_2/000000.png"),
+    ],
+)
+def test_depth_beyond_a_format_is_told(
+    tmp_path: Path, format: str, limit: float, unit: float, folder: str
+) -> None:
+    inside = write(wall(limit * 0.999), tmp_path / "in", format, cameras=[ahead()])
+    assert inside.notices == ()
+    assert picture(tmp_path / "in" / folder)[24, 5] == np.rint(limit * 0.999 * 1000 / unit)
+    beyond = write(wall(limit * 1.001), tmp_path / "out", format, cameras=[ahead()])
+    assert picture(tmp_path / "out" / folder)[24, 5] == 0
+    (notice,) = beyond.notices
+    assert f"beyond {limit:.6g}" in notice
+    # Half of the picture's pixels show the far wall.
+    assert "in 1536 of 3072 pixels with a value (50 %)" in notice
+    if format != "kitti":
+        wider = write(wall(limit * 1.001), tmp_path / "wide", format, cameras=[ahead()], depth_scale=2 * unit)
+        assert wider.notices == ()
+        assert picture(tmp_path / "wide" / folder)[24, 5] == np.rint(limit * 1.001 * 1000 / unit / 2)
+
+
+@pytest.mark.parametrize("shift", [0.0, 9.0, -4.5])
+def test_kittis_p3_has_the_right_principal_point(tmp_path: Path, shift: float) -> None:
+    left = ahead()
+    right = left.replace(K=np.add(left.K, [[0, 0, shift], [0, 0, 0], [0, 0, 0]]), C=[0.2, 0, 0])
+    write(wall(3.5), tmp_path, "kitti", cameras=raycam.Rig.of({"left": left, "right": right}))
+    rows = (tmp_path / "object/training/calib/000000.txt").read_text().splitlines()
+    calib = {
+        row.split(":")[0]: np.array(row.split(":")[1].split(), float).reshape(3, -1) for row in rows if row
+    }
+    point = np.array([-0.4, 0.1, 3.5])
+    pixels = [camera.project(point)[0][:, None] for camera in (left, right)]
+    found = cv2.triangulatePoints(calib["P2"], calib["P3"], *pixels)[:, 0]
+    np.testing.assert_allclose(found[:3] / found[3], point, atol=1e-9)
+
+
+def test_disparities_that_do_not_exist_in_kitti_are_counted(tmp_path: Path) -> None:
+    left = ahead()
+    # u_left - u_right = 60 * 0.2 / z - shift: 4 - shift at 3 m, 1 - shift at 12 m.
+    right = left.replace(K=np.add(left.K, [[0, 0, 2.0], [0, 0, 0], [0, 0, 0]]), C=[0.2, 0, 0])
+    told = write(wall(12.0), tmp_path, "kitti", cameras=raycam.Rig.of({"left": left, "right": right}))
+    (notice,) = told.notices
+    assert "disparity of 0, below" in notice
+    assert "(50 %)" in notice
+    values = picture(tmp_path / "scene_flow/training/disp_occ_0/000000_10.png")
+    assert values[24, 5] == 0
+    assert values[24, 60] == 2 * 256
+
+
+def test_pictures_keep_the_names_of_their_source(tmp_path: Path) -> None:
+    cameras = {"a": ahead(), "b": ahead().replace(C=[0.1, 0, 0]), "c": ahead()}
+    images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg", "c": "../IMG_3.jpeg"}
+    raycam.save_cameras(tmp_path / "t.json", cameras, "nerf", images=images)
+    given = raycam.load_cameras(tmp_path / "t.json")
+    expected = ["IMG 1.png", "left/IMG_2.png", "IMG_3.png"]
+    write(wall(3.5), tmp_path / "coco", "coco", cameras=given)
+    rows = json.loads((tmp_path / "coco/annotations/instances.json").read_text())["images"]
+    assert [row["file_name"] for row in rows] == expected
+    for row, camera in zip(rows, given.values(), strict=True):
+        assert (tmp_path / "coco/images" / row["file_name"]).exists()
+        again = raycam.Camera(row["K"], row["R"], row["C"], (64, 48), pixel_center=row["pixel_center"])
+        assert again == camera
+    assert [row["camera"] for row in rows] == list(given)
+    write(wall(3.5), tmp_path / "nerf", "nerf", cameras=given)
+    frames = json.loads((tmp_path / "nerf/transforms.json").read_text())["frames"]
+    assert [frame["file_path"] for frame in frames] == [f"images/{name}" for name in expected]
+    write(wall(3.5), tmp_path / "numbers", "coco", cameras=list(given.values()))
+    rows = json.loads((tmp_path / "numbers/annotations/instances.json").read_text())["images"]
+    assert [row["file_name"] for row in rows] == ["000000.png", "000001.png", "000002.png"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="OPENBLAS_CORETYPE")
+def test_no_digit_depends_on_the_kernel_of_blas() -> None:
+    script = """
+import numpy as np
+from raycam.arrays import lengths, product
+rng = np.random.default_rng(1)
+numbers = [product(rng.normal(size=(50, 3)), rng.normal(size=(3, 3))), lengths(rng.normal(size=(50, 3)))]
+from raycam.randomize import views
+axes = [views._axes(a, b) for a, b in rng.normal(size=(200, 2, 3))]
+numbers += axes
+import raycam
+left = [raycam.Camera.look_at(e, [0, 0, 0], size=(64, 48)) for e in rng.normal(size=(20, 3))]
+for one in left:
+    rig = raycam.Rig.of({"l": one, "r": one.replace(C=one.C + 0.1 * one.R[0] + 0.001 * one.R[1])})
+    numbers += [rig.rectified()["left"].R, rig["r"].R, rig["r"].C]
+from raycam.annotations.labels import Box3D
+numbers += [Box3D(a, rng.normal(size=3), rng.normal(size=3)).corners for a in axes]
+import hashlib
+print(hashlib.sha256(b"".join(np.ascontiguousarray(n).tobytes() for n in numbers)).hexdigest())
+"""
+    seen = set()
+    for kernel in ("Haswell", "Prescott", "Nehalem", "SkylakeX"):
+        environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
+        done = subprocess.run(
+            [sys.executable, "-c", script], env=environment, capture_output=True, check=False
+        )
+        if done.returncode == 0:
+            seen.add(done.stdout)
+    assert len(seen) == 1
