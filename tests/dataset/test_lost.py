@@ -136,3 +136,14 @@ print(hashlib.sha256(b"".join(np.ascontiguousarray(n).tobytes() for n in numbers
         if done.returncode == 0:
             seen.add(done.stdout)
     assert len(seen) == 1
+
+
+@pytest.mark.parametrize(
+    ("start", "unit"), [(1.7e9, "seconds since 1970"), (1.7e18, "nanoseconds"), (20.0, "20.0")]
+)
+def test_times_after_the_end_are_told(tmp_path: Path, start: float, unit: str) -> None:
+    world = wall(3.5)
+    world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
+    told = write(world, tmp_path / "late", "coco", cameras=[ahead()] * 2, times=[start, start + 1024])
+    assert any(unit in notice and "--time-offset" in notice for notice in told.notices)
+    assert not write(world, tmp_path / "early", "coco", cameras=[ahead()] * 2, times=[0.0, 0.5]).notices

@@ -64,6 +64,11 @@ def _add(command: argparse.ArgumentParser) -> None:
     )
     add_lens(command)
     command.add_argument(
+        "--time-offset",
+        metavar="SECONDS",
+        help="subtracted from the times of --cameras and --poses: seconds, or first for the earliest time",
+    )
+    command.add_argument(
         "--sample",
         metavar="N",
         type=int,
@@ -90,6 +95,7 @@ def _run(options: argparse.Namespace) -> None:
     shard = shard_of(options)
     world = load_world(options) if options.sample is None else Recipe(options.world)
     cameras, times = _cameras(options) if options.rig is None else _rigs(world, options)
+    times = _from_offset(times, options.time_offset)
     with job_options(options), frames_bar("rendering views") as progress:
         written = write(
             world,
@@ -133,6 +139,19 @@ def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, 
 def _times(cameras: Cameras) -> list[float] | None:
     """The times of the cameras in seconds; None if the file lacks the time of any camera."""
     return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None
+
+
+def _from_offset(times: list[float] | None, offset: str | None) -> list[float] | None:
+    """The times from an offset on: a number of seconds, or "first" for the earliest of them."""
+    if offset is None:
+        return times
+    if times is None:
+        raise SettingsError("--time-offset is of the times of --cameras or --poses, and there are none")
+    try:
+        start = min(times) if offset == "first" else float(offset)
+    except ValueError:
+        raise SettingsError(f"--time-offset {offset}: expected seconds, or first") from None
+    return [time - start for time in times]
 
 
 def _rigs(

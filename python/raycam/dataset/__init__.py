@@ -167,6 +167,7 @@ def write(
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
+    late = late_times(plan)
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().damaged
@@ -186,7 +187,7 @@ def write(
             progress=progress,
             finished=finished,
         )
-        notices = (*damaged, *pool.notices)
+        notices = (*late, *damaged, *pool.notices)
     complete = _write_index(job, kind, plan)
     if complete:
         notices += tuple(lost_notices(_records(job, kind.units(plan)), format))
@@ -248,6 +249,24 @@ def make_plan(
         given = [camera for camera in _items(cameras) if isinstance(camera, Camera)]
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
     return Plan(first, shots, rendering, options, threads, world)
+
+
+UNITS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"), (1e8, "seconds"))
+"""The least numbers that are times since 1970 in these units."""
+
+
+def late_times(plan: Plan) -> list[str]:
+    """The notice that all times are after the end of the world's video, where nothing moves any more."""
+    video = plan.world.video
+    times = [view.time for view in plan.shots if view.time is not None]
+    if plan.recipe is not None or video is None or not times or min(times) <= video.frames / video.fps:
+        return []
+    first = min(times)
+    unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
+    return [
+        f"all {len(times)} times are after the end of the world's video ({video.frames / video.fps:g} s): the first is "
+        f"{first!r}{unit}. The world stands still at its end: give seconds from its beginning (--time-offset first)"
+    ]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
