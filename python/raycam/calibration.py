@@ -28,8 +28,16 @@ class Cameras(Mapping[str, Camera]):
     numbers to the last bit.
     """
 
-    def __init__(self, records: list[_core.Record], notices: list[str], up: Up, path: str) -> None:
+    def __init__(
+        self,
+        records: list[_core.Record],
+        notices: list[str],
+        up: Up,
+        path: str,
+        size: tuple[int, int] | None = None,
+    ) -> None:
         self._path = path
+        self._size = size
         self._records = {record.name: record for record in records}
         if len(self._records) != len(records):
             names = [record.name for record in records]
@@ -48,8 +56,20 @@ class Cameras(Mapping[str, Camera]):
                 made = self._records[name].camera()
             except CameraError as fault:
                 raise CameraError(f"{self._path}: {fault}") from None
-            self._made[name] = Camera._of(made, self._up)
+            self._made[name] = self._sized(name, Camera._of(made, self._up))
         return self._made[name]
+
+    def _sized(self, name: str, camera: Camera) -> Camera:
+        """The camera with pictures of the size that the caller gave; raises `CameraError` for another aspect."""
+        if self._size is None or camera.size == self._size:
+            return camera
+        (width, height), (new_width, new_height) = camera.size, self._size
+        if abs(new_width * height / (width * new_height) - 1.0) > 0.01:
+            raise CameraError(
+                f"{self._path}: camera {name!r} has {width} x {height} pixels, and size {new_width} x {new_height} "
+                "would stretch its picture: give a size of the same aspect, or none and cropped()"
+            )
+        return camera.resized(self._size)
 
     def __iter__(self) -> Iterator[str]:
         """Iterates over the names."""
@@ -112,10 +132,13 @@ def load_cameras(
     ================ =================================================================================================
 
     A missing `format` is detected from the file's name and contents. `size` (width, height) is for files without a
-    size. `intrinsics` is the camera whose size, K and lens the poses of a trajectory get. `lens` is the model of
-    coefficients of which the file does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. Each
-    camera has the `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates
-    are the file's; `up` is the axis that roll, pitch and yaw refer to.
+    size; cameras that have another one are resized to it, or refused where the aspect differs. `intrinsics` is the
+    camera whose size, K and lens the poses of a trajectory get. `lens` is the model of coefficients of which the file
+    does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. Each camera has the `pixel_center` of
+    its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates are the file's; `up` is the axis
+    that roll, pitch and yaw refer to.
+
+    A folder is a COLMAP model, has one in `sparse/0`, or has a transforms.json.
 
     No lens is lost: raises `FormatError` for a key that looks like a lens and is not understood. Raises `FormatError`
     with file, line and key for a malformed file, `CameraError` for an invalid camera, and
@@ -126,7 +149,7 @@ def load_cameras(
         raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
     core = None if intrinsics is None else intrinsics._core
     records, notices = _core.read_cameras(os.fspath(path), format, pair, core, lens)
-    return Cameras(records, notices, up, os.fspath(path))
+    return Cameras(records, notices, up, os.fspath(path), pair)
 
 
 def save_cameras(
@@ -153,7 +176,9 @@ def save_cameras(
         raise TypeError(
             f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}"
         )
-    images, times = images or {}, times or {}
+    images, times = dict(images or {}), dict(times or {})
+    if isinstance(cameras, Cameras) and cameras._size is not None:
+        images, times = {**cameras.images, **images}, {**cameras.times, **times}
     given: Mapping[str, Camera | Rig] = {"camera": cameras} if isinstance(cameras, Camera) else cameras
     records = []
 
@@ -165,7 +190,7 @@ def save_cameras(
             add(name, camera, (given._core, given.name, name))
         given = {}
     for name in given:
-        if isinstance(given, Cameras) and name not in images and name not in times:
+        if isinstance(given, Cameras) and given._size is None and name not in images and name not in times:
             records.append(given._records[name])
             continue
         item = given[name]

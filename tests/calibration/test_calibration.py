@@ -79,3 +79,18 @@ def test_what_are_no_cameras_is_said(tmp_path: Path, cameras: Any) -> None:
     if cameras is not None:
         with pytest.raises(TypeError, match=r"intrinsics must be a Camera, not (str|list)"):
             raycam.load_cameras(tmp_path / "poses.tum", intrinsics=cameras)
+
+
+@pytest.mark.parametrize("format", ["opencv", "colmap", "nerf"])
+def test_a_size_means_the_same_where_the_file_has_one(tmp_path: Path, format: str) -> None:
+    raycam.save_cameras(tmp_path / "a", {"a": camera(DISTORTION[:4])}, format)
+    (half,) = raycam.load_cameras(tmp_path / "a", size=(320, 240)).values()
+    (full,) = raycam.load_cameras(tmp_path / "a").values()
+    point = np.array([0.1, 0.2, 0.3])
+    # Corners stay corners: a pixel from the corner on is half as far.
+    (a, _), (b, _) = half.project(point), full.project(point)
+    np.testing.assert_allclose(a - half.corner, (b - full.corner) / 2, atol=1e-9)
+    with pytest.raises(raycam.errors.CameraError, match="stretch"):
+        raycam.load_cameras(tmp_path / "a", size=(640, 640))["a"]
+    raycam.save_cameras(tmp_path / "b.json", raycam.load_cameras(tmp_path / "a", size=(320, 240)), "nerf")
+    assert next(iter(raycam.load_cameras(tmp_path / "b.json").values())).size == (320, 240)

@@ -74,7 +74,10 @@ def add_known(command: argparse.ArgumentParser) -> None:
         help="of the calibration (default: found by its contents)",
     )
     command.add_argument(
-        "--size", metavar="WxH", type=size_of, help="the picture's size, where FILE has none"
+        "--size",
+        metavar="WxH",
+        type=size_of,
+        help="the picture's size: where FILE has another one, cameras are resized",
     )
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"

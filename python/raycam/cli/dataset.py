@@ -57,7 +57,10 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="of the calibration that --cameras or --rig names (default: found by its contents)",
     )
     command.add_argument(
-        "--size", metavar="WxH", type=size_of, help="the size of the pictures, where --cameras FILE has none"
+        "--size",
+        metavar="WxH",
+        type=size_of,
+        help="the size of the pictures: where --cameras FILE has another one, they are resized",
     )
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of --cameras get"
@@ -170,7 +173,7 @@ def _rigs(
         return rig, None
     # A trajectory has poses only, so any camera serves for the rest.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
-    poses = load_cameras(options.poses, intrinsics=body, size=(1, 1))
+    poses = load_cameras(options.poses, intrinsics=body)
     print_notices(poses.notices)
     return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, _times(poses)
 

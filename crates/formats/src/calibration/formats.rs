@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::budget::Budget;
+use crate::calibration::document::unread;
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::{bop, colmap, kalibr, kitti, nerf, opencv, ros, tum};
@@ -114,20 +115,44 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
 pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration, FormatError> {
     let format = format.map(format_named).transpose()?;
     if path.is_dir() {
-        let mut assets = AssetRoot::new(path, budget);
-        let first = ["cameras.txt", "cameras.bin"].into_iter().find(|name| path.join(name).exists());
-        let Some(first) = first else {
-            return Err(FormatError::unsupported(
-                path,
-                "a folder without cameras.txt and cameras.bin; expected a COLMAP model, or a file",
-            ));
-        };
+        let (folder, first) = first_of_folder(path)?;
+        let mut assets = AssetRoot::new(&path.join(folder), budget);
         let source = assets.read_reference(Path::new(""), first)?;
         return decode_in(source, format, known, &mut assets);
     }
     let mut assets = AssetRoot::containing(path, budget);
     let source = assets.read(path)?;
     decode_in(source, format, known, &mut assets)
+}
+
+/// The folder below `path`, and the file in it, that reading begins with.
+fn first_of_folder(path: &Path) -> Result<(&'static str, &'static str), FormatError> {
+    let places = [
+        ("", ["cameras.txt", "cameras.bin"]),
+        ("sparse/0", ["cameras.txt", "cameras.bin"]),
+        ("sparse", ["cameras.txt", "cameras.bin"]),
+        ("", ["transforms.json", "transforms_train.json"]),
+    ];
+    let found = places.into_iter().filter_map(|(folder, names)| {
+        let first = names.into_iter().find(|name| path.join(folder).join(name).exists())?;
+        Some((folder, first))
+    });
+    let found: Vec<_> = found.collect();
+    match found[..] {
+        [one] => Ok(one),
+        [] => Err(FormatError::unsupported(
+            path,
+            "a folder without cameras.txt, cameras.bin, sparse/0 and transforms.json; expected a COLMAP model, a NeRF set, \
+             or a file",
+        )),
+        _ => {
+            let names = found.iter().map(|(folder, name)| Path::new(folder).join(name).display().to_string());
+            Err(FormatError::unsupported(
+                path,
+                format!("a folder with several calibrations: give one of {}", names.collect::<Vec<_>>().join(", ")),
+            ))
+        }
+    }
 }
 
 /// The cameras in the bytes of a single file. `path` names it in errors; nothing else is read.
@@ -157,6 +182,12 @@ fn decode_in(
     let found = format.or_else(|| FORMATS.iter().find(|format| (format.detect)(&source.path, text)));
     let Some(format) = found else {
         let known = format_list();
+        if let Some((name, way)) = unread::name_of(text) {
+            return Err(FormatError::unsupported(
+                &source.path,
+                format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
+            ));
+        }
         return Err(FormatError::unsupported(
             &source.path,
             format!(
@@ -168,6 +199,16 @@ fn decode_in(
     let mut calibration = (format.read)(&source, assets, known)?;
     if calibration.records.is_empty() {
         return Err(FormatError::whole(&source.path, format!("no camera in it, read as {}", format.name)));
+    }
+    if let Some(intrinsics) = &known.intrinsics
+        && calibration.records.iter().any(|record| record.k.is_none() && record.matrix.is_none())
+        && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
+    {
+        calibration.notices.push(
+            "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
+             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)"
+                .into(),
+        );
     }
     for record in &mut calibration.records {
         known.fill_missing(record, &source.path)?;

@@ -16,7 +16,7 @@ use crate::calibration::document::yaml;
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
-use crate::calibration::rig::{one_rig, poses_on_one_rig};
+use crate::calibration::rig::{on_a_body, one_rig, poses_on_one_rig};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -42,7 +42,13 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
-    let cameras: Vec<_> = root.entries()?;
+    // Other keys at the top (4Seasons has T_cam1_cam0 there) are no cameras.
+    let (cameras, others): (Vec<_>, Vec<_>) =
+        root.entries()?.into_iter().partition(|(name, at)| is_camera(name) || at.get("camera_model").is_some());
+    for (name, at) in others {
+        at.refuse_lens(name)?;
+        calibration.notices.push(format!("{name} (line {}) is not read", at.node.line));
+    }
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
     let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));
     let mut before = Pose::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO);
@@ -81,8 +87,17 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         before = here;
         calibration.records.push(record);
     }
-    one_rig(&mut calibration.records, "rig");
+    match &mut calibration.records[..] {
+        // One camera that is mounted on a body is a rig as well.
+        [record] if camera_from_body || body_from_camera => on_a_body(record, "rig"),
+        records => one_rig(records, "rig"),
+    }
     Ok(calibration)
+}
+
+/// True for cam0, cam1, ...
+fn is_camera(name: &str) -> bool {
+    name.strip_prefix("cam").is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 /// K and the lens.

@@ -76,8 +76,16 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 record.size = size(path, find(format!("S_rect_{number}")))?;
             }
             calibration.records.push(record);
-        } else if !["S_", "D_", "R_0", "T_0"].iter().any(|start| key.starts_with(start)) {
+        } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
             calibration.notices.push(format!("{key} (line {line}) is no camera and not read"));
+        }
+    }
+    // The world is rectified camera 0; R and T of the raw cameras are from raw camera 0.
+    if let Some(&(_, line, values)) = find("R_rect_00".into()) {
+        let raw_from_rectified = DMat3::from_cols_array(&numbers::<9>(path, line, values)?);
+        let world = Pose::camera_from_world(Rotation::Matrix(raw_from_rectified), DVec3::ZERO);
+        for record in calibration.records.iter_mut().filter(|record| record.matrix.is_none()) {
+            record.pose = Some(record.pose.take().unwrap_or_else(Pose::identity).compose(&world));
         }
     }
     // The raw calibration has its cameras twice: as they are, and rectified.

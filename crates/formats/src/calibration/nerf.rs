@@ -248,7 +248,7 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     text += "  \"frames\": [";
     for (i, (record, own)) in records.iter().zip(&all).enumerate() {
         let own = if shared { "" } else { &format!(", {own}") };
-        text += &frame(record, own, i)?;
+        text += &frame(record, own, i, true)?;
     }
     text += "\n  ]\n}\n";
     Ok(OutputFiles::one(text))
@@ -278,11 +278,15 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String, FormatError> {
     Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
 }
 
-fn frame(record: &CameraRecord, own: &str, i: usize) -> Result<String, FormatError> {
+fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<String, FormatError> {
     let (rotation, c) = record.require_pose()?.world_r_c();
     let rows = matrix_rows34(flip_yz(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
     let time = record.time.map_or(String::new(), |time| format!(", \"time\": {}", yaml_float(time)));
-    let file = quoted(record.image.as_deref().unwrap_or(&record.name));
+    let file = record.image.as_deref().unwrap_or(&record.name);
+    let stem = file
+        .rsplit_once('.')
+        .filter(|(_, end)| ["png", "jpg", "jpeg", "exr", "tif", "tiff"].contains(&end.to_lowercase().as_str()));
+    let file = quoted(if ending { file } else { stem.map_or(file, |(stem, _)| stem) });
     let between = if i == 0 { "" } else { "," };
     Ok(format!(
         "{between}\n    {{\"file_path\": {file}{own}{time}, \"transform_matrix\": [{}, [0.0, 0.0, 0.0, 1.0]]}}",
@@ -322,7 +326,8 @@ pub(super) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<Output
         yaml_float(angle)
     );
     for (i, record) in records.iter().enumerate() {
-        text += &frame(record, "", i)?;
+        // Readers of Blender's sets append the ending themselves.
+        text += &frame(record, "", i, false)?;
     }
     text += "\n  ]\n}\n";
     Ok(OutputFiles::one(text))

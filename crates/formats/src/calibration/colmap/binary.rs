@@ -53,6 +53,10 @@ impl ModelFormat for Binary {
     type Reader<'a> = BinaryReader<'a>;
     type Writer = BinaryWriter;
 
+    fn is_image_name(name: &str) -> bool {
+        !name.contains('\0')
+    }
+
     fn reader(file: &InputFile) -> Result<BinaryReader<'_>, FormatError> {
         Ok(BinaryReader { path: &file.path, bytes: &file.bytes, offset: 0 })
     }

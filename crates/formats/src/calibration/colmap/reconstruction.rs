@@ -36,6 +36,8 @@ pub(crate) struct ColmapImage {
 pub(crate) struct Rig {
     pub(crate) id: u32,
     pub(crate) cameras: Vec<(u32, Option<RigidPose>)>,
+    /// Cameras of the rig whose pose from it is not known: their images stand where they say themselves.
+    pub(crate) unplaced: Vec<u32>,
 }
 
 /// A row of `frames`: where a rig stood, and its images.
@@ -116,6 +118,9 @@ impl Reconstruction {
             let body = pose(&frame.pose);
             for &(camera, image) in &frame.images {
                 let Some((_, from_rig)) = rig.cameras.iter().find(|(id, _)| *id == camera) else {
+                    if rig.unplaced.contains(&camera) {
+                        continue;
+                    }
                     return Err(fail(format!("frames: rig {} has no camera {camera}", rig.id)));
                 };
                 let here = from_rig.as_ref().map_or_else(|| body.clone(), |from_rig| pose(from_rig).compose(&body));
@@ -133,7 +138,10 @@ impl Reconstruction {
     }
 
     /// The model of cameras; equal intrinsics become one camera, but on a rig, where each camera is its own.
-    pub(crate) fn from_records(records: &[CameraRecord]) -> Result<Self, FormatError> {
+    pub(crate) fn from_records(
+        records: &[CameraRecord],
+        names_fit: impl Fn(&str) -> bool,
+    ) -> Result<Self, FormatError> {
         let mut model = Self::default();
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
         for (i, record) in records.iter().enumerate() {
@@ -156,10 +164,11 @@ impl Reconstruction {
                 }
             };
             let image = record.image.as_ref().unwrap_or(&record.name);
-            if image.is_empty() || image.contains(char::is_whitespace) || image.contains('\0') {
-                return Err(
-                    record.unsupported_error("COLMAP", &format!("the image name {image:?}: it has spaces or is empty"))
-                );
+            if image.is_empty() || !names_fit(image) {
+                return Err(record.unsupported_error(
+                    "COLMAP",
+                    &format!("the image name {image:?}: it is empty, or has spaces, which colmap-binary holds"),
+                ));
             }
             model.images.push(ColmapImage {
                 id: i as u32 + 1,
@@ -208,10 +217,11 @@ impl Reconstruction {
             }
             images.push((image.camera, image.id));
         }
-        let rigs = rigs
-            .iter()
-            .enumerate()
-            .map(|(i, (_, cameras))| Rig { id: i as u32 + 1, cameras: poses_from_reference(cameras) });
+        let rigs = rigs.iter().enumerate().map(|(i, (_, cameras))| Rig {
+            id: i as u32 + 1,
+            cameras: poses_from_reference(cameras),
+            unplaced: vec![],
+        });
         self.rigs = rigs.collect();
         self.frames = frames.into_iter().map(|(_, _, frame)| frame).collect();
         self.add_single_camera_rigs(records);
@@ -227,7 +237,7 @@ impl Reconstruction {
             }
             let rig = *rig_of_camera.entry(image.camera).or_insert_with(|| {
                 let id = self.rigs.len() as u32 + 1;
-                self.rigs.push(Rig { id, cameras: vec![(image.camera, None)] });
+                self.rigs.push(Rig { id, cameras: vec![(image.camera, None)], unplaced: vec![] });
                 id
             });
             self.frames.push(Frame {

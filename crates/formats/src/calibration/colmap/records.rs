@@ -28,6 +28,9 @@ pub(crate) trait ModelFormat {
     type Writer: RecordWriter;
 
     fn reader(file: &InputFile) -> Result<Self::Reader<'_>, FormatError>;
+
+    /// True if the files can hold the name of an image.
+    fn is_image_name(name: &str) -> bool;
 }
 
 /// Reads the fields of a file in order. Names of fields are those of the heads, for errors.
@@ -152,22 +155,22 @@ fn read_image(reader: &mut impl RecordReader) -> Result<ColmapImage, FormatError
 fn read_rig(reader: &mut impl RecordReader) -> Result<Rig, FormatError> {
     let (id, count) = (reader.u32("RIG_ID")?, reader.u32("NUM_SENSORS")?);
     let mut cameras = Vec::new();
+    let mut unplaced = Vec::new();
     for i in 0..count {
         let (is_camera, sensor) = (reader.is_camera()?, reader.u32("SENSOR_ID")?);
-        // The first sensor is the origin of the rig.
+        // The first sensor is the origin of the rig. An IMU, or a camera that was not registered, may have no pose.
         let pose = match i > 0 && reader.flag("HAS_POSE")? {
             true => Some(read_pose(reader)?),
-            false if i > 0 => {
-                return Err(reader.fail(format!("sensor {sensor} has no pose in its rig")));
-            }
             false => None,
         };
-        if is_camera {
-            cameras.push((sensor, pose));
+        match (is_camera, i > 0 && pose.is_none()) {
+            (true, false) => cameras.push((sensor, pose)),
+            (true, true) => unplaced.push(sensor),
+            (false, _) => {}
         }
     }
     reader.end_record()?;
-    Ok(Rig { id, cameras })
+    Ok(Rig { id, cameras, unplaced })
 }
 
 fn read_frame(reader: &mut impl RecordReader) -> Result<Frame, FormatError> {
@@ -187,7 +190,7 @@ fn read_frame(reader: &mut impl RecordReader) -> Result<Frame, FormatError> {
 
 /// The files of the model of these cameras.
 pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFiles, FormatError> {
-    let model = Reconstruction::from_records(records)?;
+    let model = Reconstruction::from_records(records, F::is_image_name)?;
     let files = [
         write_file::<F, _>(0, &model.cameras, write_camera),
         write_file::<F, _>(1, &model.images, write_image),

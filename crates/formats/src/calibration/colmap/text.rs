@@ -31,6 +31,10 @@ impl ModelFormat for Text {
     type Reader<'a> = LineTokens<'a>;
     type Writer = LineWriter;
 
+    fn is_image_name(name: &str) -> bool {
+        !name.contains(|c: char| c.is_whitespace() || c == '\0')
+    }
+
     fn reader(file: &InputFile) -> Result<LineTokens<'_>, FormatError> {
         Ok(LineTokens {
             path: &file.path,

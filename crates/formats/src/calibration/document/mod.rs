@@ -3,6 +3,7 @@
 pub(crate) mod lens_keys;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
+pub(crate) mod unread;
 pub(crate) mod xml;
 pub(crate) mod yaml;
 use std::path::Path;
@@ -27,6 +28,23 @@ pub(crate) enum Value {
 pub(crate) struct DocumentNode {
     pub(crate) value: Value,
     pub(crate) line: usize,
+}
+
+impl DocumentNode {
+    /// True if both say the same, but for lines and the time and number of a message's header.
+    pub(crate) fn same_as(&self, other: &DocumentNode) -> bool {
+        match (&self.value, &other.value) {
+            (Value::Scalar(a), Value::Scalar(b)) => a == b,
+            (Value::List(a), Value::List(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.same_as(b)),
+            (Value::Map(a), Value::Map(b)) => {
+                let same = |((k, a), (l, b)): (&(String, DocumentNode), &(String, DocumentNode))| {
+                    k == l && (matches!(k.as_str(), "stamp" | "seq") || a.same_as(b))
+                };
+                a.len() == b.len() && a.iter().zip(b).all(same)
+            }
+            _ => false,
+        }
+    }
 }
 
 /// A node with its path from the root, for errors.

@@ -46,15 +46,23 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError
             Event::Alias(_) | Event::Scalar(..) | Event::SequenceStart(..) | Event::MappingStart(..) => {
                 return fail("anchors and aliases (& and *) are not read: write the values out");
             }
-            Event::DocumentStart(_) if root.is_some() => {
-                return fail("a second document; expected one calibration in a file");
-            }
             Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentStart(_) | Event::DocumentEnd => {
                 continue;
             }
         };
         match open.last_mut() {
-            None => root = Some(done),
+            // Tools end each message with `---`: an empty document after it is none.
+            None if matches!(&done.value, Value::Scalar(word) if word.is_empty() || word == "~") => {}
+            None => match &root {
+                None => root = Some(done),
+                Some(first) if first.same_as(&done) => {}
+                Some(_) => {
+                    return fail(
+                        "a second document that differs from the first: expected one calibration in a file; keep one \
+                         of the messages",
+                    );
+                }
+            },
             Some((Open::List(items), _)) => items.push(done),
             Some((Open::Map(entries, key, known), _)) => match (key.take(), done) {
                 (Some(key), value) => entries.push((key, value)),

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::calibration::document::{Cursor, Value, yaml};
+use crate::calibration::document::{Cursor, Value, unread, yaml};
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
@@ -18,6 +18,9 @@ const MAX_DETECTED_BYTES: usize = 4 << 20;
 
 pub(crate) fn detect(path: &Path, text: &str) -> bool {
     let has = |word: &str| text.contains(word);
+    if unread::name_of(text).is_some() && !has("opencv_storage") {
+        return false;
+    }
     let own = has("%YAML:1.0") || has("opencv-matrix") || has("<opencv_storage>");
     if own || has("T_BS") && has("intrinsics") {
         return true;

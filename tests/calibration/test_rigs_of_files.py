@@ -1,0 +1,160 @@
+"""Mounts, KITTI's raw cameras, COLMAP's rigs, messages and folders, against pycolmap and closed forms."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+import raycam
+import yaml
+from raycam.errors import FormatError
+
+EUROC = """%YAML:1.0
+---
+sensor_type: camera
+T_BS:
+  cols: 4
+  rows: 4
+  data: [0.0, -1.0, 0.0, 0.1, 1.0, 0.0, 0.0, -0.2, 0.0, 0.0, 1.0, 0.3, 0.0, 0.0, 0.0, 1.0]
+resolution: [752, 480]
+camera_model: pinhole
+intrinsics: [458.0, 457.0, 367.0, 248.0]
+distortion_model: radial-tangential
+distortion_coefficients: [-0.28, 0.07, 0.0002, 0.00002]
+"""
+INFO = {
+    "header": {"stamp": {"sec": 1, "nanosec": 5}, "frame_id": "cam"},
+    "height": 480,
+    "width": 640,
+    "distortion_model": "plumb_bob",
+    "d": [0.1, 0.0, 0.0, 0.0, 0.0],
+    "k": [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0],
+    "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+    "p": [500.0, 0.0, 320.0, 0.0, 0.0, 500.0, 240.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    "binning_x": 0,
+    "binning_y": 0,
+}
+
+
+def test_one_camera_on_a_body_is_a_rig(tmp_path: Path) -> None:
+    (tmp_path / "sensor.yaml").write_text(EUROC)
+    cameras = raycam.load_cameras(tmp_path / "sensor.yaml")
+    (rig,) = cameras.rigs.values()
+    turn = cv2.Rodrigues(np.array([0.2, -0.1, 0.4]))[0]
+    placed = rig.at_pose(turn.T, [5.0, 6.0, 7.0])["sensor"]
+    np.testing.assert_allclose(placed.C, turn @ [0.1, -0.2, 0.3] + [5, 6, 7], atol=1e-12)
+    (tmp_path / "body.tum").write_text("0.0 1 2 3 0 0 0 1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        seen = raycam.load_cameras(tmp_path / "body.tum", intrinsics=cameras["sensor"])
+    assert any("mount" in notice and "--rig" in notice for notice in seen.notices)
+
+
+def test_kittis_raw_cameras_are_in_the_world_of_the_rectified(tmp_path: Path) -> None:
+    r_rect, r_1 = (cv2.Rodrigues(np.array(v))[0] for v in ([0.01, 0.02, -0.005], [-0.015, 0.004, 0.009]))
+    t_1 = np.array([-0.537, 0.005, -0.012])
+    k = np.array([[980.0, 0, 690], [0, 975.0, 245], [0, 0, 1]])
+    rows = {
+        "S_00": [1392, 512],
+        "K_00": k,
+        "D_00": np.zeros(5),
+        "R_00": np.eye(3),
+        "T_00": np.zeros(3),
+        "R_rect_00": r_rect,
+        "P_rect_00": np.hstack([k, np.zeros((3, 1))]),
+        "S_01": [1392, 512],
+        "K_01": k,
+        "D_01": np.zeros(5),
+        "R_01": r_1,
+        "T_01": t_1,
+    }
+    text = "".join(
+        f"{key}: {' '.join(repr(float(v)) for v in np.ravel(value))}\n" for key, value in rows.items()
+    )
+    (tmp_path / "calib_cam_to_cam.txt").write_text(text)
+    cameras = raycam.load_cameras(tmp_path / "calib_cam_to_cam.txt", size=(1392, 512))
+    point = np.array([1.0, 0.5, 12.0])  # in rectified axes
+    raw = r_rect.T @ point
+    for name, in_camera in (("00", raw), ("01", r_1 @ raw + t_1)):
+        pixel = k @ in_camera
+        np.testing.assert_allclose(cameras[name].project(point)[0], pixel[:2] / pixel[2], atol=1e-6)
+
+
+def test_messages_of_ros(tmp_path: Path) -> None:
+    one = yaml.safe_dump(INFO)
+    later = yaml.safe_dump({**INFO, "header": {"stamp": {"sec": 2, "nanosec": 0}, "frame_id": "cam"}})
+    for text in (one, one + "---\n", one + "---\n" + later + "---\n"):
+        (tmp_path / "info.yaml").write_text(text)
+        (camera,) = raycam.load_cameras(tmp_path / "info.yaml").values()
+        assert camera.K[0, 0] == 500
+    (tmp_path / "info.yaml").write_text(one + "---\n" + yaml.safe_dump({**INFO, "width": 320}))
+    with pytest.raises(FormatError, match="differs from the first"):
+        raycam.load_cameras(tmp_path / "info.yaml")
+
+
+def test_other_keys_of_a_camchain_are_told(tmp_path: Path) -> None:
+    camera = {"camera_model": "pinhole", "intrinsics": [1.0, 1, 2, 3], "resolution": [4, 5]}
+    step = np.eye(4)
+    step[0, 3] = -0.3
+    chain = {"T_cam1_cam0": step.tolist(), "cam0": camera, "cam1": {**camera, "T_cn_cnm1": step.tolist()}}
+    (tmp_path / "camchain.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(chain))))
+    cameras = raycam.load_cameras(tmp_path / "camchain.yaml")
+    np.testing.assert_allclose(cameras["cam1"].C, [0.3, 0, 0])
+    assert any("T_cam1_cam0" in notice for notice in cameras.notices)
+
+
+def test_file_paths_of_blender_have_no_ending(tmp_path: Path) -> None:
+    k = [[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]
+    camera = raycam.Camera(k, np.eye(3), np.zeros(3), (640, 480), pixel_center="half")
+    for format, expected in (("blender", "train/r_0"), ("nerf", "train/r_0.png")):
+        raycam.save_cameras(tmp_path / "a.json", {"a": camera}, format, images={"a": "train/r_0.png"})
+        assert json.loads((tmp_path / "a.json").read_text())["frames"][0]["file_path"] == expected
+
+
+def test_names_with_spaces_in_binary_models(tmp_path: Path) -> None:
+    camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
+    raycam.save_cameras(tmp_path / "m", {"a": camera}, "colmap-binary", images={"a": "my image.jpg"})
+    assert [image.name for image in pycolmap.Reconstruction(str(tmp_path / "m")).images.values()] == [
+        "my image.jpg"
+    ]
+    assert raycam.load_cameras(tmp_path / "m").images == {"my image.jpg": "my image.jpg"}
+    with pytest.raises(FormatError, match="colmap-binary"):
+        raycam.save_cameras(tmp_path / "t", {"a": camera}, "colmap", images={"a": "my image.jpg"})
+
+
+def test_a_rig_with_an_imu_and_a_camera_without_pose(tmp_path: Path) -> None:
+    (tmp_path / "cameras.txt").write_text("1 PINHOLE 64 48 50 50 32 24\n2 PINHOLE 64 48 50 50 32 24\n")
+    (tmp_path / "images.txt").write_text("1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 -1 0 0 2 b.png\n\n")
+    (tmp_path / "rigs.txt").write_text("1 3 CAMERA 1 IMU 1 0 CAMERA 2 0\n")
+    (tmp_path / "frames.txt").write_text("1 1 1 0 0 0 0 0 0 2 CAMERA 1 1 CAMERA 2 2\n")
+    cameras = raycam.load_cameras(tmp_path)
+    np.testing.assert_allclose([camera.C for camera in cameras.values()], [[0, 0, 0], [1, 0, 0]])
+
+
+def test_folders_are_looked_into(tmp_path: Path) -> None:
+    camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
+    raycam.save_cameras(tmp_path / "project/sparse/0", {"a.png": camera}, "colmap")
+    assert list(raycam.load_cameras(tmp_path / "project")) == ["a.png"]
+    raycam.save_cameras(tmp_path / "project/transforms.json", {"b.png": camera}, "nerf")
+    with pytest.raises(FormatError, match=r"several.*transforms\.json"):
+        raycam.load_cameras(tmp_path / "project")
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ('<document version="2.0.0"><chunk label="a"/></document>', "Metashape"),
+        ("%YAML:1.0\nCamera.fx: 500.0\nCamera.k1: 0.1\n", "ORB-SLAM"),
+        ("%YAML:1.0\n---\nmodel_type: MEI\nmirror_parameters:\n   xi: 2.2\n", "camodocal"),
+        ('{"sfm_data_version": "0.3"}', "openMVG"),
+    ],
+)
+def test_known_formats_that_are_not_read_are_named(tmp_path: Path, text: str, name: str) -> None:
+    (tmp_path / "a").write_text(text)
+    with pytest.raises(FormatError, match=name):
+        raycam.load_cameras(tmp_path / "a")
