@@ -11,6 +11,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import JobError, SettingsError
+from ..io.npz import npz_bytes
 from ..render import DEFAULT_CHANNELS, Region, channel_names, render
 from ..render.frame import Frame
 from ..render.old_names import current_names
@@ -92,11 +93,9 @@ def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -
         x, y = tile * (number % across), tile * (number // across)
         region = (left + x, top + y, min(tile, width - x), min(tile, height - y))
         frame = render(world, camera, channels=settings["channels"], region=region, progress=progress, **plan)
-        buffer = io.BytesIO()
         arrays: dict[str, Any] = dict(frame)
         arrays |= {"exposure": np.array(frame.exposure), "view": np.array(frame.view)}
-        np.savez(buffer, region=np.array(region), **arrays)
-        return {f"tile_{number:04}.npz": buffer.getvalue()}, frame.notices
+        return {f"tile_{number:04}.npz": npz_bytes({"region": np.array(region), **arrays})}, frame.notices
 
     return make
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -16,6 +15,7 @@ from .. import _core
 from ..camera import Camera
 from ..errors import FormatError, SettingsError, nearest
 from ..io import atomic_files
+from ..io.npz import npz_bytes
 
 __all__ = ["CHANNELS", "VIEWS", "Frame", "check_save"]
 
@@ -227,9 +227,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             arrays["pixel_center"] = np.array(camera.pixel_center)
             if camera.distortion is not None:
                 arrays |= {"distortion": camera.distortion, "lens": np.array(camera.model)}
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, size=np.array(self.size), region=np.array(self.region), **arrays)
-        return buffer.getvalue()
+        arrays = {"size": np.array(self.size), "region": np.array(self.region), **arrays}
+        return npz_bytes(arrays, compressed=True)
 
     def _repr_png_(self) -> bytes | None:
         """The PNG that a notebook shows; None without the channel `color`."""
