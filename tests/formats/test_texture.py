@@ -129,5 +129,7 @@ def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
 def test_what_reading_an_image_has_to_say_is_a_notice(tmp_path: Path) -> None:
     Image.fromarray(np.full((2, 2, 4), 100, np.uint8), "RGBA").save(tmp_path / "glass.png")
     world = raycam.World(folder=tmp_path)
-    world.add_object(box={}, texture="glass.png")
+    (tmp_path / "a.mtl").write_text("newmtl m\nmap_Kd glass.png\n")
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    world.add_object(mesh="a.obj")
     assert any("glass.png: its alpha" in notice for notice in world.notices), world.notices

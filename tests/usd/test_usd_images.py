@@ -257,3 +257,23 @@ def test_tiles_are_said_not_to_be_read(tmp_path: Path) -> None:
     made.Save()
     (notice,) = raycam.load(tmp_path / "a.usda").notices
     assert "'x.<UDIM>.png' is left out: tiles (UDIM) are not read" in notice
+
+
+@pytest.mark.parametrize(
+    "written",
+    ["./Image.PNG", r"C:\me\textures\image.png", "../maps/image.png", "/home/me/textures/image.png"],
+)
+def test_an_image_elsewhere_is_found_inside_the_folder(tmp_path: Path, written: str) -> None:
+    (tmp_path / "textures").mkdir()
+    write_image(tmp_path / "textures" / "image.png", PIXELS)
+    if written.startswith("./"):
+        write_image(tmp_path / "image.png", PIXELS)
+    made = stage(tmp_path / "a.usda")
+    mesh, paint = square(made), material(made, "/paint")
+    uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
+    image(made, paint, written, {"diffuseColor": "rgb"}, None)
+    bind(mesh, paint)
+    made.Save()
+    world = raycam.load(tmp_path / "a.usda")
+    assert world.counts["textures"] == 1, world.notices
+    assert any("is not there" in notice and "is used" in notice for notice in world.notices), world.notices

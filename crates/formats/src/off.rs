@@ -10,10 +10,13 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 use raycam_scene::{Mesh, MeshFile};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Location};
+use crate::geometry::colors;
+use crate::geometry::directionless;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::Corner;
 use crate::io::asset_root::AssetRoot;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
 
@@ -28,7 +31,8 @@ struct OffHeader {
 /// The model in an OFF file: one part.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let path = &source.path;
-    let mut rows = LineReader { path, lines: Lines::new(lexer::checked_text(path, &source.bytes)?), line: 0 };
+    let text = lexer::plain_text(&source.bytes);
+    let mut rows = LineReader { path, lines: Lines::new(&text), line: 0, odd: Diagnostics::default() };
     let (header, [count, face_count]) = rows.header()?;
     // Three digits, spaces and line ends each, at least.
     let left = rows.lines.remaining() + 1;
@@ -38,24 +42,16 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     }
     assets.budget.take_elements(path, count as u64)?;
 
-    let mut vertices = read_vertices(&mut rows, header, count)?;
+    let vertices = read_vertices(&mut rows, header, count)?;
     let faces = read_faces(&mut rows, count, face_count)?;
     let mut notices: Vec<String> = faces.degenerate.notice(path).into_iter().collect();
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
         notices.push(format!("{}: the lines after the last face are not used", path.display()));
-    } else if !rows.lines.ended_with_newline() {
-        let path = path.display();
-        notices.push(format!("{path}: the last line has no line end; the file may be cut off"));
     }
     if faces.polygons.len() == 0 {
         return Err(FormatError::whole(path, format!("no faces, only {count} vertices: nothing to see")));
     }
-    if vertices.normals.contains(&[0.0; 3]) {
-        let path = path.display();
-        notices.push(format!("{path}: normals without a direction; all normals are ignored"));
-        vertices.normals.clear();
-    }
-    let face_colors = faces.colors.linear("faces", path, &mut notices)?;
+    let face_colors = faces.colors.linear("faces", path, &mut notices);
     let (mut triangles, mut colors) = (Vec::new(), Vec::new());
     let positions = vertices.positions;
     let position = |c: Corner| positions[c.position as usize];
@@ -63,15 +59,20 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         triangles.push(triangle.map(|corner| corner.position));
         colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
     })?;
-    let mesh = Mesh {
+    let mut mesh = Mesh {
         triangles,
         face_colors: face_colors.map(|_| colors),
-        vertex_colors: vertices.colors.linear("vertices", path, &mut notices)?,
+        vertex_colors: vertices.colors.linear("vertices", path, &mut notices),
         normals: (!vertices.normals.is_empty()).then_some(vertices.normals),
         uvs: header.uvs.then_some(vertices.uvs),
         vertices: positions,
         ..Mesh::default()
     };
+    let chosen = colors::choose(&mut mesh).map(String::from);
+    let filled = directionless::fill_normals(&mut mesh);
+    let filled = (filled > 0).then(|| format!("normals without a direction are those of the faces: {filled}"));
+    notices.extend([chosen, filled].into_iter().flatten().map(|note| format!("{}: {note}", path.display())));
+    notices.extend(rows.odd.into_notices(path));
     Ok(MeshFile::from_mesh(mesh, notices))
 }
 
@@ -104,7 +105,11 @@ fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) 
             let [u, v] = uv[..] else {
                 return Err(rows.error(format!("vertex {number} has no texture coordinates")));
             };
-            let uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
+            let mut uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
+            if !uv.iter().all(|value| value.is_finite()) {
+                rows.odd.note(Location::Line(rows.line), "a texture coordinate is not finite: taken as 0 0");
+                uv = [0.0; 2];
+            }
             all.uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
         }
     }
@@ -157,6 +162,7 @@ struct LineReader<'a> {
     path: &'a Path,
     lines: Lines<'a>,
     line: usize,
+    odd: Diagnostics,
 }
 
 impl<'a> LineReader<'a> {
@@ -226,8 +232,7 @@ impl<'a> LineReader<'a> {
 
     fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
         lexer::number(word)
-            .filter(|v| v.is_finite())
-            .ok_or_else(|| self.error(format!("{what} {number}: {} is not a finite number", lexer::for_message(word))))
+            .ok_or_else(|| self.error(format!("{what} {number}: {} is not a number", lexer::for_message(word))))
     }
 
     fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3], FormatError> {
@@ -250,8 +255,9 @@ struct OffColors {
     mapped: usize,
     fractions: bool,
     translucent: usize,
-    /// The largest value, with its line.
-    largest: (f64, usize),
+    largest: f64,
+    /// How many values are below 0, or are none.
+    odd: usize,
 }
 
 impl OffColors {
@@ -273,12 +279,11 @@ impl OffColors {
         for (value, word) in rgba.iter_mut().zip(words) {
             *value = rows.number(word, "colour", number)?;
             self.fractions |= lexer::integer(word).is_none();
-            if *value < 0.0 {
-                return Err(rows.error(format!("colour {}: expected at least 0", lexer::for_message(word))));
+            if !value.is_finite() || *value < 0.0 {
+                self.odd += 1;
+                *value = 0.0;
             }
-            if *value > self.largest.0 {
-                self.largest = (*value, rows.line);
-            }
+            self.largest = self.largest.max(*value);
         }
         let [r, g, b, a] = rgba;
         self.translucent += usize::from(a < 1.0 || !self.fractions && a < 255.0);
@@ -287,13 +292,13 @@ impl OffColors {
     }
 
     /// Linear colours, white where there is none; `None` where there is none at all.
-    fn linear(self, what: &str, path: &Path, notices: &mut Vec<String>) -> Result<Option<Vec<Rgb>>, FormatError> {
+    fn linear(self, what: &str, path: &Path, notices: &mut Vec<String>) -> Option<Vec<Rgb>> {
         let shown = path.display();
         if self.mapped > 0 {
             notices.push(format!("{shown}: {} {what} with a colour map index are white", self.mapped));
         }
         if self.missing == self.values.len() {
-            return Ok(None);
+            return None;
         }
         if self.missing > self.mapped {
             let missing = self.missing - self.mapped;
@@ -302,18 +307,28 @@ impl OffColors {
         if self.translucent > 0 {
             notices.push(format!("{shown}: the transparency of {} {what} is dropped", self.translucent));
         }
-        let (largest, line) = self.largest;
-        let bytes = !self.fractions && largest > 1.0;
-        let one = if bytes { 255.0 } else { 1.0 };
-        if largest > one {
-            let message = format!("colour {largest} outside 0..={one}");
-            return Err(FormatError::line(path, line, message));
+        let largest = self.largest;
+        if largest > 255.0 {
+            notices.push(format!("{shown}: colours of {what} up to {largest}, expected 0..=255: ignored"));
+            return None;
+        }
+        if self.odd > 0 {
+            notices.push(format!(
+                "{shown}: values of colours of {what} that are below 0 or no numbers are 0: {}",
+                self.odd
+            ));
+        }
+        let bytes = largest > if self.fractions { 1.01 } else { 1.0 };
+        if bytes && self.fractions {
+            notices.push(format!("{shown}: colours of {what} with fractions up to {largest} are taken as 0..=255"));
+        } else if largest > 1.0 && !bytes {
+            notices.push(format!("{shown}: colours of {what} up to {largest} are clamped to 1"));
         }
         let linear = |c: f64| match (c.is_nan(), bytes) {
             (true, _) => 1.0,
             (false, true) => linear_from_srgb((c / 255.0) as f32),
-            (false, false) => c as f32,
+            (false, false) => c.min(1.0) as f32,
         };
-        Ok(Some(self.values.into_iter().map(|rgb| rgb.map(linear)).collect()))
+        Some(self.values.into_iter().map(|rgb| rgb.map(linear)).collect())
     }
 }

@@ -9,8 +9,10 @@ use raycam_scene::{MeshFile, Object, World};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
+use crate::geometry::finite::{self, NonFinite};
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
+use crate::io::stand_in;
 use crate::{gltf, obj, off, ply, stl, world_file};
 
 /// A file format.
@@ -52,7 +54,15 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// See [`FormatError`]; an unknown extension lists the known ones.
 pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
-    let mut assets = AssetRoot::containing(path, budget);
+    load_within(path, None, budget)
+}
+
+/// The world in a file, whose files lie in `folder` (where not given: in the folder of the file), as [`load`].
+///
+/// # Errors
+/// See [`load`].
+pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Result<World, FormatError> {
+    let mut assets = AssetRoot::of_file(path, folder, budget);
     let source = open_input(path, &mut assets)?;
     read_world(source, &mut assets)
 }
@@ -94,6 +104,7 @@ fn read_whole(_: &File, _: u64) -> Option<u64> {
 /// # Errors
 /// See [`FormatError`].
 pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
+    stand_in::check(path, &bytes)?;
     read_world(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
@@ -103,12 +114,13 @@ pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, For
 /// # Errors
 /// See [`FormatError`].
 pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<MeshFile, FormatError> {
+    stand_in::check(path, &bytes)?;
     read_mesh_file(InputFile::new(path, bytes), &mut AssetRoot::containing(path, budget))
 }
 
 /// The model in a mesh file that has been read: everything in it fits together.
 pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
-    let model = match format_of(&source.path)?.read {
+    let mut model = match format_of(&source.path)?.read {
         Reader::Model(read) => read(&source, assets)?,
         Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
         Reader::World(_) => {
@@ -116,11 +128,36 @@ pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Resul
             return Err(FormatError::unsupported(&source.path, message));
         }
     };
-    for part in &model.parts {
-        let valid = part.mesh.validate();
-        valid.map_err(|error| FormatError::Scene { path: Some(source.path.clone()), source: error })?;
-    }
+    check_parts(&mut model, &source.path)?;
     Ok(model)
+}
+
+/// Checks the parts of a model, after faces with vertices that are not finite are left out with a notice.
+fn check_parts(model: &mut MeshFile, path: &Path) -> Result<(), FormatError> {
+    let mut found = NonFinite::default();
+    for part in &mut model.parts {
+        // A look at all vertices takes time, and the check has to look at them anyway.
+        if let Err(source) = part.mesh.validate() {
+            let dropped = finite::drop_non_finite(&mut part.mesh);
+            if dropped.vertices == 0 {
+                return Err(FormatError::Scene { path: Some(path.into()), source });
+            }
+            found.vertices += dropped.vertices;
+            found.triangles += dropped.triangles;
+        }
+    }
+    if let Some(notice) = found.notice() {
+        model.notices.push(format!("{}: {notice}", path.display()));
+        model.parts.retain(|part| !part.mesh.triangles.is_empty());
+        if model.parts.is_empty() {
+            return Err(FormatError::whole(path, "all faces have vertices that are not finite: nothing to see"));
+        }
+    }
+    for part in model.parts.iter().filter(|_| found.vertices > 0) {
+        let valid = part.mesh.validate();
+        valid.map_err(|error| FormatError::Scene { path: Some(path.into()), source: error })?;
+    }
+    Ok(())
 }
 
 /// The model of a world whose objects are all one; each copy of a mesh counts.
@@ -152,7 +189,13 @@ fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
     }
     let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
     let known = known.join(", ");
-    Err(FormatError::unsupported(path, format!("unknown kind of file; known are {known}")))
+    Err(FormatError::unsupported(
+        path,
+        format!(
+            "unknown kind of file; known are {known}, and .usd, .usda, .usdc, .usdz from Python (raycam[usd]); others by \
+             raycam.from_trimesh(trimesh.load(...)) or converted to .glb"
+        ),
+    ))
 }
 
 /// The world of a mesh file: each part an object, named after the file where it has no name.

@@ -1,19 +1,23 @@
 //! STL (3D Systems, "StereoLithography Interface Specification", 1989), text and binary.
 //!
 //! A file is recognised as binary by its length, not by its first bytes: many binary files begin with "solid" too.
-//! Corners at exactly the same place become one vertex. Facet normals follow from the corners and are not read; the two
-//! bytes after each binary facet, which some programs use for colours, are skipped.
+//! Corners at exactly the same place become one vertex. Facet normals follow from the corners and are not read. The two
+//! bytes after each binary facet are colours where bit 15 says so (VisCAM, SolidView) or the header has `COLOR=`
+//! (Materialise Magics): five bits a channel, sRGB.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use std::sync::atomic::{AtomicU16, Ordering};
 
 use glam::DVec3;
+use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
 use crate::error::FormatError;
 use crate::geometry::weld::{self, VertexWelder};
 use crate::io::asset_root::AssetRoot;
+use crate::io::byte_source::ByteSource;
 use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
 
@@ -44,7 +48,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         .filter(|solid| !solid.triangles.is_empty())
         .map(|solid| MeshPart {
             name: solid.name,
-            mesh: Mesh { vertices: solid.vertices, triangles: solid.triangles, ..Mesh::default() },
+            mesh: Mesh {
+                vertices: solid.vertices,
+                triangles: solid.triangles,
+                face_colors: solid.colors,
+                ..Mesh::default()
+            },
             materials: vec![0],
         })
         .collect();
@@ -60,6 +69,8 @@ struct Solid {
     name: String,
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// Linear colours of the triangles.
+    colors: Option<Vec<Rgb>>,
 }
 
 /// How much of a file has to be in memory: of one that is binary beyond doubt, what is before the facets.
@@ -79,11 +90,16 @@ fn is_binary(source: &InputFile) -> bool {
     if declared(bytes).is_some_and(|count| count.checked_mul(FACET_BYTES) == Some(source.len() - HEADER_BYTES)) {
         return true;
     }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let start = bytes.trim_ascii_start();
-    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let text = lexer::plain_text(bytes);
+    let first = Lines::new(&text).map(|(_, line)| lexer::trim(line)).find(|line| !line.is_empty() && !is_comment(line));
+    let solid = first.and_then(|line| line.get(..5)).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // No text has a zero byte.
-    !solid || bytes.contains(&0)
+    !solid || text.contains(&0)
+}
+
+/// True for a line of a text file that some programs put before or between the statements.
+fn is_comment(line: &[u8]) -> bool {
+    line.starts_with(b"#") || line.starts_with(b";") || line.starts_with(b"//")
 }
 
 fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid, FormatError> {
@@ -112,30 +128,85 @@ fn binary(source: &InputFile, notices: &mut Vec<String>) -> Result<Solid, Format
     }
 
     let facets = source.part(HEADER_BYTES..HEADER_BYTES + FACET_BYTES * used);
+    let all_attributes = AtomicU16::new(0);
     let read = |first: usize, corners: &mut dyn FnMut([[f32; 3]; 3])| {
-        let mut infinite = None;
-        let window = |number: usize, bytes: &[u8]| {
-            for (number, facet) in (first + number..).zip(bytes.as_chunks::<FACET_BYTES>().0) {
+        let mut attributes = 0;
+        let window = |_, bytes: &[u8]| {
+            for facet in bytes.as_chunks::<FACET_BYTES>().0 {
                 let (words, _) = facet.as_chunks::<4>();
                 let float = |i: usize| f32::from_le_bytes(words[i]);
                 let place = |i: usize| [float(i), float(i + 1), float(i + 2)];
-                let places = [place(3), place(6), place(9)];
-                if !places.as_flattened().iter().all(|v| v.is_finite()) {
-                    infinite = infinite.or(Some(number));
-                }
-                corners(places);
+                attributes |= attribute(facet);
+                // A triangle with a corner that is not finite is left out later.
+                corners([place(3), place(6), place(9)]);
             }
         };
         let count = BLOCK_FACETS.min(used - first);
         let read = facets.for_each_window(first * FACET_BYTES, count, FACET_BYTES, FACET_BYTES, window);
         read.map_err(|source| FormatError::Io { path: path.clone(), source })?;
-        infinite.map_or(Ok(()), |number| {
-            let message = format!("facet {number} has a corner that is not finite");
-            Err(FormatError::byte(path, HEADER_BYTES + FACET_BYTES * number, message))
-        })
+        all_attributes.fetch_or(attributes, Ordering::Relaxed);
+        Ok::<(), FormatError>(())
     };
     let (vertices, triangles) = weld::weld_triangles(used, BLOCK_FACETS, read)?;
-    Ok(Solid { name: String::new(), vertices, triangles })
+    let any = all_attributes.load(Ordering::Relaxed) != 0;
+    let colors = facet_colors(path, &bytes[..80], &facets, used, any, notices)?;
+    Ok(Solid { name: String::new(), vertices, triangles, colors })
+}
+
+/// The two bytes after a facet.
+fn attribute(facet: &[u8; FACET_BYTES]) -> u16 {
+    u16::from_le_bytes([facet[48], facet[49]])
+}
+
+/// The linear colour of five bits a channel, the lowest first.
+fn color_of_bits(bits: u16) -> Rgb {
+    [0, 5, 10].map(|shift| linear_from_srgb(f32::from(bits >> shift & 31) / 31.0))
+}
+
+/// The colours of facets, where the file has them. `any` is true if some facet has a byte after it that is not 0.
+fn facet_colors(
+    path: &Path,
+    header: &[u8],
+    facets: &ByteSource<'_>,
+    count: usize,
+    any: bool,
+    notices: &mut Vec<String>,
+) -> Result<Option<Vec<Rgb>>, FormatError> {
+    const COLOR: &[u8] = b"COLOR=";
+    let at = header.windows(COLOR.len()).position(|window| window == COLOR).map(|at| at + COLOR.len());
+    let whole = at.and_then(|at| header.get(at..at + 4)?.first_chunk::<4>());
+    if !any && whole.is_none() {
+        return Ok(None);
+    }
+    let mut attributes = Vec::with_capacity(count);
+    let window = |_, bytes: &[u8]| attributes.extend(bytes.as_chunks::<FACET_BYTES>().0.iter().map(attribute));
+    let read = facets.for_each_window(0, count, FACET_BYTES, FACET_BYTES, window);
+    read.map_err(|source| FormatError::Io { path: path.into(), source })?;
+    const OWN: u16 = 1 << 15;
+    if let Some(&[r, g, b, alpha]) = whole {
+        if alpha < 255 {
+            notices.push(format!("{}: its transparency is dropped", path.display()));
+        }
+        let whole = linear_from_srgb8([r, g, b]);
+        // Bit 15 says that a facet has the colour of the whole.
+        let of = |&bits: &u16| if !any || bits & OWN != 0 { whole } else { color_of_bits(bits) };
+        return Ok(Some(attributes.iter().map(of).collect()));
+    }
+    let without = attributes.iter().filter(|&&bits| bits & OWN == 0).count();
+    if without == count {
+        let odd = attributes.iter().filter(|&&bits| bits != 0).count();
+        notices.push(format!("{}: the bytes after a facet, which are no colours, are not used: {odd}", path.display()));
+        return Ok(None);
+    }
+    if without > 0 {
+        notices.push(format!("{}: facets without a colour are grey: {without}", path.display()));
+    }
+    // Blue is in the lowest bits.
+    let of = |&bits: &u16| {
+        let [b, g, r] = color_of_bits(bits);
+        if bits & OWN == 0 { [0.8; 3] } else { [r, g, b] }
+    };
+    Ok(Some(attributes.iter().map(of).collect()))
 }
 
 /// Statement that a text file has next.
@@ -155,12 +226,13 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
     let mut expect = ParserState::Solid;
     let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
     let mut last = 0;
-    for (line, text) in Lines::new(lexer::checked_text(path, bytes)?) {
+    for (line, text) in Lines::new(&lexer::plain_text(bytes)) {
         last = line;
         let (key, rest) = lexer::split_word(text);
         let key = key.to_ascii_lowercase();
         expect = match (expect, &key[..]) {
             (same, b"") => same,
+            (same, key) if is_comment(key) => same,
             (ParserState::Solid, b"solid") => {
                 if solids.len() == 1 << 16 {
                     return Err(FormatError::line(path, line, "more than 65536 solids in one file"));
@@ -192,7 +264,12 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
         };
     }
     if expect == ParserState::Solid {
-        let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid { name, vertices: weld.points, triangles };
+        let solid = |(name, weld, triangles): (_, VertexWelder<_>, _)| Solid {
+            name,
+            vertices: weld.points,
+            triangles,
+            colors: None,
+        };
         return Ok(solids.into_iter().map(solid).collect());
     }
     Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))))
@@ -213,9 +290,9 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
     let mut words = Words(rest);
     let mut values = [0.0; 3];
     for value in &mut values {
-        *value = words.next().and_then(lexer::number).filter(|v| v.is_finite()).ok_or_else(|| {
+        *value = words.next().and_then(lexer::number).ok_or_else(|| {
             let found = lexer::for_message(lexer::trim(rest));
-            FormatError::line(path, line, format!("vertex {found}: expected three finite numbers"))
+            FormatError::line(path, line, format!("vertex {found}: expected three numbers"))
         })?;
     }
     if let Some(word) = words.next() {

@@ -45,7 +45,7 @@ def add_folder(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--folder",
         metavar="FOLDER",
-        help="where the layers and images of a USD file may lie (default: the file's folder)",
+        help="where the files that the world names may lie (default: the folder of the world)",
     )
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FormatError, SettingsError
+from ..io.folders import check_folder
 
 __all__ = ["SUFFIXES", "UsdLimits", "read"]
 
@@ -67,8 +68,8 @@ def read(
         size = file.seek(0, os.SEEK_END)
     if time is not None and not math.isfinite(time):
         raise SettingsError(f"time is {time}, expected seconds")
-    if root is not None and not _is_within(path, Path(root)):
-        raise SettingsError(f"folder: {path} does not lie in {os.fspath(root)}")
+    if root is not None:
+        check_folder(path, root)
     if size > budget.bytes:
         raise FormatError(f"{path}: {size} bytes, but the budget has {budget.bytes} left")
     if importlib.util.find_spec("pxr") is None:
@@ -111,11 +112,6 @@ def read(
     if "error" in found:
         raise FormatError(f"{path}: {found['error']}")
     return found
-
-
-def _is_within(path: Path, root: Path) -> bool:
-    """True for a file that lies in a folder by its name or by where its links lead."""
-    return any(resolved(path).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute))
 
 
 def _terminate(process: subprocess.Popen[bytes]) -> None:

@@ -39,6 +39,11 @@ class Confinement:
         self._most = self._left = most
         self._layers: dict[str, Sdf.Layer | str] = {}  # the layer, or the reason why there is none
 
+    @property
+    def stage_folder(self) -> Path:
+        """The folder of the stage's file."""
+        return self._own.parent
+
     def fault(self, file: Path) -> str | None:
         """The reason why a file may not be read; None where it may."""
         real = Path(os.path.realpath(file))

@@ -14,6 +14,7 @@ from pxr import Ar, Sdf
 
 from .. import _core
 from .confinement import Confinement, UsdRejected
+from .image_search import found_elsewhere
 
 __all__ = ["Images", "bake_opacity", "bake_wrap"]
 
@@ -36,19 +37,23 @@ class Images:
 
     def file(self, asset: Sdf.AssetPath) -> str | None:
         """The name of the copied image; None, with a notice, for an image that may not be used."""
-        place = asset.resolvedPath or asset.path
-        if place not in self._known:
-            self._known[place] = None
+        key = place = asset.resolvedPath or asset.path
+        if key not in self._known:
+            self._known[key] = None
             try:
                 if "<UDIM>" in place:
                     raise UsdRejected("tiles (UDIM) are not read")
                 if not asset.resolvedPath:
-                    raise UsdRejected("no such file, or one of a network or a database")
-                self._known[place] = name = self._copied(place)
+                    other = found_elsewhere(asset.path, self._confinement.stage_folder)
+                    if other is None or self._confinement.fault(other):
+                        raise UsdRejected("no such file, or one of a network or a database")
+                    self.notices.append(f"image {asset.path!r} is not there; {other} is used")
+                    place = str(other)
+                self._known[key] = name = self._copied(place)
                 self.files[name] = asset.path
             except (OSError, KeyError, ValueError, zipfile.BadZipFile, UsdRejected) as error:
                 self.notices.append(f"image {asset.path!r} is left out: {error}")
-        return self._known[place]
+        return self._known[key]
 
     def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
         """The name of the image that `bake` makes of an image's pixels; None if it makes none.

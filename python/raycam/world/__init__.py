@@ -30,8 +30,8 @@ class World:
     `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
 
     `add_object`, `add_mesh` and `add_light` open the given files (meshes, textures, skies, IES profiles) in any folder.
-    Relative names start from `folder` (default: the current folder). Files named in such a file are read only from the
-    folder of that file, as in `load`.
+    Relative names start from `folder` (default: the current folder). Files named in a file inside `folder` are read
+    from anywhere inside `folder`, those of another file only from the folder of that file, as in `load`.
 
     A world is prepared for tracing on first use, and again after changes; unchanged parts are not rebuilt. Several
     threads may use a world at the same time.

@@ -8,6 +8,7 @@ from pathlib import Path
 from .. import _core, usd
 from ..errors import SettingsError
 from ..io import memory_limits
+from ..io.folders import check_folder
 from . import World
 from .usd_files import load_usd, usd_named
 
@@ -26,29 +27,32 @@ def load(
 
     USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
 
-    Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects. Files named in
-    a file are read only from the folder of that file. `World.notices` lists parts that were skipped or repaired.
+    Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
+    `World.notices` lists parts that were skipped or repaired.
     `variant` is the name of a material variant of a glTF file.
 
     `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
     images may have 2^27 pixels in total; with it, 2^27 each and 2^33 in total.
 
-    `folder` is the folder from which the layers and images of a USD file are read (default: the folder of the file).
-    What lies outside is left out with a notice. `time` is the time in seconds at which a USD file is read (default: the
-    first time of each value); other files move by `World.at`.
+    `folder` is the folder within which the files that a file names may lie: images, materials, buffers, layers, meshes
+    (default: the folder of the file). Symbolic links are followed within it. What lies outside is left out with a
+    notice, or is an error where nothing can be shown without it. A `path` that is a link may lead anywhere: the files
+    that it names are searched beside the link and beside its target.
 
-    Raises `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or
-    `CameraError` for an invalid description, each with file, line and key.
+    `time` is the time in seconds at which a USD file is read (default: the first time of each value); other files move
+    by `World.at`.
+
+    Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
+    malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
     if Path(path).suffix.lower() in usd.SUFFIXES:
         world = World._of(load_usd(path, texture_memory, folder, time))
-    elif folder is not None or time is not None:
-        raise SettingsError(
-            f"{os.fspath(path)}: folder= and time= are for USD files; other files name only files beside them, and move"
-            " by world.at(time)"
-        )
+    elif time is not None:
+        raise SettingsError(f"{os.fspath(path)}: time= is for USD files; other files move by world.at(time)")
     else:
+        if folder is not None:
+            check_folder(path, folder)
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         with usd_named():
-            world = World._of(_core.World.load(os.fspath(path), limit))
+            world = World._of(_core.World.load(os.fspath(path), folder, limit))
     return world if variant is None else world.with_variant(variant)

@@ -43,10 +43,13 @@ impl World {
         ))
     }
 
+    /// The world in a file, whose files lie in `folder`, or else in the folder of the file.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
+    #[pyo3(signature = (path, folder, texture_memory))]
+    fn load(py: Python<'_>, path: PathBuf, folder: Option<PathBuf>, texture_memory: Option<u64>) -> PyResult<Self> {
         let budget = budget(texture_memory);
-        let world = py.detach(|| catch_panic(|| raycam_formats::load(&path, &budget)))?;
+        let read = || raycam_formats::load_within(&path, folder.as_deref(), &budget);
+        let world = py.detach(|| catch_panic(read))?;
         Ok(Self::from_inner(world.map_err(IntoPyErr::into_py_err)?, PathBuf::new()))
     }
 

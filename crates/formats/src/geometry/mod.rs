@@ -1,9 +1,11 @@
 //! Meshes from faces: triangulation, welding and splitting of vertices. Uses `io` alone.
 
+pub(crate) mod colors;
+pub(crate) mod directionless;
 pub(crate) mod ear_clipping;
+pub(crate) mod finite;
 pub(crate) mod polygons;
 pub(crate) mod reflex_kd_tree;
-#[cfg(test)]
 #[cfg(test)]
 mod tests;
 pub(crate) mod vertex_dedup;

@@ -188,6 +188,12 @@ impl Polygons {
             }
             points.clear();
             points.extend(self.get(polygon).map(&position));
+            // Such a face is left out later: one triangle stands for it.
+            if let Some(bad) = points.iter().position(|point| !point.is_finite()) {
+                let count = corners.len();
+                triangle(polygon, [0, 1, 2].map(|i| self.corner_at(corners.start + (bad + i) % count)));
+                continue;
+            }
             cut.clear();
             ear_clipping::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| FormatError::Budget {
                 path: path.into(),

@@ -18,10 +18,10 @@ use crate::error::FormatError;
 use crate::gltf::document::Document;
 use crate::gltf::document::buffers::Resources;
 use crate::gltf::document::container::Container;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::world::builder::{Builder, ImportedMeshes, ImportedTextures};
 use crate::io::asset_root::AssetRoot;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::input_file::InputFile;
 
 pub(crate) use crate::gltf::document::container::head;
@@ -54,7 +54,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, 
     builder.materials()?;
     builder.nodes()?;
     let Builder { mut world, diagnostics, .. } = builder;
-    let notices = diagnostics.into_notices(path, assets);
-    world.notices.extend(notices);
+    world.notices.extend(assets.drain_notices());
+    world.notices.extend(diagnostics.into_notices(path));
     Ok(world)
 }

@@ -1,19 +1,20 @@
-//! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP and TGA, told apart by content.
+//! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA, told apart by content.
 
 mod bmp;
 pub(crate) mod decoder;
 mod exr;
+mod gif;
 mod hdr;
 mod jpeg;
-mod jpeg_scan;
 mod ktx2;
 pub(crate) mod merge_alpha;
 pub(crate) mod normals_from_height;
 pub(crate) mod png;
 pub(crate) mod texture;
 mod tga;
+mod tiff;
+pub(crate) mod udim;
 mod webp;
-mod webp_lossless;
 use std::path::Path;
 
 use raycam_scene::Image;
@@ -23,6 +24,7 @@ use crate::error::FormatError;
 use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES, MAX_UNBACKED_BYTES_STREAMED};
 use crate::io::asset_root::AssetRoot;
 use crate::io::catch_panic::catch_decoder_panic;
+use crate::io::stand_in;
 
 pub use crate::image::decoder::ColorUse;
 
@@ -58,6 +60,8 @@ const IMAGE_FORMATS: &[ImageFormat] = &[
         trusted: MAX_UNBACKED_BYTES,
         decode: hdr::hdr,
     },
+    ImageFormat { magic: tiff::is_tiff, trusted: MAX_UNBACKED_BYTES, decode: tiff::tiff },
+    ImageFormat { magic: |b| b.starts_with(b"GIF8"), trusted: MAX_UNBACKED_BYTES, decode: gif::gif },
     ImageFormat { magic: |b| b.starts_with(b"BM"), trusted: MAX_UNBACKED_BYTES, decode: bmp::bmp },
     ImageFormat {
         // Says the least, so it is the last.
@@ -79,12 +83,12 @@ pub fn read_image(path: &Path, color_use: ColorUse, budget: &Budget) -> Result<(
     Ok((image, notices))
 }
 
-/// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA file; `path` names it.
+/// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA file; `path` names it.
 ///
 /// Rows go from the top down, whatever the file's order. Grey becomes three equal channels, palettes are resolved,
 /// what has no alpha gets 1. Eight bits a channel stay eight bits; sixteen stay sixteen, made linear where they are
 /// colours. EXR and HDR give floats, in which infinities become the largest float16 and NaN becomes 0, with a
-/// notice. Of a KTX2 file, only the largest level is read.
+/// notice. Of a KTX2 file, only the largest level is read; of a TIFF or GIF file, the first picture.
 ///
 /// As glTF demands, an embedded gamma, colour profile or orientation is not applied; each gets a notice.
 ///
@@ -98,8 +102,9 @@ pub fn decode_image(
     budget: &mut Budget,
     notices: &mut Vec<String>,
 ) -> Result<Image, FormatError> {
+    stand_in::check(path, bytes)?;
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
-        let message = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";
+        let message = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
         return Err(FormatError::unsupported(path, message));
     };
     catch_decoder_panic(path, || {

@@ -3,15 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use raycam_scene::{Image, Texels, Texture, TextureSampler, Wrap};
+use raycam_scene::{Texture, TextureSampler, Wrap};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::image::decode_image;
 use crate::image::decoder::ColorUse;
+use crate::image::udim;
 use crate::io::asset_root::AssetRoot;
+use crate::io::companion;
 use crate::io::input_file::InputFile;
-use crate::io::optional_asset;
+use crate::io::reference;
 
 /// The texture in an image file of any kind that [`decode_image`] knows, as a colour, repeated in both directions.
 ///
@@ -32,6 +34,7 @@ pub fn decode_texture(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<(T
     let source = InputFile::new(path, bytes);
     let mut notices = Vec::new();
     let texture = decode(&source, [Wrap::Repeat; 2], ColorUse::Color, &mut budget.clone(), &mut notices)?;
+    notices.extend(alpha_notice(path, &texture));
     Ok((texture, notices))
 }
 
@@ -45,28 +48,35 @@ pub(crate) fn decode(
 ) -> Result<Texture, FormatError> {
     let InputFile { path, bytes, .. } = source;
     let image = decode_image(bytes, path, color_use, budget, notices)?;
-    if has_transparency(&image) {
-        notices.push(format!("{}: its alpha counts only where its material uses it", path.display()));
-    }
     Ok(Texture { image: Arc::new(image), sampler: TextureSampler { wrap, ..TextureSampler::default() } })
 }
 
-/// The texture in an image file that a mesh file names; `None`, with a notice, where it is missing or not supported.
+/// The texture in an image file that a mesh file names; `None`, with a notice, where it is missing, cut off or not an image.
 pub(crate) fn optional_texture(
     from: &Path,
-    name: &str,
+    name: &[u8],
     wrap: Wrap,
     color_use: ColorUse,
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
 ) -> Result<Option<Texture>, FormatError> {
-    let Some(source) = optional_asset::optional_file(from, name, assets, notices)? else {
+    let name = match udim::single_image(from, &reference::with_slashes(name), assets) {
+        Ok(name) => name,
+        Err(reason) => {
+            notices.push(format!("{}: left out: {reason}", from.display()));
+            return Ok(None);
+        }
+    };
+    let Some(source) = companion::optional_file(from, &name, assets, notices)? else {
         return Ok(None);
     };
-    let budget = &mut assets.budget;
-    match decode(&source, [wrap; 2], color_use, budget, notices) {
-        Ok(texture) => Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture })),
-        Err(error @ FormatError::Unsupported { .. }) => {
+    notices.extend(udim::notice(from, &name, assets));
+    match decode(&source, [wrap; 2], color_use, &mut assets.budget, notices) {
+        Ok(texture) => {
+            notices.extend(alpha_notice(&source.path, &texture));
+            Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture }))
+        }
+        Err(error) if companion::can_be_left_out(&error) => {
             notices.push(format!("{}: left out: {error}", from.display()));
             Ok(None)
         }
@@ -74,11 +84,13 @@ pub(crate) fn optional_texture(
     }
 }
 
-fn has_transparency(image: &Image) -> bool {
-    match &image.texels {
-        Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().any(|t| t[3] != 255),
-        Texels::Linear16(texels) => texels.iter().any(|t| t[3] != u16::MAX),
-        Texels::Float(texels) => texels.iter().any(|t| t[3] != 1.0),
-        Texels::Paged(_) => false, // not by a decoder
-    }
+/// The notice about alpha, which a mesh file uses only where it says so.
+fn alpha_notice(path: &Path, texture: &Texture) -> Option<String> {
+    texture.image.texels.has_alpha().then(|| {
+        format!(
+            "{}: its alpha counts only where its material uses it: by map_d in an MTL file, or alpha = \"blend\" of the \
+             object",
+            path.display()
+        )
+    })
 }

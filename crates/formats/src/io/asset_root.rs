@@ -1,8 +1,10 @@
 //! The folder that a world may read from: I/O alone, no formats.
 
+use std::collections::HashMap;
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::{Component, Path, PathBuf};
+use std::path::{self, Component, Path, PathBuf};
 use std::sync::Arc;
 
 use raycam_scene::{Image, TextureCache, World};
@@ -12,11 +14,24 @@ use crate::error::FormatError;
 use crate::io::byte_source;
 use crate::io::input_file::InputFile;
 use crate::io::parallel;
+use crate::io::reference;
+use crate::io::stand_in;
 
-/// A folder with the rest of the budget: names in files lead only to regular files inside.
+/// A folder with the rest of the budget: names in files lead only to regular files inside, also through symbolic links.
+///
+/// A file that the user names may be a link to anywhere. The files that it names are then searched beside the link, and
+/// beside the file that it leads to.
 #[derive(Debug)]
 pub struct AssetRoot {
     root: PathBuf,
+    /// The file that the user named; empty where that is the folder itself.
+    named: PathBuf,
+    /// The folder, without links, that a link which the user named leads to.
+    target: Option<PathBuf>,
+    /// Names in folders that were searched.
+    listings: HashMap<PathBuf, Vec<OsString>>,
+    /// How many files were searched.
+    searches: usize,
     pub(crate) budget: Budget,
     notices: Vec<String>,
     /// True if the program itself names the files: then they may lie anywhere.
@@ -25,10 +40,21 @@ pub struct AssetRoot {
     texture_memory: Option<Arc<TextureCache>>,
 }
 
+/// A name that leads to no file.
+enum Fault {
+    /// The reason of a refusal.
+    Refused(String),
+    Io(FormatError),
+}
+
 /// Bytes from which on several threads read a file.
 const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
 /// Bytes that one thread reads at a time.
 const READ_CHUNK: usize = 1 << 20;
+/// Files that are searched under other names than the written one, for one world.
+const MAX_SEARCHES: usize = 1000;
+/// Names of a folder that a search looks at.
+const MAX_LISTED: usize = 10_000;
 
 impl AssetRoot {
     /// Everything inside `root`, symbolic links resolved, within `budget`. An empty `root` is the current folder.
@@ -36,6 +62,10 @@ impl AssetRoot {
         let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
         Self {
             root: root.into(),
+            named: PathBuf::new(),
+            target: None,
+            listings: HashMap::new(),
+            searches: 0,
             budget: *budget,
             notices: Vec::new(),
             trusted: false,
@@ -72,7 +102,14 @@ impl AssetRoot {
 
     /// The root of a file that the caller names: its folder, wherever that is.
     pub(crate) fn containing(path: &Path, budget: &Budget) -> Self {
-        Self::new(path.parent().unwrap_or(Path::new("")), budget)
+        Self::of_file(path, None, budget)
+    }
+
+    /// The root of a file that the caller names: `folder`, or else the folder of the file.
+    pub(crate) fn of_file(path: &Path, folder: Option<&Path>, budget: &Budget) -> Self {
+        let target = fs::symlink_metadata(path).is_ok_and(|status| status.is_symlink());
+        let target = target.then(|| path.canonicalize().ok()?.parent().map(Path::to_path_buf)).flatten();
+        Self { target, named: path.into(), ..Self::new(folder.or(path.parent()).unwrap_or(Path::new("")), budget) }
     }
 
     /// The rest of the budget.
@@ -95,19 +132,127 @@ impl AssetRoot {
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
-    pub(crate) fn read_reference(&mut self, from: &Path, reference: &str) -> Result<InputFile, FormatError> {
-        let refused = |message: &str| FormatError::Reference { reference: reference.into(), message: message.into() };
-        let folder = from.parent().unwrap_or(Path::new(""));
-        let folder = folder.strip_prefix(&self.root).unwrap_or(folder);
-        let inside = normalize(folder, reference).map_err(refused)?;
-        let path = self.display_path(&inside);
-        let io = |source| FormatError::Io { path: path.clone(), source };
-        let root = self.root.canonicalize().map_err(io)?;
-        let real = root.join(&inside).canonicalize().map_err(io)?;
-        if !real.starts_with(&root) {
-            return Err(refused("it leads out of the folder of the world file; copy it there"));
+    pub(crate) fn read_reference(
+        &mut self,
+        from: &Path,
+        reference: impl AsRef<[u8]>,
+    ) -> Result<InputFile, FormatError> {
+        let (real, shown) = self.locate(from, reference.as_ref())?;
+        self.read_bytes(&real, &shown, |_, _| None)
+    }
+
+    /// The path without links of the file that a name in the file `from` leads to, and its path for errors.
+    fn locate(&self, from: &Path, name: &[u8]) -> Result<(PathBuf, PathBuf), FormatError> {
+        let refused = |message: &str| FormatError::Reference {
+            reference: reference::shown(name).into_owned(),
+            message: message.into(),
+        };
+        reference::check(name).map_err(refused)?;
+        let mut first = None;
+        for folder in self.folders_of(from)? {
+            match self.locate_at(&reference::normalize(&folder.join(reference::path_of(name)))) {
+                Ok(found) => return Ok(found),
+                Err(Fault::Refused(message)) => drop(first.get_or_insert_with(|| refused(&message))),
+                Err(Fault::Io(error)) => drop(first.get_or_insert(error)),
+            }
         }
-        self.read_bytes(&real, &path, |_, _| None)
+        Err(first.unwrap_or_else(|| refused("expected a file name")))
+    }
+
+    /// The folders, as absolute paths, that names in a file start from: its own, and that of the file it is a link to.
+    /// With an empty path, those of the file that the user named.
+    fn folders_of(&self, from: &Path) -> Result<Vec<PathBuf>, FormatError> {
+        let from = if from.as_os_str().is_empty() { &self.named } else { from };
+        let folder = match from.parent() {
+            None => &self.root,
+            Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
+            Some(folder) => folder,
+        };
+        let io = |source| FormatError::Io { path: folder.into(), source };
+        let mut folders = vec![reference::normalize(&path::absolute(folder).map_err(io)?)];
+        if from.parent().is_some() && fs::symlink_metadata(from).is_ok_and(|status| status.is_symlink()) {
+            folders.extend(from.canonicalize().ok().and_then(|real| real.parent().map(Path::to_path_buf)));
+        }
+        Ok(folders)
+    }
+
+    /// The file at an absolute path, which has to be inside.
+    fn locate_at(&self, path: &Path) -> Result<(PathBuf, PathBuf), Fault> {
+        let root = path::absolute(&self.root).map(|root| reference::normalize(&root)).unwrap_or_default();
+        let shown = path.strip_prefix(&root).map_or_else(|_| path.to_path_buf(), |inside| self.display_path(inside));
+        let io = |source| Fault::Io(FormatError::Io { path: shown.clone(), source });
+        let real_root = root.canonicalize().map_err(io)?;
+        let roots = || [Some(&real_root), self.target.as_ref()].into_iter().flatten();
+        let out = |path: &Path| {
+            let common = |(a, b): &(Component<'_>, Component<'_>)| a == b;
+            let pairs = real_root.components().zip(path.components()).take_while(common);
+            let wider: PathBuf = pairs.map(|(component, _)| component).collect();
+            format!(
+                "it leads out of the folder {}; to allow it, load with folder={wider:?} (--folder on the command line, \
+                 World(folder=...) for objects that are added)",
+                real_root.display()
+            )
+        };
+        if !path.starts_with(&root) && !roots().any(|root| path.starts_with(root)) {
+            return Err(Fault::Refused(out(path)));
+        }
+        let real = path.canonicalize().map_err(io)?;
+        if !roots().any(|root| real.starts_with(root)) {
+            return Err(Fault::Refused(format!("a symbolic link to {}: {}", real.display(), out(&real))));
+        }
+        Ok((real, shown))
+    }
+
+    /// True if a name leads to a regular file inside.
+    pub(crate) fn is_file(&self, from: &Path, name: &[u8]) -> bool {
+        self.locate(from, name).is_ok_and(|(real, _)| real.is_file())
+    }
+
+    /// True while files may be searched under other names; counts the search.
+    pub(crate) fn may_search(&mut self) -> bool {
+        self.searches += 1;
+        self.searches <= MAX_SEARCHES
+    }
+
+    /// The name of the file inside whose path differs from a name in case alone; the first of several in the order of
+    /// bytes.
+    pub(crate) fn in_other_case(&mut self, from: &Path, name: &[u8]) -> Option<Vec<u8>> {
+        reference::check(name).ok()?;
+        for folder in self.folders_of(from).ok()? {
+            let mut found = PathBuf::new();
+            for component in reference::path_of(name).components() {
+                let Component::Normal(written) = component else {
+                    found.push(component);
+                    continue;
+                };
+                let place = reference::normalize(&folder.join(&found));
+                if place.join(written).exists() {
+                    found.push(written);
+                    continue;
+                }
+                let lower = written.to_string_lossy().to_lowercase();
+                let names = self.listing(&place);
+                let same = names.iter().find(|name| name.to_string_lossy().to_lowercase() == lower);
+                found.push(same?);
+            }
+            let found = found.into_os_string().into_encoded_bytes();
+            if self.is_file(from, &found) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    /// The names in a folder inside, in order; none for another folder, and not those of one with very many.
+    fn listing(&mut self, folder: &Path) -> &[OsString] {
+        if !self.listings.contains_key(folder) {
+            let inside = self.locate_at(folder).is_ok();
+            let entries = inside.then(|| fs::read_dir(folder).ok()).flatten().into_iter().flatten();
+            let mut names: Vec<_> = entries.take(MAX_LISTED).flatten().map(|entry| entry.file_name()).collect();
+            names.sort();
+            self.listings.insert(folder.into(), names);
+        }
+        &self.listings[folder]
     }
 
     /// The path of a file as errors show it.
@@ -143,6 +288,7 @@ impl AssetRoot {
             if bytes.len() as u64 != head {
                 return Err(io(byte_source::file_changed_error()));
             }
+            stand_in::check(shown, &bytes)?;
             return Ok(InputFile { path: shown.into(), bytes, rest: Some((file, size as usize)) });
         }
         file.seek(SeekFrom::Start(0)).map_err(io)?;
@@ -157,6 +303,7 @@ impl AssetRoot {
         if bytes.len() as u64 != size {
             return Err(io(byte_source::file_changed_error()));
         }
+        stand_in::check(shown, &bytes)?;
         Ok(InputFile::new(shown, bytes))
     }
 
@@ -201,28 +348,4 @@ fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
     }
     parallel::fill_blocks(bytes, READ_CHUNK, |start, part| byte_source::read_exact_at(file, part, start as u64))?;
     file.seek(SeekFrom::Start(bytes.len() as u64)).map(drop)
-}
-
-/// The path of `reference` inside the root, relative to `folder`; or the reason of the refusal.
-fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
-    if reference.is_empty() || reference.contains('\0') {
-        return Err("expected a file name");
-    }
-    if reference.contains('\\') {
-        return Err("expected / between folders, not \\");
-    }
-    let scheme = reference.split('/').next().is_some_and(|start| start.contains(':'));
-    if scheme || reference.starts_with('/') {
-        return Err("expected a path relative to the file that names it, without a scheme or a drive");
-    }
-    let mut path = PathBuf::new();
-    for component in folder.components().chain(Path::new(reference).components()) {
-        match component {
-            Component::Normal(name) => path.push(name),
-            Component::CurDir => {}
-            Component::ParentDir if path.pop() => {}
-            _ => return Err("it leads out of the folder of the world file; copy it there"),
-        }
-    }
-    Ok(path)
 }

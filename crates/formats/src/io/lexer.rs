@@ -1,8 +1,6 @@
 //! Text in bytes: lines, words and numbers, without copying.
 
-use std::path::Path;
-
-use crate::error::FormatError;
+use std::borrow::Cow;
 
 /// The lines of a text with their numbers from 1; ends are `\n`, `\r\n` or `\r`.
 #[derive(Clone)]
@@ -61,15 +59,21 @@ pub(crate) fn line_ends(text: &[u8]) -> usize {
     feeds + returns - pairs
 }
 
-/// The text of a file without its byte order mark; UTF-16 is refused.
-pub(crate) fn checked_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], FormatError> {
-    let utf16 = bytes.starts_with(&[0xff, 0xfe])
-        || bytes.starts_with(&[0xfe, 0xff])
-        || matches!(bytes, [0, b, ..] | [b, 0, ..] if *b != 0);
-    if utf16 {
-        return Err(FormatError::unsupported(path, "UTF-16 text; save it as UTF-8 or ASCII"));
-    }
-    Ok(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
+/// The text of a file without its byte order mark, in UTF-8 where it is UTF-16.
+pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let big = match bytes {
+        [0xfe, 0xff, ..] => true,
+        [0xff, 0xfe, ..] => false,
+        // Without a mark, text of one byte a character has no zeros.
+        [0, second, ..] if *second != 0 => true,
+        [first, 0, ..] if *first != 0 => false,
+        _ => return Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
+    };
+    let unit = |pair: &[u8; 2]| if big { u16::from_be_bytes(*pair) } else { u16::from_le_bytes(*pair) };
+    let units = bytes.as_chunks::<2>().0.iter().map(unit);
+    let character = |found: Result<char, _>| found.unwrap_or(char::REPLACEMENT_CHARACTER);
+    let text: String = char::decode_utf16(units).map(character).collect();
+    Cow::Owned(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes().to_vec())
 }
 
 fn is_space(b: u8) -> bool {
@@ -128,9 +132,29 @@ pub(crate) fn name(bytes: &[u8]) -> String {
     String::from_utf8_lossy(trim(bytes)).into_owned()
 }
 
+/// A name as its bytes, by which names are compared.
+pub(crate) fn name_bytes(bytes: &[u8]) -> Vec<u8> {
+    trim(bytes).into()
+}
+
 /// The nearest float64 to a decimal number; also `inf` and `nan`, which the caller checks.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
-    exact_number(word).or_else(|| std::str::from_utf8(word).ok()?.parse().ok())
+    exact_number(word).or_else(|| std::str::from_utf8(word).ok()?.parse().ok()).or_else(|| not_finite(word))
+}
+
+/// Infinity and NaN as the C libraries of Microsoft and others print them: `-1.#IND`, `1.#QNAN`, `1.#INF00`,
+/// `-nan(ind)`.
+fn not_finite(word: &[u8]) -> Option<f64> {
+    let lower = word.to_ascii_lowercase();
+    let (sign, rest) = match lower.strip_prefix(b"-") {
+        Some(rest) => (-1.0, rest),
+        None => (1.0, lower.strip_prefix(b"+").unwrap_or(&lower)),
+    };
+    if rest.starts_with(b"1.#inf") {
+        return Some(sign * f64::INFINITY);
+    }
+    let starts = [&b"1.#ind"[..], b"1.#qnan", b"1.#snan", b"nan(", b"1.$"];
+    starts.iter().any(|start| rest.starts_with(start)).then_some(f64::NAN)
 }
 
 /// The common case, where one rounding of an exact product is the nearest number (Clinger 1990): at most 15 digits and
@@ -224,6 +248,17 @@ mod tests {
     }
 
     #[test]
+    fn utf_16_is_text() {
+        let units: Vec<u16> = "v 1\u{e9}\n".encode_utf16().collect();
+        let little: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+        let big: Vec<u8> = units.iter().flat_map(|unit| unit.to_be_bytes()).collect();
+        for bytes in [&little, &big, &[&[0xff, 0xfe], &little[..]].concat(), &[&[0xfe, 0xff], &big[..]].concat()] {
+            assert_eq!(&*plain_text(bytes), "v 1\u{e9}\n".as_bytes());
+        }
+        assert_eq!(&*plain_text(b"\xef\xbb\xbfv"), b"v");
+    }
+
+    #[test]
     fn words_that_are_no_numbers() {
         for word in ["", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "\u{661}"] {
             assert_eq!(number(word.as_bytes()), None, "{word}");
@@ -231,6 +266,10 @@ mod tests {
         for word in ["", "+", "1.0", "99999999999999999999", "0x1", " 1"] {
             assert_eq!(integer(word.as_bytes()), None, "{word}");
         }
+        for word in ["-1.#IND", "1.#QNAN", "-nan(ind)", "NaN"] {
+            assert!(number(word.as_bytes()).is_some_and(f64::is_nan), "{word}");
+        }
+        assert_eq!((number(b"-1.#INF"), number(b"1.#INF00")), (Some(f64::NEG_INFINITY), Some(f64::INFINITY)));
         assert_eq!(integer(b"-9223372036854775808"), Some(i64::MIN));
         assert_eq!(integer(b"+012"), Some(12));
     }

@@ -3,7 +3,10 @@
 pub(crate) mod asset_root;
 pub(crate) mod byte_source;
 pub(crate) mod catch_panic;
+pub(crate) mod companion;
+pub(crate) mod diagnostics;
 pub(crate) mod input_file;
 pub(crate) mod lexer;
-pub(crate) mod optional_asset;
 pub(crate) mod parallel;
+pub(crate) mod reference;
+pub(crate) mod stand_in;

@@ -10,9 +10,11 @@ use crate::error::FormatError;
 use crate::geometry::polygons::Polygons;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
 use crate::io::asset_root::AssetRoot;
+use crate::io::lexer;
 use crate::obj::chunk::RunRange;
 use crate::obj::materials::Materials;
 use crate::obj::parse::Obj;
+use crate::obj::vertex_colors;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
 pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
@@ -31,6 +33,7 @@ pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result
         let part = build_part(&mut obj, name, &runs, path, assets, &mut vertices, &materials)?;
         model.parts.push(part);
     }
+    vertex_colors::settle(&mut model, path);
     Ok(model)
 }
 
@@ -42,7 +45,7 @@ fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
         let (key, names) =
             if obj.parts.is_empty() { (range.run.group, &obj.groups) } else { (range.run.part, &obj.parts) };
         let number = *number_of.entry(key).or_insert_with(|| {
-            let name = key.map_or(String::new(), |name| names[name].clone());
+            let name = key.map_or(String::new(), |name| lexer::name(&names[name]));
             parts.push((name, Vec::new()));
             parts.len() - 1
         });
@@ -218,6 +221,9 @@ fn smooth(
                 continue;
             }
             let at: Vec<DVec3> = corners.iter().map(|c| positions[c.position as usize]).collect();
+            if !at.iter().all(|point| point.is_finite()) {
+                continue;
+            }
             let normal = DVec3::from(flat_normal(at.iter().copied()).map(f64::from));
             for (i, corner) in corners.iter().enumerate() {
                 let [before, after] = [at.len() - 1, 1].map(|step| at[(i + step) % at.len()] - at[i]);

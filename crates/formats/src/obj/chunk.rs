@@ -5,8 +5,10 @@ use std::ops::Range;
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 
+use crate::error::Location;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
+use crate::io::diagnostics::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::ignored::IgnoredStatements;
 
@@ -23,8 +25,11 @@ pub(crate) type LineError = (usize, String);
 /// The statements of a piece of text. Lines are numbered as in the file; all indices begin at 0 with the piece.
 pub(crate) struct Chunk {
     pub(crate) positions: Vec<DVec3>,
-    /// Linear, as long as `positions` once one has a colour; white where it has none.
+    /// Linear, as long as `positions` once one has a colour; white where it has none. A value outside 0..=1 is as in the
+    /// file.
     pub(crate) colors: Vec<Rgb>,
+    /// Colours that ZBrush writes in comments, sRGB, one for each vertex.
+    pub(crate) polypaint: Vec<[u8; 3]>,
     pub(crate) uvs: Vec<[f32; 2]>,
     /// Unit length, or zero where the file's has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
@@ -33,21 +38,24 @@ pub(crate) struct Chunk {
     pub(crate) relative: Vec<RelativeIndex>,
     pub(crate) runs: Vec<StateRun>,
     /// By `usemtl`, `o` and `g`, each with its line; a name may come again.
-    pub(crate) materials: Vec<(usize, String)>,
-    pub(crate) parts: Vec<(usize, String)>,
-    pub(crate) groups: Vec<(usize, String)>,
+    pub(crate) materials: Vec<(usize, Vec<u8>)>,
+    pub(crate) parts: Vec<(usize, Vec<u8>)>,
+    pub(crate) groups: Vec<(usize, Vec<u8>)>,
     /// By `mtllib`, each with its line.
     pub(crate) libraries: Vec<(usize, Vec<u8>)>,
     /// Number of positions with a colour.
     pub(crate) colored: usize,
-    /// The line of the first colour that is none.
-    pub(crate) invalid_color_line: Option<usize>,
+    /// The line of the first colour outside 0..=1, and the bounds of all values.
+    pub(crate) odd_color_line: Option<usize>,
+    pub(crate) color_bounds: ColorBounds,
     /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
     pub(crate) max_index: [(i64, usize); 3],
     pub(crate) degenerate: DegenerateFaces,
     pub(crate) ignored: IgnoredStatements,
-    /// The last line, where it has no line end.
-    pub(crate) unterminated_line: Option<usize>,
+    /// Odd values that are ignored.
+    pub(crate) odd: Diagnostics,
+    /// The last line, where it has no line end and fewer words than the one before it.
+    pub(crate) cut_line: Option<usize>,
     /// The error at which reading stopped.
     pub(crate) error: Option<LineError>,
 }
@@ -83,13 +91,48 @@ pub(crate) struct StateRun {
     pub(crate) smoothing: Option<u32>,
 }
 
-/// Indices of what a error in one is called.
+/// The least and the greatest value of colours; NaN where a value is none.
+#[derive(Clone, Copy)]
+pub(crate) struct ColorBounds([f64; 2]);
+
+impl Default for ColorBounds {
+    fn default() -> Self {
+        Self([0.0, 1.0])
+    }
+}
+
+impl ColorBounds {
+    fn add(&mut self, value: f64) {
+        let Self([low, high]) = *self;
+        self.0 = if value.is_nan() || low.is_nan() { [f64::NAN; 2] } else { [low.min(value), high.max(value)] };
+    }
+
+    /// Adds all values of another part of the file.
+    pub(crate) fn merge(&mut self, Self([low, high]): Self) {
+        self.add(low);
+        self.add(high);
+    }
+
+    /// True if all values are in 0..=1 but for rounding.
+    pub(crate) fn is_nearly_unit(&self) -> bool {
+        let Self([low, high]) = *self;
+        low >= -0.01 && high <= 1.01
+    }
+
+    /// True if the values are those of bytes.
+    pub(crate) fn is_bytes(&self) -> bool {
+        let Self([low, high]) = *self;
+        low >= 0.0 && high <= 255.0
+    }
+}
+
 /// Polygons with the same state; at least one.
 pub(crate) struct RunRange {
     pub(crate) run: StateRun,
     pub(crate) polygons: Range<usize>,
 }
 
+/// The names of indices in messages.
 pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {
@@ -98,6 +141,7 @@ impl Chunk {
         let mut chunk = Self {
             positions: Vec::new(),
             colors: Vec::new(),
+            polypaint: Vec::new(),
             uvs: Vec::new(),
             normals: Vec::new(),
             polygons: Polygons::default(),
@@ -108,11 +152,13 @@ impl Chunk {
             groups: Vec::new(),
             libraries: Vec::new(),
             colored: 0,
-            invalid_color_line: None,
+            odd_color_line: None,
+            color_bounds: ColorBounds::default(),
             max_index: [(0, 0); 3],
             degenerate: DegenerateFaces::default(),
             ignored: IgnoredStatements::default(),
-            unterminated_line: None,
+            odd: Diagnostics::default(),
+            cut_line: None,
             error: None,
         };
         chunk.error = chunk.lines(stretch).err();
@@ -139,7 +185,7 @@ impl Chunk {
             }
             last = line;
         }
-        self.unterminated_line = (!lines.ended_with_newline()).then_some(last);
+        self.cut_line = (!lines.ended_with_newline() && is_cut(stretch.text)).then_some(last);
         Ok(())
     }
 
@@ -149,43 +195,46 @@ impl Chunk {
             b"v" => self.vertex(line, rest),
             b"vt" => {
                 let [u, v, _] = numbers(line, rest, "vt", 1)?;
-                self.uvs.push([u as f32, (1.0 - v) as f32]);
+                let mut uv = [u as f32, (1.0 - v) as f32];
+                if !(uv[0].is_finite() && uv[1].is_finite()) {
+                    let message = format!("vt {u} {v} is not finite: taken as 0 0");
+                    self.odd.note_kind("vt", Location::Line(line), message);
+                    uv = [0.0, 1.0];
+                }
+                self.uvs.push(uv);
                 Ok(())
             }
             b"vn" => {
-                let normal = DVec3::from(numbers(line, rest, "vn", 3)?);
-                let normal = normal.normalize_or_zero().as_vec3();
+                let given = DVec3::from(numbers(line, rest, "vn", 3)?);
+                if !given.is_finite() {
+                    let message = "vn with numbers that are not finite: the normal of the face is used";
+                    self.odd.note(Location::Line(line), message);
+                }
+                let normal = given.normalize_or_zero().as_vec3();
                 self.normals.push(normal.to_array());
                 Ok(())
             }
             b"f" | b"fo" => self.face(line, rest),
             b"o" => {
                 let part = Some(self.parts.len());
-                self.parts.push((line, lexer::name(rest)));
+                self.parts.push((line, lexer::name_bytes(rest)));
                 self.change_state(|run| run.part = part);
                 Ok(())
             }
             b"g" => {
                 let group = Some(self.groups.len());
-                self.groups.push((line, lexer::name(rest)));
+                self.groups.push((line, lexer::name_bytes(rest)));
                 self.change_state(|run| run.group = group);
                 Ok(())
             }
             b"usemtl" => {
                 let material = Some(self.materials.len());
-                self.materials.push((line, lexer::name(rest)));
+                self.materials.push((line, lexer::name_bytes(rest)));
                 self.change_state(|run| run.material = material);
                 Ok(())
             }
             b"s" => {
-                let group = match lexer::trim(rest) {
-                    b"off" | b"" => 0,
-                    b"on" => 1,
-                    word => lexer::integer(word).and_then(|group| u32::try_from(group).ok()).ok_or_else(|| {
-                        let word = lexer::for_message(word);
-                        (line, format!("s {word}: expected a smoothing group or off"))
-                    })?,
-                };
+                let group = self.smoothing_group(line, rest);
                 self.change_state(|run| run.smoothing = Some(group));
                 Ok(())
             }
@@ -194,8 +243,44 @@ impl Chunk {
                 Ok(())
             }
             b"" => Ok(()),
+            b"#MRGB" => {
+                self.polypaint(line, rest);
+                Ok(())
+            }
             _ if key[0] == b'#' => Ok(()),
             _ => self.ignored.add(line, key).map_err(|message| (line, message)),
+        }
+    }
+
+    /// The number of a smoothing group; 0 is none.
+    fn smoothing_group(&mut self, line: usize, rest: &[u8]) -> u32 {
+        let word = Words(rest).next().unwrap_or_default();
+        match word {
+            b"off" | b"" => 0,
+            b"on" => 1,
+            word => match lexer::number(word) {
+                Some(group) if group.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&group) => group as u32,
+                _ => {
+                    let word = lexer::for_message(word);
+                    let message = format!("s {word} is taken as off, expected a smoothing group or off");
+                    self.odd.note_kind("s", Location::Line(line), message);
+                    0
+                }
+            },
+        }
+    }
+
+    /// `#MRGB`: hexadecimal mask, red, green and blue of up to 64 vertices, as ZBrush writes them.
+    fn polypaint(&mut self, line: usize, rest: &[u8]) {
+        let digits = lexer::trim(rest);
+        let digit = |byte: u8| (byte as char).to_digit(16);
+        let byte = |pair: &[u8]| Some((16 * digit(pair[0])? + digit(pair[1])?) as u8);
+        let (all, over) = digits.as_chunks::<8>();
+        let color = |eight: &[u8; 8]| Some([byte(&eight[2..4])?, byte(&eight[4..6])?, byte(&eight[6..8])?]);
+        let colors: Option<Vec<[u8; 3]>> = all.iter().map(color).collect();
+        match colors.filter(|_| over.is_empty()) {
+            Some(colors) => self.polypaint.extend(colors),
+            None => self.odd.note(Location::Line(line), "#MRGB is not of 8 hexadecimal digits a vertex: not used"),
         }
     }
 
@@ -204,9 +289,9 @@ impl Chunk {
         let mut values = [0.0; 7];
         let mut count = 0;
         for word in Words(rest) {
-            let value = lexer::number(word).filter(|v| v.is_finite() || count >= 3).ok_or_else(|| {
+            let value = lexer::number(word).ok_or_else(|| {
                 let word = lexer::for_message(word);
-                (line, format!("v: coordinate {word} is not a finite number"))
+                (line, format!("v: {word} is not a number"))
             })?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
@@ -219,19 +304,23 @@ impl Chunk {
             3 | 4 => {}
             6 | 7 => {
                 let rgb = [r, g, b];
+                self.colors.resize(self.positions.len(), [1.0; 3]);
                 if rgb.iter().all(|c| (0.0..=1.0).contains(c)) {
-                    self.colors.resize(self.positions.len(), [1.0; 3]);
                     self.colors.push(rgb.map(|c| linear_from_srgb(c as f32)));
-                    self.colored += 1;
                 } else {
-                    self.invalid_color_line.get_or_insert(line);
+                    self.odd_color_line.get_or_insert(line);
+                    rgb.iter().for_each(|&c| self.color_bounds.add(c));
+                    let kept = |c| if (0.0..=1.0).contains(&c) { linear_from_srgb(c as f32) } else { c as f32 };
+                    self.colors.push(rgb.map(kept));
                 }
+                self.colored += 1;
             }
             _ => {
                 let message = format!("v has {count} numbers, expected 3, or 6 with a colour");
                 return Err((line, message));
             }
         }
+        // Faces on a vertex that is not finite are left out.
         self.positions.push(DVec3::new(x, y, z));
         Ok(())
     }
@@ -304,9 +393,9 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
-        let value = lexer::number(word).filter(|v| v.is_finite()).ok_or_else(|| {
+        let value = lexer::number(word).ok_or_else(|| {
             let word = lexer::for_message(word);
-            (line, format!("{key}: {word} is not a finite number"))
+            (line, format!("{key}: {word} is not a number"))
         })?;
         match values.get_mut(count) {
             Some(slot) => *slot = value,
@@ -318,6 +407,16 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
         return Err((line, format!("{key} has {count} numbers, expected {least}")));
     }
     Ok(values)
+}
+
+/// True if the last line of a text, which has no line end, has fewer words than the line of the same kind before it.
+fn is_cut(text: &[u8]) -> bool {
+    let mut lines = text.rsplit(|&byte| byte == b'\n' || byte == b'\r').filter(|line| !lexer::trim(line).is_empty());
+    let (Some(last), Some(before)) = (lines.next(), lines.next()) else {
+        return false;
+    };
+    let same = lexer::split_word(last).0 == lexer::split_word(before).0;
+    same && Words(last).count() < Words(before).count()
 }
 
 /// Cuts a text into pieces of whole statements, of about `size` bytes each.

@@ -1,7 +1,7 @@
 //! The materials and textures of an OBJ file.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use raycam_scene::{Material, Mesh, MeshFile, Texture, TextureSlot};
@@ -11,9 +11,11 @@ use crate::image::decoder::ColorUse;
 use crate::image::merge_alpha;
 use crate::image::normals_from_height;
 use crate::io::asset_root::AssetRoot;
-use crate::io::optional_asset;
+use crate::io::lexer;
+use crate::io::reference;
 use crate::obj::chunk::RunRange;
-use crate::obj::mtl::{self, MtlMaterial};
+use crate::obj::library::Library;
+use crate::obj::mtl::MtlMaterial;
 use crate::obj::mtl_map::{MapRole, MtlMap};
 use crate::obj::parse::Obj;
 
@@ -33,18 +35,14 @@ impl Materials {
         assets: &mut AssetRoot,
         model: &mut MeshFile,
     ) -> Result<Self, FormatError> {
-        let mut defined: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
-        for library in &obj.libraries {
-            let Some(source) = optional_asset::optional_file(path, library, assets, &mut model.notices)? else {
-                continue;
-            };
-            for material in mtl::parse(&source.path, &source.bytes, &mut model.notices)? {
-                defined.insert(material.name.clone(), (source.path.clone(), material));
-            }
-        }
+        let library = Library::read(obj, path, assets, &mut model.notices)?;
+        let unnamed = match runs.iter().all(|range| range.run.material.is_none()) {
+            true => library.only(path, &mut model.notices),
+            false => None,
+        };
         let mut materials = Self { named: vec![usize::MAX; obj.materials.len()], default_material: usize::MAX };
         let mut textures = HashMap::new();
-        let mut undefined = Vec::new();
+        let (mut undefined, mut differing) = (Vec::new(), Vec::new());
         for RunRange { run, .. } in runs {
             let number = match run.material {
                 Some(name) => &mut materials.named[name],
@@ -54,38 +52,43 @@ impl Materials {
                 continue;
             }
             *number = model.materials.len();
-            let name = run.material.map(|name| obj.materials[name].as_str());
-            match name.and_then(|name| defined.get(name)) {
-                Some((library, material)) => {
+            let name = run.material.map(|name| &obj.materials[name][..]);
+            let found = name.and_then(|name| library.find_material(name)).or(unnamed.map(|found| (found, false)));
+            let material = match found {
+                Some(((library, material), other_case)) => {
+                    differing.extend(name.filter(|_| other_case));
                     let slots = slots(library, material, &mut textures, assets, model)?;
                     let material = material.material(library, &slots, &mut model.notices);
-                    model.materials.push(material);
+                    material
                 }
                 None => {
                     undefined.extend(name.filter(|name| !name.is_empty()));
-                    let name = name.unwrap_or_default().to_owned();
+                    let name = lexer::name(name.unwrap_or_default());
                     // The material of a mesh without a definition, with or without colours.
                     let colors = (!obj.colors.is_empty()).then(Vec::new);
                     let plain = Material::for_mesh(&Mesh { vertex_colors: colors, ..Mesh::default() });
-                    model.materials.push(Material { name, ..plain });
+                    Material { name, ..plain }
                 }
-            }
+            };
+            model.materials.push(material);
         }
-        if !undefined.is_empty() {
-            let more = if undefined.len() > 12 { ", ..." } else { "" };
-            undefined.truncate(12);
-            model.notices.push(format!(
-                "{}: materials without a definition are plain: {}{more}",
-                path.display(),
-                undefined.join(", ")
-            ));
+        let lists = [
+            ("materials without a definition are plain", undefined),
+            ("materials whose definitions have names in other case", differing),
+        ];
+        for (what, names) in lists {
+            if !names.is_empty() {
+                let more = if names.len() > 12 { ", ..." } else { "" };
+                let names: Vec<_> = names.into_iter().take(12).map(lexer::name).collect();
+                model.notices.push(format!("{}: {what}: {}{more}", path.display(), names.join(", ")));
+            }
         }
         Ok(materials)
     }
 }
 
 /// Textures that have been made: of which file, with the opacity of which other, clamped or not, and as what.
-type TexturesByKey = HashMap<(String, Option<String>, bool, ImageUse), Option<usize>>;
+type TexturesByKey = HashMap<(Vec<u8>, Option<Vec<u8>>, bool, ImageUse), Option<usize>>;
 
 /// Use of an image.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -172,7 +175,7 @@ fn image(
             "{}:{}: {:?} is a map of heights: made into normals, white a texel's width above black",
             library.display(),
             map.line,
-            map.file
+            reference::shown(&map.file)
         ));
         let normals = normals_from_height::normals_from_height(heights, &mut assets.budget)?;
         heights.image = assets.store_texture(Arc::new(normals))?;
@@ -193,7 +196,7 @@ fn with_alpha(
     assets: &mut AssetRoot,
     model: &mut MeshFile,
 ) -> Result<Option<usize>, FormatError> {
-    let file = color.map_or(String::new(), |map| map.file.clone());
+    let file = color.map_or(Vec::new(), |map| map.file.clone());
     let key = (file, Some(opacity.file.clone()), opacity.clamp, ImageUse::Color);
     if let Some(known) = known.get(&key) {
         return Ok(*known);

@@ -7,10 +7,12 @@
 pub(crate) mod build;
 pub(crate) mod chunk;
 pub(crate) mod ignored;
+pub(crate) mod library;
 pub(crate) mod materials;
 pub(crate) mod mtl;
 pub(crate) mod mtl_map;
 pub(crate) mod parse;
+pub(crate) mod vertex_colors;
 use raycam_scene::MeshFile;
 
 use crate::error::FormatError;

@@ -5,12 +5,14 @@
 //! Kd, Ks and Ns. Colours are taken as linear, as Blender writes them. What says more than its default and has no place in
 //! either is named in a notice.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
 use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Location};
+use crate::io::diagnostics::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::mtl_map::{self, MapRole, MtlMap};
 
@@ -20,8 +22,9 @@ const MAX_MATERIALS: usize = 1 << 16;
 /// A material before its textures are read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMaterial {
-    pub(crate) name: String,
-    line: usize,
+    /// As bytes, since names need not be UTF-8.
+    pub(crate) name: Vec<u8>,
+    pub(crate) line: usize,
     diffuse: Rgb,
     specular: Rgb,
     emission: Rgb,
@@ -39,7 +42,7 @@ pub(crate) struct MtlMaterial {
 
 impl MtlMaterial {
     /// Before its first statement.
-    fn with_defaults(name: &str) -> Self {
+    fn with_defaults(name: &[u8]) -> Self {
         Self {
             name: name.into(),
             line: 0,
@@ -67,7 +70,7 @@ impl MtlMaterial {
         let slot = |role| (textures.iter().rev()).find(|&&(r, ..)| r == role);
         let texture = |role| slot(role).map(|&(_, slot, _)| slot);
         let mut material = Material {
-            name: self.name.clone(),
+            name: lexer::name(&self.name),
             color: self.diffuse,
             texture: texture(MapRole::Color),
             emission: self.emission.into(),
@@ -125,7 +128,7 @@ impl MtlMaterial {
                 "{}:{}: material {:?} reflects more than all light (Kd + Ks > 1): Ks reduced from {wanted:?} to {specular:?}",
                 path.display(),
                 self.line,
-                self.name,
+                lexer::name(&self.name),
             ));
         }
         specular
@@ -151,11 +154,12 @@ impl MtlMaterial {
     }
 }
 
-/// The materials of an MTL file, in its order.
+/// The materials of an MTL file, in its order. Odd values are clamped or ignored, with a notice for each kind.
 pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Vec<MtlMaterial>, FormatError> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut unused: Vec<(usize, String)> = Vec::new();
-    for (line, text) in Lines::new(lexer::checked_text(path, bytes)?) {
+    let mut odd = Diagnostics::default();
+    for (line, text) in Lines::new(&lexer::plain_text(bytes)) {
         let text = lexer::trim(text);
         let (key, rest) = lexer::split_word(text);
         if key.is_empty() || key[0] == b'#' {
@@ -166,15 +170,16 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Res
                 let message = format!("more than {MAX_MATERIALS} materials in one file");
                 return Err(FormatError::line(path, line, message));
             }
-            materials.push(MtlMaterial { line, ..MtlMaterial::with_defaults(&lexer::name(rest)) });
+            materials.push(MtlMaterial { line, ..MtlMaterial::with_defaults(lexer::trim(rest)) });
             continue;
         }
-        let statement = Statement { path, line, text, key, rest };
+        let statement = Statement { line, text, key, rest };
         match materials.last_mut() {
-            Some(material) => statement.apply(material, &mut unused, notices)?,
+            Some(material) => statement.apply(material, &mut unused, &mut odd),
             None => notice_once(&mut unused, line, key),
         }
     }
+    notices.extend(odd.into_notices(path));
     if !unused.is_empty() {
         let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
         notices.push(format!("{}: not used: {}", path.display(), keys.join(", ")));
@@ -184,7 +189,6 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Res
 
 /// A line of a material.
 struct Statement<'a> {
-    path: &'a Path,
     line: usize,
     text: &'a [u8],
     key: &'a [u8],
@@ -220,117 +224,123 @@ const NUMBERS: &[(&[u8], SetNumber)] = &[
 
 impl Statement<'_> {
     /// Changes the material as the statement says.
-    fn apply(
-        &self,
-        material: &mut MtlMaterial,
-        unused: &mut Vec<(usize, String)>,
-        notices: &mut Vec<String>,
-    ) -> Result<(), FormatError> {
+    fn apply(&self, material: &mut MtlMaterial, unused: &mut Vec<(usize, String)>, odd: &mut Diagnostics) {
         let lower = &self.key.to_ascii_lowercase()[..];
         if let Some((_, bright, set)) = COLORS.iter().find(|(key, ..)| *key == lower) {
-            return self.color(material, *bright, *set, unused);
+            if matches!(Words(self.rest).next(), Some(b"spectral" | b"xyz")) {
+                return notice_once(unused, self.line, self.text);
+            }
+            if let Some(value) = self.color(*bright, odd) {
+                set(material, value);
+            }
+            return;
         }
         if let Some((_, set)) = NUMBERS.iter().find(|(key, _)| *key == lower) {
-            return self.unit_number(material, *set, unused, notices);
+            // `d -halo 0.5` depends on the direction.
+            if Words(self.rest).next().is_some_and(|word| word.starts_with(b"-halo")) {
+                return notice_once(unused, self.line, self.text);
+            }
+            if let Some(value) = self.unit_number(odd) {
+                set(material, value);
+            }
+            return;
         }
         match lower {
-            b"ns" => self.shininess(material, notices)?,
-            b"illum" => match Words(self.rest).next().and_then(lexer::integer) {
-                Some(value @ 0..=10) => material.illumination = value,
-                _ => return Err(self.error("illum", "0 to 10")),
+            b"ns" => {
+                if let Some(value) = self.number("0..=1000000", 0.0..=1e6, odd) {
+                    material.shininess = value as f32;
+                }
+            }
+            b"illum" => match Words(self.rest).next().and_then(lexer::number) {
+                Some(value) if value.fract() == 0.0 && (0.0..=10.0).contains(&value) => {
+                    material.illumination = value as i64;
+                }
+                _ => self.note(odd, "a whole number of 0 to 10", "ignored"),
             },
             b"ni" => match Words(self.rest).next().and_then(lexer::number) {
                 Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
                 // Several exporters write 0 for matter of unknown index.
                 Some(0.0) => {}
-                _ => {
-                    let expected = "a number in 0.001..=10, or 0 for unknown";
-                    return Err(self.error("Ni", expected));
-                }
+                _ => self.note(odd, "a number in 0.001..=10, or 0 for unknown", "ignored"),
             },
             _ => match MapRole::from_key(lower) {
                 Some(role) => {
                     if matches!(role, MapRole::Roughness | MapRole::Metallic | MapRole::Sheen) {
                         material.principled_mut();
                     }
-                    let Self { path, line, key, .. } = *self;
-                    let map = mtl_map::read(path, line, role, key, self.rest, notices)?;
-                    material.maps.extend(map);
+                    material.maps.extend(mtl_map::read(self.line, role, self.key, self.rest, odd));
                 }
                 None if is_default_value(lower, self.rest) => {}
                 None => notice_once(unused, self.line, self.key),
             },
         }
-        Ok(())
     }
 
-    /// The error of a value that is not as expected.
-    fn error(&self, key: &str, expected: &str) -> FormatError {
-        let value = lexer::for_message(lexer::trim(self.rest));
-        let message = format!("{key} is {value}, expected {expected}");
-        FormatError::line(self.path, self.line, message)
+    /// Notes a value that is not as expected, once for each key and each thing that is done with it.
+    fn note(&self, odd: &mut Diagnostics, expected: &str, done: &str) {
+        let (key, value) = (String::from_utf8_lossy(self.key), lexer::for_message(lexer::trim(self.rest)));
+        let message = format!("{key} is {value}, expected {expected}: {done}");
+        odd.note_kind(&format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
     }
 
-    fn color(
-        &self,
-        material: &mut MtlMaterial,
-        bright: bool,
-        set: SetColor,
-        unused: &mut Vec<(usize, String)>,
-    ) -> Result<(), FormatError> {
-        match color(self.rest, bright) {
-            Ok(value) => set(material, value),
-            Err(ParseError::Kind) => notice_once(unused, self.line, self.text),
-            Err(ParseError::Value) => {
-                let more = if bright { " or more" } else { "" };
-                let expected = format!("1 or 3 numbers in 0..=1{more}");
-                return Err(self.error(&lexer::for_message(self.key), &expected));
+    /// The first number, clamped to a range; `None` where it is none.
+    fn number(&self, expected: &str, range: RangeInclusive<f64>, odd: &mut Diagnostics) -> Option<f64> {
+        let expected = format!("a number in {expected}");
+        match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
+            Some(value) if range.contains(&value) => Some(value),
+            Some(value) => {
+                self.note(odd, &expected, "clamped");
+                Some(value.clamp(*range.start(), *range.end()))
+            }
+            None => {
+                self.note(odd, &expected, "ignored");
+                None
             }
         }
-        Ok(())
     }
 
-    fn unit_number(
-        &self,
-        material: &mut MtlMaterial,
-        set: SetNumber,
-        unused: &mut Vec<(usize, String)>,
-        notices: &mut Vec<String>,
-    ) -> Result<(), FormatError> {
-        let word = Words(self.rest).next();
-        let value = word.and_then(lexer::number).map(|value| value as f32);
-        let Some(value) = value.filter(|v| (0.0..=1.0).contains(v)) else {
-            // `d -halo 0.5` depends on the direction.
-            if word.is_some_and(|word| word.starts_with(b"-halo")) {
-                notice_once(unused, self.line, self.text);
-                return Ok(());
+    /// One number for all, or three; beyond 1 where `bright`. Values outside are clamped, and whole numbers up to 255 are
+    /// taken as those of bytes.
+    fn color(&self, bright: bool, odd: &mut Diagnostics) -> Option<Rgb> {
+        let expected = format!("1 or 3 numbers in 0..=1{}", if bright { " or more" } else { "" });
+        let values: Option<Vec<f64>> = Words(self.rest).map(lexer::number).collect();
+        let values = values.filter(|values| matches!(values.len(), 1 | 3 | 4) && !values.iter().any(|v| v.is_nan()));
+        let values = match values.as_deref() {
+            // "If only r is specified, then g, and b are assumed to be equal to r."
+            Some(&[grey]) => [grey; 3],
+            Some(&[r, g, b]) => [r, g, b],
+            Some(&[r, g, b, _]) => {
+                self.note(odd, &expected, "the fourth is ignored");
+                [r, g, b]
             }
-            return Err(self.error(&lexer::for_message(self.key), "a number in 0..=1"));
+            _ => {
+                self.note(odd, &expected, "ignored");
+                return None;
+            }
         };
-        // Programs that take Tr for opacity write 1 for opaque.
-        if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
-            notices.push(format!(
-                "{}:{}: Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible",
-                self.path.display(),
-                self.line
-            ));
-        } else {
-            set(material, value);
+        let most = if bright { 1e30 } else { 1.0 };
+        if values.iter().all(|value| (0.0..=most).contains(value)) {
+            return Some(values.map(|value| value as f32));
         }
-        Ok(())
+        let bytes = |value: &f64| value.fract() == 0.0 && (0.0..=255.0).contains(value);
+        if values.iter().all(bytes) && values.iter().any(|&value| value > 16.0) {
+            self.note(odd, &expected, "taken as 0..=255");
+            return Some(values.map(|value| (value / 255.0) as f32));
+        }
+        self.note(odd, &expected, "clamped");
+        Some(values.map(|value| value.clamp(0.0, most) as f32))
     }
 
-    fn shininess(&self, material: &mut MtlMaterial, notices: &mut Vec<String>) -> Result<(), FormatError> {
-        match Words(self.rest).next().and_then(lexer::number) {
-            Some(value) if (0.0..=1e6).contains(&value) => material.shininess = value as f32,
-            // Blender wrote -1.96 for a hardness of 0.
-            Some(value) if (-2.0..0.0).contains(&value) => {
-                material.shininess = 0.0;
-                notices.push(format!("{}:{}: Ns is {value}, taken as 0", self.path.display(), self.line));
-            }
-            _ => return Err(self.error("Ns", "a number in 0..=1000000")),
+    /// A number in 0..=1.
+    fn unit_number(&self, odd: &mut Diagnostics) -> Option<f32> {
+        // Programs that take Tr for opacity write 1 for opaque.
+        let value = self.number("0..=1", 0.0..=1.0, odd)? as f32;
+        if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
+            let message = "Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible";
+            odd.note(Location::Line(self.line), message);
+            return None;
         }
-        Ok(())
+        Some(value)
     }
 }
 
@@ -354,33 +364,6 @@ fn is_default_value(key: &[u8], rest: &[u8]) -> bool {
     }
 }
 
-enum ParseError {
-    /// Given as a spectrum or in CIE XYZ.
-    Kind,
-    Value,
-}
-
-fn color(rest: &[u8], bright: bool) -> Result<Rgb, ParseError> {
-    let mut values = [0.0; 3];
-    let mut count = 0;
-    for word in Words(rest) {
-        if count == 0 && (word == b"spectral" || word == b"xyz") {
-            return Err(ParseError::Kind);
-        }
-        let value = lexer::number(word)
-            .filter(|&v| (0.0..=1.0).contains(&v) || bright && (0.0..1e30).contains(&v))
-            .ok_or(ParseError::Value)?;
-        *values.get_mut(count).ok_or(ParseError::Value)? = value as f32;
-        count += 1;
-    }
-    match count {
-        // "If only r is specified, then g, and b are assumed to be equal to r."
-        1 => Ok([values[0]; 3]),
-        3 => Ok(values),
-        _ => Err(ParseError::Value),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -397,7 +380,7 @@ mod tests {
                 let text = [b"newmtl m\n", &bytes[..length]].concat();
                 let mut notices = Vec::new();
                 match parse(&path, &text, &mut notices) {
-                    Ok(materials) => assert_eq!(materials[0].name, "m"),
+                    Ok(materials) => assert_eq!(materials[0].name, b"m"),
                     Err(error) => assert!(error.to_string().contains("fuzz"), "{error}"),
                 }
             }

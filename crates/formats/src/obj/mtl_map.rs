@@ -4,10 +4,11 @@ use std::path::Path;
 
 use raycam_scene::{Texture, Wrap};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Location};
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
 use crate::io::asset_root::AssetRoot;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::lexer;
 
 /// Use of an image.
@@ -42,7 +43,7 @@ impl MapRole {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMap {
     pub(crate) role: MapRole,
-    pub(crate) file: String,
+    pub(crate) file: Vec<u8>,
     pub(crate) clamp: bool,
     /// `-bm`: the strength of a bump or normal map.
     pub(crate) strength: f32,
@@ -72,14 +73,7 @@ impl MtlMap {
 }
 
 /// The file and options of a map. The file name is the rest of the line and may have spaces.
-pub(crate) fn read(
-    path: &Path,
-    line: usize,
-    role: MapRole,
-    key: &[u8],
-    rest: &[u8],
-    notices: &mut Vec<String>,
-) -> Result<Option<MtlMap>, FormatError> {
+pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mut Diagnostics) -> Option<MtlMap> {
     let key = String::from_utf8_lossy(key);
     let mut rest = lexer::trim(rest);
     let mut options = MapOptions::default();
@@ -93,30 +87,31 @@ pub(crate) fn read(
         let (values, after) = option_values(after, least, most);
         if values.len() < least {
             let name = lexer::for_message(&option);
-            let message = format!("{key}: option {name} without its value");
-            return Err(FormatError::line(path, line, message));
+            odd.note(Location::Line(line), format!("{key}: option {name} without its value: not used"));
+            rest = b"";
+            break;
         }
         if !options.apply(&option, &values, role) {
             let given = String::from_utf8_lossy(&rest[..rest.len() - after.len()]).into_owned();
-            notices.push(format!("{}:{line}: {key} option {given:?} is not applied to the texture", path.display()));
+            odd.note(Location::Line(line), format!("{key} option {given:?} is not applied to the texture"));
         }
         rest = lexer::trim(after);
     }
     if rest.is_empty() {
-        notices.push(format!("{}:{line}: {key} without a file name", path.display()));
-        return Ok(None);
+        odd.note(Location::Line(line), format!("{key} without a file name"));
+        return None;
     }
     // In the file v goes up: 1 - v' = s (1 - v) + o.
     let ([su, sv], [ou, ov]) = (options.scale, options.offset);
     let image_from_mesh = [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
-    Ok(Some(MtlMap {
+    Some(MtlMap {
         role,
-        file: lexer::name(rest),
+        file: lexer::name_bytes(rest),
         clamp: options.clamp,
         strength: options.strength,
         image_from_mesh,
         line,
-    }))
+    })
 }
 
 /// The least and the greatest number of values of an option; `None` where it is unknown.

@@ -4,13 +4,14 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::color::Rgb;
+use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_linear};
 
 use crate::error::FormatError;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
+use crate::io::diagnostics::Diagnostics;
 use crate::io::lexer;
 use crate::io::parallel;
-use crate::obj::chunk::{Chunk, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
+use crate::obj::chunk::{Chunk, ColorBounds, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
 use crate::obj::ignored::IgnoredStatements;
 
 /// More names of parts, materials or groups than this are refused.
@@ -29,19 +30,20 @@ pub(crate) struct Obj {
     /// State by first polygon, in order.
     pub(crate) runs: Vec<StateRun>,
     /// By `usemtl`, each once.
-    pub(crate) materials: Vec<String>,
+    pub(crate) materials: Vec<Vec<u8>>,
     /// By `o`.
-    pub(crate) parts: Vec<String>,
+    pub(crate) parts: Vec<Vec<u8>>,
     /// By `g`, each once.
-    pub(crate) groups: Vec<String>,
+    pub(crate) groups: Vec<Vec<u8>>,
     /// By `mtllib`.
-    pub(crate) libraries: Vec<String>,
+    pub(crate) libraries: Vec<Vec<u8>>,
     pub(crate) notices: Vec<String>,
 }
 
 /// Reads a file in pieces of about `size` bytes, in parallel.
 pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
-    let texts = split_chunks(lexer::checked_text(path, bytes)?, size);
+    let text = lexer::plain_text(bytes);
+    let texts = split_chunks(&text, size);
     let counts = parallel::par_map(&texts, |text| lexer::line_ends(text));
     let mut lines_before = 0;
     let mut pieces = Vec::with_capacity(texts.len());
@@ -63,14 +65,17 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, Forma
 #[derive(Default)]
 struct ObjBuilder {
     obj: Obj,
-    material_numbers: HashMap<String, usize>,
-    group_numbers: HashMap<String, usize>,
+    material_numbers: HashMap<Vec<u8>, usize>,
+    group_numbers: HashMap<Vec<u8>, usize>,
     colored: usize,
-    invalid_color_line: Option<usize>,
+    polypaint: Vec<[u8; 3]>,
+    odd_color_line: Option<usize>,
+    color_bounds: ColorBounds,
     max_index: [(i64, usize); 3],
     degenerate: DegenerateFaces,
     ignored: IgnoredStatements,
-    unterminated_line: Option<usize>,
+    odd: Diagnostics,
+    cut_line: Option<usize>,
 }
 
 impl ObjBuilder {
@@ -99,8 +104,11 @@ impl ObjBuilder {
                 *mine = theirs;
             }
         }
-        self.invalid_color_line = self.invalid_color_line.or(chunk.invalid_color_line);
-        self.unterminated_line = chunk.unterminated_line;
+        self.odd_color_line = self.odd_color_line.or(chunk.odd_color_line);
+        self.color_bounds.merge(chunk.color_bounds);
+        self.odd.append(chunk.odd);
+        self.cut_line = chunk.cut_line;
+        self.polypaint.append(&mut chunk.polypaint);
         self.degenerate.append(chunk.degenerate);
         self.colored += chunk.colored;
         let obj = &mut self.obj;
@@ -152,8 +160,8 @@ impl ObjBuilder {
     fn names(&mut self, chunk: &mut Chunk) -> Result<(), LineError> {
         let obj = &mut self.obj;
         let unique =
-            |names: &mut Vec<String>, numbers: &mut HashMap<String, usize>, added: &[(usize, String)], what| {
-                let number = |(line, name): &(usize, String)| {
+            |names: &mut Vec<Vec<u8>>, numbers: &mut HashMap<Vec<u8>, usize>, added: &[(usize, Vec<u8>)], what| {
+                let number = |(line, name): &(usize, Vec<u8>)| {
                     let number = *numbers.entry(name.clone()).or_insert_with(|| {
                         names.push(name.clone());
                         names.len() - 1
@@ -207,27 +215,61 @@ impl ObjBuilder {
             let message = format!("no faces (f), only {vertices} vertices: nothing to see");
             return Err(FormatError::whole(path, message));
         }
-        if let Some(last) = self.unterminated_line {
-            obj.notices.push(format!("{shown}:{last}: the last line has no line end; the file may be cut off"));
-        }
-        if let Some(line) = self.invalid_color_line {
+        if let Some(last) = self.cut_line {
             obj.notices.push(format!(
-                "{shown}:{line}: a vertex colour outside 0..=1; all vertex colours of the file are ignored"
+                "{shown}:{last}: the last line has no line end and fewer words than the one before; the file may be cut off"
             ));
-            obj.colors.clear();
-        } else if self.colored > 0 {
+        }
+        if self.colored > 0 {
             let without = obj.positions.len() - self.colored;
             if without > 0 {
                 obj.notices.push(format!("{shown}: {without} vertices without a colour are white"));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
+        if let Some(line) = self.odd_color_line {
+            obj.notices.push(format!("{shown}:{line}: a vertex colour outside 0..=1; {}", {
+                settle_colors(&mut obj.colors, self.color_bounds)
+            }));
+        }
+        if !self.polypaint.is_empty() {
+            obj.notices.extend(polypaint(&mut obj.colors, &self.polypaint, obj.positions.len(), path));
+        }
         obj.notices.extend(self.degenerate.notice(path));
         if let Some(ignored) = self.ignored.message() {
             obj.notices.push(format!("{shown}: not used: {ignored}"));
         }
+        obj.notices.extend(self.odd.into_notices(path));
         Ok(obj)
     }
+}
+
+/// Makes colours with values outside 0..=1 linear, or removes them all; returns what was done.
+fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> &'static str {
+    if bounds.is_nearly_unit() {
+        colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
+        return "clamped";
+    }
+    if bounds.is_bytes() {
+        // Values up to 1 were made linear as those of the file.
+        let in_file = |value: f32| if value <= 1.0 { srgb_from_linear(value) } else { value };
+        for value in colors.as_flattened_mut() {
+            *value = linear_from_srgb(in_file(*value) / 255.0);
+        }
+        return "all vertex colours of the file are taken as 0..=255";
+    }
+    colors.clear();
+    "all vertex colours of the file are ignored"
+}
+
+/// Uses the colours that ZBrush wrote in comments, where there is one for each vertex and no other; the notice otherwise.
+fn polypaint(colors: &mut Vec<Rgb>, paint: &[[u8; 3]], vertices: usize, path: &Path) -> Option<String> {
+    if colors.is_empty() && paint.len() == vertices {
+        colors.extend(paint.iter().map(|&color| linear_from_srgb8(color)));
+        return None;
+    }
+    let (path, count) = (path.display(), paint.len());
+    Some(format!("{path}: {count} colours in #MRGB comments for {vertices} vertices are not used"))
 }
 
 fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
@@ -238,7 +280,7 @@ fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
 }
 
 /// Several names, which end in `.mtl` and may have spaces, or one of any kind.
-fn libraries(names: &[u8], known: &mut Vec<String>) {
+fn libraries(names: &[u8], known: &mut Vec<Vec<u8>>) {
     let (mut start, mut ends) = (0, Vec::new());
     for (at, window) in names.windows(5).enumerate() {
         if window[..4].eq_ignore_ascii_case(b".mtl") && window[4].is_ascii_whitespace() {
@@ -247,8 +289,9 @@ fn libraries(names: &[u8], known: &mut Vec<String>) {
     }
     ends.push(names.len());
     for end in ends {
-        let name = lexer::name(&names[start..end]);
-        if !name.is_empty() && !known.contains(&name) {
+        let name = lexer::name_bytes(&names[start..end]);
+        let comment = name.first() == Some(&b'#');
+        if !name.is_empty() && !comment && !known.contains(&name) {
             known.push(name);
         }
         start = end;

@@ -186,8 +186,6 @@ impl<'a> Body<'a> {
                 }
                 if lines.any(|(_, text)| !lexer::trim(text).is_empty()) {
                     notices.push(format!("{path}: the lines after the last row are not used"));
-                } else if !lines.ended_with_newline() {
-                    notices.push(format!("{path}: the last line has no line end; the file may be cut off"));
                 }
             }
             RowSource::Binary { bytes, at, .. } => {

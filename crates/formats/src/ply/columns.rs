@@ -1,9 +1,10 @@
 //! Rows of a table by the roles of its columns.
 
-use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
+use raycam_scene::color::{Rgb, linear_from_srgb8};
 
 use crate::error::FormatError;
 use crate::ply::body::Body;
+use crate::ply::color_scale::PlyColors;
 use crate::ply::header::{self, Element};
 use crate::ply::scalar::ScalarType;
 
@@ -63,6 +64,13 @@ pub(crate) struct Row {
     pub(crate) corners: Vec<f64>,
     pub(crate) uvs: Vec<f64>,
     unused: Vec<f64>,
+}
+
+impl Row {
+    /// Red, green, blue and alpha as in the file.
+    pub(crate) fn color(&self) -> [f64; 4] {
+        [Red, Green, Blue, Alpha].map(|role| self.numbers[role as usize])
+    }
 }
 
 /// The columns of an element.
@@ -132,36 +140,41 @@ impl<'a> Columns<'a> {
         all.map(place).filter(used).collect()
     }
 
-    /// The linear colour of a row.
-    pub(crate) fn color(&self, body: &Body<'_>, row: &Row, number: usize) -> Result<Rgb, FormatError> {
-        let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
-        self.linear(given).ok_or_else(|| {
-            let (name, one) = (&self.element.name, self.white());
-            body.error(format!("{name} {number}: colour {given:?} outside 0..={one}"))
-        })
-    }
-
-    /// The linear colour that red, green and blue are, if they are one.
+    /// The linear colour that red, green and blue are, if their kind alone says so.
     pub(crate) fn linear(&self, given: [f64; 3]) -> Option<Rgb> {
-        let one = self.white();
-        let share = || given.map(|c| (c / one) as f32);
-        given.iter().all(|c| (0.0..=one).contains(c)).then(|| match self.color {
-            ScalarType::F32 | ScalarType::F64 => share(),
-            ScalarType::U8 => linear_from_srgb8(given.map(|c| c as u8)),
-            _ => share().map(linear_from_srgb),
-        })
-    }
-
-    /// The largest value of a colour.
-    pub(crate) fn white(&self) -> f64 {
         match self.color {
-            ScalarType::F32 | ScalarType::F64 => 1.0,
-            ScalarType::U16 => 65535.0,
-            _ => 255.0,
+            ScalarType::F32 | ScalarType::F64 => {
+                given.iter().all(|c| (0.0..=1.0).contains(c)).then(|| given.map(|c| c as f32))
+            }
+            ScalarType::U8 => Some(linear_from_srgb8(given.map(|c| c as u8))),
+            _ => None,
         }
     }
 
-    pub(crate) fn opaque(&self, row: &Row) -> bool {
-        !self.have(&[Alpha]) || row.numbers[Alpha as usize] >= self.white()
+    /// The largest value of a colour whose kind alone says what it is.
+    pub(crate) fn white(&self) -> f64 {
+        if self.color.is_float() { 1.0 } else { 255.0 }
+    }
+
+    /// Colours of this element under collection.
+    pub(crate) fn colors(&self) -> Option<PlyColors> {
+        let alpha = self.have(&[Alpha]);
+        self.have(&[Red, Green, Blue]).then(|| PlyColors::new(self.color, alpha))
+    }
+
+    /// Names of the columns that are not used.
+    pub(crate) fn unused(&self) -> Vec<String> {
+        let whole = |role: PropertyRole| {
+            let groups: [&[PropertyRole]; 4] = [&[X, Y, Z], &[NormalX, NormalY, NormalZ], &[Red, Green, Blue], &[U, V]];
+            groups.iter().find(|group| group.contains(&role)).is_none_or(|group| self.have(group))
+        };
+        let columns = self.element.properties.iter().zip(self.roles());
+        let unused = columns.filter(|(_, role)| *role == PropertyRole::Unused || !whole(*role));
+        unused
+            .map(|(property, _)| match &property.name[..] {
+                name @ ("rgb" | "rgba") => format!("{name} (packed colours)"),
+                name => name.into(),
+            })
+            .collect()
     }
 }

@@ -30,7 +30,7 @@ pub(crate) struct Element {
 pub(crate) struct Header {
     pub(crate) elements: Vec<Element>,
     /// The images named in comments, as MeshLab does it.
-    pub(crate) textures: Vec<String>,
+    pub(crate) textures: Vec<Vec<u8>>,
 }
 
 /// Reads the header of a file from its first bytes, which are all of them where the file is text.
@@ -88,7 +88,7 @@ struct HeaderParser<'a> {
     path: &'a Path,
     line: usize,
     elements: Vec<Element>,
-    textures: Vec<String>,
+    textures: Vec<Vec<u8>>,
     encoding: Option<Encoding>,
 }
 
@@ -137,7 +137,7 @@ impl HeaderParser<'_> {
                 });
             }
             b"comment" if words.next() == Some(b"TextureFile") => {
-                self.textures.push(lexer::name(words.0));
+                self.textures.push(lexer::name_bytes(words.0));
             }
             b"comment" | b"obj_info" | b"" => {}
             b"element" => {

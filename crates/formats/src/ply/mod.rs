@@ -1,35 +1,38 @@
 //! PLY (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders.
 //!
 //! Read are `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as MeshLab
-//! writes it) and `tristrips`; other elements and properties are passed over. Whole-number colours are sRGB, of 8 bits
-//! or, as ushort, 16; floating-point colours are linear. Texture coordinates have their origin at the bottom left in the
-//! file and at the top left here.
+//! writes it) and `tristrips`; other elements and properties are named in a notice. Texture coordinates have their origin
+//! at the bottom left in the file and at the top left here. An image comes before colours, since the format has no product
+//! of the two.
 
 pub(crate) mod body;
+pub(crate) mod color_scale;
 pub(crate) mod columns;
 pub(crate) mod header;
 pub(crate) mod scalar;
 pub(crate) mod table;
+pub(crate) mod textures;
 pub(crate) mod triangles;
 pub(crate) mod vertices;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Mesh, MeshFile, TextureSlot, Wrap};
+use raycam_scene::{Mesh, MeshFile};
 
 use crate::error::FormatError;
+use crate::geometry::colors;
+use crate::geometry::directionless;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
-use crate::image::decoder::ColorUse;
-use crate::image::texture;
 use crate::io::asset_root::AssetRoot;
 use crate::io::byte_source::ByteSource;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::input_file::InputFile;
 use crate::ply::body::Body;
-use crate::ply::columns::PropertyRole::{self, Blue, Green, Red};
+use crate::ply::columns::PropertyRole;
 use crate::ply::columns::{Columns, Row};
 use crate::ply::header::{Element, Header};
 
@@ -94,7 +97,11 @@ struct Ply<'a> {
     /// Index in `corner_uvs`, by the bits of the coordinates.
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
-    images: BTreeSet<i64>,
+    /// The number of the image of each polygon, where faces have one.
+    images: Option<Vec<i64>>,
+    odd: Diagnostics,
+    /// Columns and elements that are not used.
+    unused: Vec<String>,
     degenerate: DegenerateFaces,
     notices: Vec<String>,
 }
@@ -111,7 +118,9 @@ impl<'a> Ply<'a> {
             corner_uvs: Vec::new(),
             known_uvs: HashMap::new(),
             translucent: false,
-            images: BTreeSet::new(),
+            images: None,
+            odd: Diagnostics::default(),
+            unused: Vec::new(),
             degenerate: DegenerateFaces::default(),
             notices: Vec::new(),
         }
@@ -121,21 +130,20 @@ impl<'a> Ply<'a> {
         if !self.mesh.vertices.is_empty() {
             return Err(FormatError::whole(self.path, "a second element vertex"));
         }
-        let vertices = vertices::read(self.path, element, body)?;
+        let vertices = vertices::read(self.path, element, body, &mut self.odd)?;
+        self.note_unused(element);
         self.translucent |= vertices.translucent;
         self.mesh.vertices = vertices.positions;
         self.mesh.normals = vertices.normals;
         self.mesh.vertex_colors = vertices.colors;
         self.mesh.uvs = vertices.uvs;
-        // A vertex without a direction has no normal; a mesh with one such is taken as flat.
-        let normals = self.mesh.normals.iter().flatten();
-        let directionless = normals.filter(|n| **n == [0.0; 3]).count();
-        if directionless > 0 {
-            let path = self.path.display();
-            self.notices.push(format!("{path}: {directionless} normals without a direction; all normals are ignored"));
-            self.mesh.normals = None;
-        }
         Ok(())
+    }
+
+    /// Remembers the columns of an element that are not used.
+    fn note_unused(&mut self, element: &Element) {
+        let names = Columns::new(element).unused();
+        self.unused.extend(names.into_iter().map(|name| format!("{} {name}", element.name)));
     }
 
     fn has_faces(&self) -> bool {
@@ -159,11 +167,13 @@ impl<'a> Ply<'a> {
         if self.has_faces() {
             return Err(FormatError::whole(self.path, "a second element with faces"));
         }
+        self.note_unused(element);
         if let Some(triangles) = triangles::read(element, &columns, body, self.declared) {
             self.triangles = triangles;
             return Ok(());
         }
-        let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
+        let mut colors = columns.colors();
+        let mut images = columns.have(&[PropertyRole::Image]).then(Vec::new);
         let mut row = Row::default();
         for number in 0..element.count {
             columns.read(body, &mut row)?;
@@ -176,7 +186,7 @@ impl<'a> Ply<'a> {
             for (i, &index) in row.corners.iter().enumerate() {
                 let mut uv = NO_INDEX;
                 if own_uvs {
-                    let value = vertices::uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
+                    let value = vertices::uv(body, row.uvs[2 * i], row.uvs[2 * i + 1], &mut self.odd);
                     uv = *self.known_uvs.entry(value.map(f32::to_bits)).or_insert_with(|| {
                         self.corner_uvs.push(value);
                         (self.corner_uvs.len() - 1) as u32
@@ -190,13 +200,17 @@ impl<'a> Ply<'a> {
                 continue;
             }
             if let Some(colors) = &mut colors {
-                colors.push(columns.color(body, &row, number)?);
-                self.translucent |= !columns.opaque(&row);
+                colors.push(row.color());
             }
-            if columns.have(&[PropertyRole::Image]) {
-                self.images.insert(row.numbers[PropertyRole::Image as usize] as i64);
+            if let Some(images) = &mut images {
+                images.push(row.numbers[PropertyRole::Image as usize] as i64);
             }
         }
+        let odd = &mut self.odd;
+        let settled = colors.map(|colors| colors.settle(|message| odd.note("faces", message)));
+        let (colors, translucent) = settled.unwrap_or_default();
+        self.translucent |= translucent;
+        self.images = images;
         self.face_colors = colors;
         Ok(())
     }
@@ -236,6 +250,9 @@ impl<'a> Ply<'a> {
 
     /// Reads over an element without a use.
     fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        if element.count > 0 {
+            self.unused.push(format!("element {} ({} rows)", element.name, element.count));
+        }
         let columns = Columns::new(element);
         let mut row = Row::default();
         (0..element.count).try_for_each(|_| columns.read(body, &mut row))
@@ -253,19 +270,34 @@ impl<'a> Ply<'a> {
         if self.translucent {
             self.notices.push(format!("{}: its transparency is dropped", path.display()));
         }
-        self.cut_polygons(assets)?;
+        let images = self.cut_polygons(assets)?;
+        let mut notes: Vec<String> = colors::choose(&mut self.mesh).into_iter().map(String::from).collect();
+        let filled = directionless::fill_normals(&mut self.mesh);
+        if filled > 0 {
+            notes.push(format!("normals without a direction are those of the faces: {filled}"));
+        }
+        self.notices.extend(notes.into_iter().map(|note| format!("{}: {note}", path.display())));
         let textured = self.mesh.uvs.is_some();
         let mut model = MeshFile::from_mesh(self.mesh, self.notices);
         if textured {
-            add_texture(path, header, self.images.len(), assets, &mut model)?;
+            textures::add(path, &header.textures, images, assets, &mut model)?;
+        } else if !header.textures.is_empty() {
+            let message = "its images are not used: there are no texture coordinates";
+            model.notices.push(format!("{}: {message}", path.display()));
+        }
+        model.notices.extend(self.odd.into_notices(path));
+        if !self.unused.is_empty() {
+            self.unused.truncate(32);
+            model.notices.push(format!("{}: not used: {}", path.display(), self.unused.join(", ")));
         }
         Ok(model)
     }
 
-    /// Cuts the polygons, and splits vertices whose corners differ.
-    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<(), FormatError> {
+    /// Cuts the polygons, and splits vertices whose corners differ; returns the number of the image of each triangle, where
+    /// faces have one.
+    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>, FormatError> {
         let path = self.path;
-        let Self { mesh, polygons, triangles, face_colors, corner_uvs, .. } = self;
+        let Self { mesh, polygons, triangles, face_colors, corner_uvs, images, .. } = self;
         // Without texture coordinates of their own, corners are the file's vertices.
         let seams = !corner_uvs.is_empty();
         let mut vertices = VertexDeduper::new(if seams { mesh.vertices.len() } else { 0 });
@@ -275,6 +307,7 @@ impl<'a> Ply<'a> {
         assets.budget.take_elements(path, 3 * triangles.len() as u64)?;
         triangles.reserve_exact(polygons.len());
         let mut colors = Vec::new();
+        let mut numbers = images.is_some().then(Vec::new);
         let position = |c: Corner| mesh.vertices[c.position as usize];
         let all = 0..polygons.len();
         polygons.triangles(all, path, &mut assets.budget, position, |polygon, corners| {
@@ -284,6 +317,9 @@ impl<'a> Ply<'a> {
                 corners.map(|corner| corner.position)
             });
             colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+            if let (Some(numbers), Some(images)) = (&mut numbers, &*images) {
+                numbers.push(images[polygon]);
+            }
         })?;
         mesh.triangles = std::mem::take(triangles);
         mesh.face_colors = face_colors.is_some().then_some(colors);
@@ -298,29 +334,6 @@ impl<'a> Ply<'a> {
             let colors = mesh.vertex_colors.take();
             mesh.vertex_colors = colors.map(|n| corner_of.iter().map(|c| n[origin(c)]).collect());
         }
-        Ok(())
+        Ok(numbers)
     }
-}
-
-/// Gives all faces the first image that the header names.
-fn add_texture(
-    path: &Path,
-    header: &Header,
-    images: usize,
-    assets: &mut AssetRoot,
-    model: &mut MeshFile,
-) -> Result<(), FormatError> {
-    let Some(file) = header.textures.first() else {
-        return Ok(());
-    };
-    let texture = texture::optional_texture(path, file, Wrap::Repeat, ColorUse::Color, assets, &mut model.notices)?;
-    if let Some(texture) = texture {
-        model.materials[0].texture = Some(TextureSlot::plain(model.textures.len()));
-        model.materials[0].color = [1.0; 3];
-        model.textures.push(texture);
-    }
-    if images > 1 || header.textures.len() > 1 {
-        model.notices.push(format!("{}: several images; all faces have the first, {file:?}", path.display()));
-    }
-    Ok(())
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 use raycam_scene::color::Rgb;
 
 use crate::error::FormatError;
+use crate::io::diagnostics::Diagnostics;
 use crate::ply::body::Body;
 use crate::ply::columns::PropertyRole::{self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 use crate::ply::columns::{Columns, Row};
@@ -24,7 +25,12 @@ pub(crate) struct PlyVertices {
 }
 
 /// Reads the vertices.
-pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>) -> Result<PlyVertices, FormatError> {
+pub(crate) fn read(
+    path: &Path,
+    element: &Element,
+    body: &mut Body<'_>,
+    odd: &mut Diagnostics,
+) -> Result<PlyVertices, FormatError> {
     let columns = Columns::new(element);
     if !columns.have(&[X, Y, Z]) {
         return Err(FormatError::whole(path, "element vertex has no x, y and z"));
@@ -36,7 +42,7 @@ pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>) -> Resul
         body.skip(length);
         return Ok(vertices);
     }
-    row_by_row(element.count, &columns, body)
+    row_by_row(element.count, &columns, body, odd)
 }
 
 /// `None` where any of them is not as it should be.
@@ -66,32 +72,34 @@ fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices>
     })
 }
 
-fn row_by_row(count: usize, columns: &Columns<'_>, body: &mut Body<'_>) -> Result<PlyVertices, FormatError> {
+fn row_by_row(
+    count: usize,
+    columns: &Columns<'_>,
+    body: &mut Body<'_>,
+    odd: &mut Diagnostics,
+) -> Result<PlyVertices, FormatError> {
     let mut positions = Vec::with_capacity(count);
     let mut normals = columns.have(&[NormalX, NormalY, NormalZ]).then(Vec::new);
-    let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
+    let mut colors = columns.colors();
     let mut uvs = columns.have(&[U, V]).then(Vec::new);
-    let (mut row, mut translucent) = (Row::default(), false);
-    for number in 0..count {
+    let mut row = Row::default();
+    for _ in 0..count {
         columns.read(body, &mut row)?;
         let vector = |names: [PropertyRole; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
-        let position = vector([X, Y, Z]);
-        if !position.is_finite() {
-            let [x, y, z] = position.to_array();
-            return Err(body.error(format!("vertex {number} is not finite: ({x}, {y}, {z})")));
-        }
-        positions.push(position);
+        // Faces on a vertex that is not finite are left out.
+        positions.push(vector([X, Y, Z]));
         if let Some(normals) = &mut normals {
             normals.push(normalized(vector([NormalX, NormalY, NormalZ])));
         }
         if let Some(colors) = &mut colors {
-            colors.push(columns.color(body, &row, number)?);
-            translucent |= !columns.opaque(&row);
+            colors.push(row.color());
         }
         if let Some(uvs) = &mut uvs {
-            uvs.push(uv(body, row.numbers[U as usize], row.numbers[V as usize])?);
+            uvs.push(uv(body, row.numbers[U as usize], row.numbers[V as usize], odd));
         }
     }
+    let settled = colors.map(|colors| colors.settle(|message| odd.note("vertices", message)));
+    let (colors, translucent) = settled.unwrap_or_default();
     Ok(PlyVertices { positions, normals, colors, uvs, translucent })
 }
 
@@ -105,7 +113,11 @@ fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
     (u.is_finite() && v.is_finite()).then_some([u as f32, (1.0 - v) as f32])
 }
 
-/// Texture coordinates with their origin at the top left.
-pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64) -> Result<[f32; 2], FormatError> {
-    flipped_uv(u, v).ok_or_else(|| body.error(format!("texture coordinate ({u}, {v}) is not finite")))
+/// Texture coordinates with their origin at the top left; the origin of the file, with a notice, where they are not finite.
+pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64, odd: &mut Diagnostics) -> [f32; 2] {
+    flipped_uv(u, v).unwrap_or_else(|| {
+        let message = format!("texture coordinate ({u}, {v}) is not finite: taken as (0, 0)");
+        odd.note_kind("uv", body.location(), message);
+        [0.0, 1.0]
+    })
 }

@@ -106,7 +106,7 @@ fn nothing_outside_the_folder_is_opened() {
         r"..\\a.bin",
         "C:/a.bin",
         "a%00.bin",
-        "%FF.bin",
+        "%FF%00.bin",
         "",
     ] {
         let told = error(document(uri, ""));
@@ -269,4 +269,32 @@ fn strides_that_are_not_allowed_are_said_and_used() {
         assert_eq!(found, places);
         assert!(world.notices[0].contains(said), "{:?}", world.notices);
     }
+}
+
+#[test]
+fn an_image_that_cannot_be_read_is_left_out() {
+    let png = raycam_formats::encode::png::encode([8, 8], 1, raycam_formats::encode::png::Samples::U8(&[9; 64]));
+    let png = png.unwrap();
+    let textured = |uri: &str| {
+        let more = format!(r#", "images": [{{"uri": "{uri}"}}], "textures": [{{"source": 0}}]"#);
+        let info = r#""baseColorTexture": {"index": 0}, "baseColorFactor""#;
+        document(&corners_uri(), &more).replace(r#""baseColorFactor""#, info)
+    };
+    let cut = format!("data:image/png;base64,{}", base64(&png[..png.len() / 2]));
+    for (uri, said) in [
+        ("gone.png", "No such file"),
+        ("../gone.png", "it leads out of the folder"),
+        (&cut, "images[0]: left out:"),
+        ("data:image/png;base64,AAAA", "not an image that is known"),
+        ("data:,version https://git-lfs.github.com/spec/v1", "git lfs pull"),
+    ] {
+        let world = world(&textured(uri));
+        assert_eq!((world.objects.len(), world.materials[0].texture), (1, None), "{uri}");
+        assert!(world.notices.iter().any(|notice| notice.contains(said)), "{uri}: {:?}", world.notices);
+    }
+    let whole = world(&textured(&format!("data:image/png;base64,{}", base64(&png))));
+    assert!(whole.materials[0].texture.is_some(), "{:?}", whole.notices);
+    // The JSON of a GLB file may begin with a mark of its byte order.
+    let marked = glb(&format!("\u{feff}{}", document("", "").replace(r#""uri": "", "#, "")), &[0; 36]);
+    load(&file("a.glb", marked), &Budget::default()).unwrap();
 }

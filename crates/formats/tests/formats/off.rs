@@ -113,18 +113,19 @@ fn bad_files_are_told_with_line() {
             "a.off:7: face 0 ends after 2 of 99999999999 corners",
         ),
         ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n# last\n0 1 0\n", "a.off:7: the file ends after 0 of 1 faces"),
-        ("OFF\n4 1 0\n0 0 0\n1 inf 0\n1 1 0\n0 1 0\n3 0 1 2\n", "a.off:4: vertex 1: \"inf\" is not a finite number"),
+        (
+            "OFF\n4 1 0\n0 0 0\n1 inf 0\n1 1 0\n0 1 0\n3 0 1 2\n",
+            "a.off: all faces have vertices that are not finite: nothing to see",
+        ),
         ("OFF\n4 1 0\n0 0 0\n1 0\n1 1 0\n0 1 0\n3 0 1 2\n", "a.off:4: vertex 1: expected 3 numbers"),
         ("OFF\n4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n", "a.off: no faces, only 4 vertices: nothing to see"),
-        ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 300 0 0\n", "a.off:6: colour 300 outside 0..=255"),
-        ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2 1.5 0 0\n", "a.off:6: colour 1.5 outside 0..=1"),
         ("OFF\nmany\n", "a.off:2: expected the numbers of vertices, faces and edges"),
         ("OFF\n", "a.off:1: no numbers of vertices and faces"),
         ("4OFF\n1 1 0\n", "a.off: \"4OFF\": only three dimensions are read"),
         ("OFF BINARY\n", "a.off: binary OFF; save it as text"),
         ("PLY\n", "a.off:1: \"PLY\": not an OFF file"),
         ("OFFS 3 1 0\n", "a.off:1: \"OFFS\": not an OFF file"),
-        ("", "a.off:0: empty, expected an OFF file"),
+        ("", "a.off: the file is empty: is its download or its export complete?"),
     ] {
         assert_eq!(error("a.off", text), expected, "{text}");
     }
@@ -135,6 +136,29 @@ fn bad_files_are_told_with_line() {
         let path = data(name);
         assert_eq!(message(read_model(&path, &Budget::default()).unwrap_err(), &path), expected);
     }
+}
+
+#[test]
+fn colours_of_other_scales_are_told() {
+    for (color, expected, said) in [
+        ("300 0 0", None, "colours of faces up to 300, expected 0..=255: ignored"),
+        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are taken as 0..=255"),
+        ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "up to 1.001 are clamped to 1"),
+        ("-1 1 0", Some([0.0, 1.0, 0.0]), "below 0 or no numbers are 0: 1"),
+    ] {
+        let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
+        assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");
+        assert!(model.notices[0].contains(said), "{:?}", model.notices);
+    }
+}
+
+#[test]
+fn one_of_two_sources_of_colour_is_used() {
+    let vertices = SQUARE.replace('\n', " 9 8 7 255\n").replacen("9 8 7", "1 2 3", 1);
+    let model = model("a.off", format!("COFF\n4 1 0\n{vertices}4 0 1 2 3 200 120 40\n"));
+    let mesh = &model.parts[0].mesh;
+    assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
+    assert_eq!(model.notices, ["a.off: vertex and face colours: those of the vertices are used"]);
 }
 
 #[test]

@@ -244,7 +244,10 @@ fn bad_files_are_told_with_line_or_byte() {
         (ascii(&format!("{rows}3 0 1 1.5\n")), "a.ply:14: \"1.5\" is not a whole number"),
         (ascii(&format!("{rows}2 0 1   \n")), "a.ply: no faces, only 4 vertices: nothing to see"),
         (ascii(&format!("{rows}3 0 1\n")), "a.ply:14: fewer values than the header declares"),
-        (ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"), "a.ply:12: vertex 1 is not finite: (1, NaN, 0)"),
+        (
+            ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"),
+            "a.ply: all faces have vertices that are not finite: nothing to see",
+        ),
         (ascii(rows), "a.ply:13: ends before the rows that its header declares"),
         (ascii("").replace("face 1", "face 0") + rows, "a.ply: no faces, only 4 vertices: nothing to see"),
         (
@@ -277,12 +280,137 @@ fn bad_files_are_told_with_line_or_byte() {
     assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).starts_with("crash.ply:"));
 }
 
+/// A triangle whose vertices have these colours of a kind, as text and as numbers of a little-endian file.
+fn colored(kind: &str, rows: [&str; 3]) -> (Vec<[f32; 3]>, Vec<String>) {
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         property {kind} red\nproperty {kind} green\nproperty {kind} blue\nelement face 1\n\
+         property list uchar int vertex_indices\nend_header\n0 0 0 {}\n1 0 0 {}\n0 1 0 {}\n3 0 1 2\n",
+        rows[0], rows[1], rows[2]
+    );
+    let model = model("a.ply", text);
+    (model.parts[0].mesh.vertex_colors.clone().unwrap_or_default(), model.notices)
+}
+
 #[test]
-fn colours_outside_their_range_are_errors() {
-    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
-                property float red\nproperty float green\nproperty float blue\nelement face 1\n\
-                property list uchar int vertex_indices\nend_header\n0 0 0 0 0 0\n1 0 0 2 0 0\n0 1 0 0 0 0\n3 0 1 2\n";
-    assert_eq!(error("a.ply", text), "a.ply:14: vertex 1: colour [2.0, 0.0, 0.0] outside 0..=1");
+fn colours_of_every_scale_are_read_or_clamped() {
+    let bytes = colored("uchar", ["255 0 0", "0 188 0", "51 102 204"]);
+    assert!(bytes.1.is_empty(), "{:?}", bytes.1);
+    for (kind, scale, said) in [
+        ("ushort", 1, "ushort colours up to 255 are taken as 0..=255"),
+        ("ushort", 257, ""),
+        ("float", 1, "floating-point colours beyond 1 are taken as 0..=255"),
+        ("int", 1, ""),
+        ("int", 257, "colours beyond 255 are taken as 0..=65535"),
+    ] {
+        let row = |[r, g, b]: [u32; 3]| format!("{} {} {}", scale * r, scale * g, scale * b);
+        let rows = [row([255, 0, 0]), row([0, 188, 0]), row([51, 102, 204])];
+        let (colors, notices) = colored(kind, [&rows[0], &rows[1], &rows[2]]);
+        for (a, b) in colors.as_flattened().iter().zip(bytes.0.as_flattened()) {
+            assert!((a - b).abs() < 1e-6, "{kind} {scale}: {colors:?}");
+        }
+        assert!(notices.len() == usize::from(!said.is_empty()), "{notices:?}");
+        assert!(notices.iter().all(|notice| notice.contains(said)), "{notices:?}");
+    }
+    let (nearly, notices) = colored("float", ["1.0000001 0 0", "-0.5 1 0", "nan 0.25 1"]);
+    assert_eq!(nearly, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.25, 1.0]]);
+    assert_eq!(notices, ["a.ply: vertices: values of colours outside 0..=1 are clamped: 3"]);
+    let (unknown, notices) = colored("float", ["1e6 0 0", "0 0 0", "0 0 0"]);
+    assert!(unknown.is_empty());
+    assert_eq!(notices, ["a.ply: vertices: colours of an unknown scale are ignored"]);
+}
+
+#[test]
+fn one_of_two_sources_of_colour_is_used() {
+    let text = |vertices: [&str; 3], face: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n\
+             property list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+             end_header\n0 0 0 {}\n1 0 0 {}\n0 1 0 {}\n3 0 1 2 {face}\n3 2 1 0 1 2 3\n",
+            vertices[0], vertices[1], vertices[2]
+        )
+    };
+    let both = model("a.ply", text(["200 120 40", "0 0 0", "9 9 9"], "200 120 40"));
+    let mesh = &both.parts[0].mesh;
+    assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
+    assert_eq!(both.notices, ["a.ply: vertex and face colours: those of the vertices are used"]);
+    let faces = model("a.ply", text(["255 255 255"; 3], "200 120 40"));
+    let mesh = &faces.parts[0].mesh;
+    assert!(mesh.vertex_colors.is_none() && mesh.face_colors.is_some());
+    assert_eq!(faces.notices, ["a.ply: vertex and face colours: those of the faces are used"]);
+}
+
+#[test]
+fn each_image_is_a_material_of_its_own() {
+    let folder = folder();
+    for (name, value) in [("my model_A.png", 1), ("B.png", 2)] {
+        fs::write(folder.join(name), png::encode([1, 1], 3, png::Samples::U8(&[value; 3])).unwrap()).unwrap();
+    }
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile <this>_A.png\ncomment TextureFile B.png\n\
+                element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
+                property uchar green\nproperty uchar blue\nelement face 3\nproperty list uchar int vertex_indices\n\
+                property list uchar float texcoord\nproperty int texnumber\nend_header\n\
+                0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 255 0 0\n0 1 0 255 0 0\n\
+                4 0 1 2 3 8 0 0 1 0 1 1 0 1 1\n3 0 1 2 6 0 0 1 0 1 1 0\n3 2 1 0 6 0 0 1 0 1 1 7\n";
+    let path = folder.join("my model.ply");
+    fs::write(&path, text).unwrap();
+    let model = read_model(&path, &Budget::default()).unwrap();
+    let mesh = &model.parts[0].mesh;
+    assert_eq!(mesh.material_slots.as_deref(), Some(&[1, 1, 0, 2][..]));
+    let shown = |slot: usize| {
+        let texture = model.materials[model.parts[0].materials[slot]].texture;
+        texture.map(|texture| rgb(&model.textures[texture.texture]))
+    };
+    assert_eq!([shown(0), shown(1), shown(2)], [Some(vec![[1; 3]]), Some(vec![[2; 3]]), None]);
+    // The colours are those of the face without an image alone.
+    let colors = mesh.vertex_colors.as_ref().unwrap();
+    let of = |triangle: usize| mesh.triangles[triangle].map(|vertex| colors[vertex as usize]);
+    assert_eq!((of(0), of(2), of(3)), ([[1.0; 3]; 3], [[1.0; 3]; 3], [[1.0, 0.0, 0.0]; 3]));
+    for said in ["texnumber is that of no image are without one: 1", "its colours are not used where an image is: 3"] {
+        assert!(model.notices.iter().any(|notice| notice.contains(said)), "{:?}", model.notices);
+    }
+    mesh.validate().unwrap();
+}
+
+#[test]
+fn what_is_not_used_is_named() {
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\n\
+                property float y\nproperty float z\nproperty uint rgb\nproperty float intensity\nproperty uchar red\n\
+                element face 1\nproperty list uchar int vertex_indices\nproperty int flags\nelement edge 1\n\
+                property int a\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2 4\n5\n";
+    let notices = model("a.ply", text).notices;
+    let expected = "a.ply: not used: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
+                    element edge (1 rows)";
+    assert_eq!(notices[1], expected);
+    assert!(notices[0].contains("its images are not used: there are no texture coordinates"), "{notices:?}");
+}
+
+#[test]
+fn normals_without_a_direction_are_those_of_the_faces() {
+    let text = |unused: &str, used: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+             property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
+             property list uchar int vertex_indices\nend_header\n\
+             0 0 0 {used}\n1 0 0 1 0 0\n0 1 0 1 0 0\n5 5 5 {unused}\n3 0 1 2\n"
+        )
+    };
+    let unused = model("a.ply", text("0 0 0", "1 0 0"));
+    assert_eq!(unused.parts[0].mesh.normals.as_ref().unwrap()[..3], [[1.0, 0.0, 0.0]; 3]);
+    assert!(unused.notices.is_empty(), "{:?}", unused.notices);
+    for zero in ["0 0 0", "nan 0 0"] {
+        let used = model("a.ply", text("0 0 0", zero));
+        assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(used.notices, ["a.ply: normals without a direction are those of the faces: 1"]);
+    }
+}
+
+#[test]
+fn a_vertex_that_is_not_finite_and_not_used_changes_nothing() {
+    let model = model("a.ply", ascii("0 0 0\n1 0 0\n0 1 0\nnan 0 inf\n3 0 1 2\n"));
+    assert_eq!(area(&model.parts[0].mesh), 0.5);
+    assert_eq!(model.notices, ["a.ply: vertices that are not finite, and that no face uses: 1"]);
 }
 
 #[test]

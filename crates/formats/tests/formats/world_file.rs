@@ -3,7 +3,7 @@ use std::path::Path;
 
 use raycam_formats::encode::png;
 use raycam_formats::{Budget, load, world_file};
-use raycam_scene::{Up, World};
+use raycam_scene::{Alpha, Up, World};
 
 use crate::support::{file, folder, rgb};
 
@@ -50,11 +50,13 @@ irradiance = [3, 3, 3]
     assert_eq!(world.cameras[0].camera.size(), [640, 480]);
     assert_eq!(world.objects[1].world_from_mesh.translation.to_array(), [0.0, 0.0, 5.0]);
     assert_eq!(rgb(&world.textures[0]), [[255, 0, 0], [0, 0, 255]]);
-    assert!(
-        world.notices.iter().any(|n| n.contains("i.png: its alpha counts only where its material uses it")),
-        "{:?}",
-        world.notices
-    );
+    // The alpha of an image that is named here counts, and no notice says otherwise.
+    let material = &world.materials[world.objects[1].materials[0]];
+    assert_eq!((material.opacity, material.alpha), (1.0, Alpha::Blend));
+    assert!(!world.notices.iter().any(|notice| notice.contains("alpha")), "{:?}", world.notices);
+    let opaque = text.replace("texture = \"i.png\"", "texture = \"i.png\"\nalpha = \"opaque\"");
+    let opaque = world_file::parse(&opaque, &folder, Path::new("room.toml"), &Budget::default()).unwrap();
+    assert_eq!(opaque.materials[opaque.objects[1].materials[0]].alpha, Alpha::Opaque);
     assert!(world_file::parse(text, &folder, Path::new("room.toml"), &Budget::default()).is_ok());
 }
 

@@ -35,6 +35,7 @@ impl TextureSpec {
         };
         let image = table.as_used(key, image)?;
         image.validate()?;
+        let translucent = key == "texture" && table.channel.is_none() && image.texels.has_alpha();
         let kept = files.store_texture(image);
         let texture = Texture {
             image: kept.map_err(|error| BuildFailure::File(key.into(), error))?,
@@ -70,6 +71,7 @@ impl TextureSpec {
                 image_from_mesh: rows.map(|row| row.map(|v| v as f32)),
             },
             strength,
+            translucent,
         };
         Ok((texture, put))
     }

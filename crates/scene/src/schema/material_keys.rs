@@ -8,11 +8,11 @@ use crate::material::principled::Principled;
 use crate::material::{Alpha, Material, MaterialModel};
 use crate::schema::keys::Keys;
 use crate::schema::shorthand::{Color, Splat};
-use crate::schema::spec::object::{KEYS, MaterialType, ObjectSpec};
+use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
 /// The keys that change a material.
-pub(crate) const MATERIAL_KEYS: [&str; 32] = [
+pub(crate) const MATERIAL_KEYS: [&str; 33] = [
     "type",
     "color",
     "texture",
@@ -23,6 +23,7 @@ pub(crate) const MATERIAL_KEYS: [&str; 32] = [
     "shininess",
     "emission",
     "opacity",
+    "alpha",
     "metal",
     "roughness",
     "ior",
@@ -71,6 +72,9 @@ const PRINCIPLED_KEYS: [&str; 14] = [
 impl ObjectSpec {
     /// Checks that the material keys go together and that their values make sense.
     pub(crate) fn check_material(&self, keys: &Keys<KEYS>) -> Result<(), SceneError> {
+        if self.alpha == Some(AlphaMode::Opaque) {
+            keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which leaves no opacity: give one of them")?;
+        }
         let needs = |named: &str| format!("it goes with type = {named}");
         // The material of a file or of another object may be changed: see `apply_material_all`.
         let known = self.type_.is_none() && (self.mesh.is_some() || self.instance_of.is_some());
@@ -208,6 +212,14 @@ impl ObjectSpec {
         if let Some(opacity) = self.opacity {
             material.opacity = opacity;
             material.alpha = Alpha::Blend;
+        }
+        match self.alpha {
+            Some(AlphaMode::Opaque) => (material.opacity, material.alpha) = (1.0, Alpha::Opaque),
+            Some(AlphaMode::Blend) => material.alpha = Alpha::Blend,
+            None if material.alpha == Alpha::Opaque && textures.iter().any(|put| put.translucent) => {
+                material.alpha = Alpha::Blend;
+            }
+            None => {}
         }
         // With a type, all begins anew.
         let known = if self.type_.is_some() { 0 } else { material.priority };

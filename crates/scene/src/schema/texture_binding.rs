@@ -10,6 +10,8 @@ pub(crate) struct TextureBinding {
     pub key: &'static str,
     pub slot: TextureSlot,
     pub strength: f32,
+    /// True if it is the base colour's and has alpha.
+    pub translucent: bool,
 }
 
 impl TextureBinding {

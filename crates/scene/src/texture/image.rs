@@ -47,6 +47,16 @@ impl Texels {
         }
     }
 
+    /// True if some texel in memory is not opaque.
+    pub fn has_alpha(&self) -> bool {
+        match self {
+            Self::Srgb8(texels) | Self::Linear8(texels) => texels.iter().any(|texel| texel[3] != u8::MAX),
+            Self::Linear16(texels) => texels.iter().any(|texel| texel[3] != u16::MAX),
+            Self::Float(texels) => texels.iter().any(|texel| texel[3] != 1.0),
+            Self::Paged(_) => false,
+        }
+    }
+
     /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -106,6 +106,17 @@ impl AccessorView<'_> {
         allowance: &mut MemoryAllowance,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
     ) -> Result<Vec<[T; N]>, FormatError> {
+        let (made, finite) = self.map_any_floats(document, allowance, make)?;
+        if finite { Ok(made) } else { Err(self.non_finite_error::<N>(document)) }
+    }
+
+    /// The same, and true if all floats are finite.
+    pub(crate) fn map_any_floats<const N: usize, T: Copy + Default + Send>(
+        &self,
+        document: &Document<'_>,
+        allowance: &mut MemoryAllowance,
+        make: impl Fn([f32; N]) -> [T; N] + Sync,
+    ) -> Result<(Vec<[T; N]>, bool), FormatError> {
         if self.arity != N {
             return Err(document.fault(format!(
                 "{}.type: {} components, expected {N} ({})",
@@ -144,8 +155,7 @@ impl AccessorView<'_> {
                     .fault(format!("{}.componentType: 5125 is for indices only ({})", self.place, self.wrong_format)));
             }
         };
-        let (made, finite) = made.map_err(|error| document.read_error(error))?;
-        if finite { Ok(made) } else { Err(self.non_finite_error::<N>(document)) }
+        made.map_err(|error| document.read_error(error))
     }
 
     /// The error of the first element that is not finite.

@@ -8,12 +8,13 @@ use std::path::Path;
 use crate::codec::meshopt::{self, Filter, Mode, ViewHeader};
 use crate::error::FormatError;
 use crate::gltf::document::container::Container;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::extensions::MeshoptView;
 use crate::gltf::json::{BufferView, Root};
 use crate::io::asset_root::AssetRoot;
 use crate::io::byte_source::ByteSource;
+use crate::io::companion;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::input_file::InputFile;
 
 /// All bytes of a document.
@@ -53,7 +54,9 @@ impl<'a> Resources<'a> {
             let unused = views.all(|view| view.buffer != i || is_compressed(view));
             let bytes = match (&buffer.uri, &container.binary) {
                 (Some(uri), _) => {
-                    let bytes = read_uri(source, uri, &format!("{place}.uri"), assets)?;
+                    let mut notices = Vec::new();
+                    let bytes = read_uri(source, uri, &format!("{place}.uri"), assets, &mut notices)?;
+                    assets.budget_and_notices().1.append(&mut notices);
                     allowance.grant(bytes.len());
                     ByteSource::Memory(bytes.into())
                 }
@@ -221,6 +224,7 @@ pub(crate) fn read_uri(
     uri: &str,
     place: &str,
     assets: &mut AssetRoot,
+    notices: &mut Vec<String>,
 ) -> Result<Vec<u8>, FormatError> {
     let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
     if let Some(data) = uri.strip_prefix("data:") {
@@ -236,9 +240,7 @@ pub(crate) fn read_uri(
         return bytes.ok_or_else(|| fault("not base64 (INVALID_URI)".into()));
     }
     let name = percent_decoded(uri);
-    let name = std::str::from_utf8(&name).map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
-    // As browsers take it.
-    let file = assets.read_reference(&source.path, &name.replace('\\', "/"));
+    let file = companion::companion_file(&source.path, &name, assets, notices);
     let named = |error| FormatError::Named {
         place: None,
         key: format!("{}: {place}", source.path.display()),

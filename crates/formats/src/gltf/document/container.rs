@@ -8,8 +8,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::error::FormatError;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::json::Root;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::input_file::InputFile;
 
 const MAGIC: &[u8; 4] = b"glTF";
@@ -107,6 +107,7 @@ impl Container {
         })?;
         // Some programs fill the chunk with these instead of spaces.
         let text = text.trim_end_matches('\0');
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // Keeping track of the path costs time, which only errors are worth.
         let root = match serde_json::from_str::<Root>(text) {
             Ok(root) => root,

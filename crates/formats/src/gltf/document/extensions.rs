@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::error::FormatError;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::json::Root;
+use crate::io::diagnostics::Diagnostics;
 
 /// Every extension that is read.
 const SUPPORTED: &[&str] = &[

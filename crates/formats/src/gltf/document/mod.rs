@@ -6,7 +6,6 @@ pub(crate) mod accessor;
 pub(crate) mod accessor_view;
 pub(crate) mod buffers;
 pub(crate) mod container;
-pub(crate) mod diagnostics;
 pub(crate) mod extensions;
 pub(crate) mod memory_allowance;
 use std::io;

@@ -4,10 +4,10 @@ use raycam_scene::Mesh;
 
 use crate::error::FormatError;
 use crate::gltf::document::Document;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::material::Material;
 use crate::gltf::json::texture_info::TextureInfo;
+use crate::io::diagnostics::Diagnostics;
 
 /// Vertex data that the materials of a primitive need, those of its variants included.
 pub(crate) struct MaterialRequirements {

@@ -4,9 +4,9 @@ use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 
 use crate::error::FormatError;
+use crate::geometry::finite;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Primitive;
 use crate::gltf::mesh::attributes::AttributeSource;
@@ -15,6 +15,7 @@ use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::mesh::tangent;
 use crate::gltf::mesh::vertex_window::VertexWindow;
 use crate::io::asset_root::AssetRoot;
+use crate::io::diagnostics::Diagnostics;
 use crate::io::parallel;
 
 /// A primitive of triangles.
@@ -75,7 +76,14 @@ impl PrimitiveReader<'_> {
         let amount = window.length + 3 * triangles.len();
         let budget = &mut self.assets.budget;
         budget.take_elements(self.document.path, amount as u64)?;
-        let mut mesh = Mesh { vertices: self.positions(window.slice(positions))?, triangles, ..Mesh::default() };
+        let (vertices, finite) = self.positions(window.slice(positions))?;
+        let mut mesh = Mesh { vertices, triangles, ..Mesh::default() };
+        if !finite && let Some(notice) = finite::drop_non_finite(&mut mesh).notice() {
+            self.diagnostics.note(self.place, format!("{notice} (ACCESSOR_INVALID_FLOAT)"));
+            if mesh.triangles.is_empty() {
+                return Ok(None);
+            }
+        }
         self.shading_attributes(&window, &mut mesh)?;
         self.colors(&window, &mut mesh)?;
         let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics, self.allowance)?;
@@ -149,14 +157,14 @@ impl PrimitiveReader<'_> {
         Ok(Some(triangles))
     }
 
-    /// Positions as float64.
-    fn positions(&mut self, elements: AccessorView<'_>) -> Result<Vec<DVec3>, FormatError> {
+    /// Positions as float64, and true if all are finite.
+    fn positions(&mut self, elements: AccessorView<'_>) -> Result<(Vec<DVec3>, bool), FormatError> {
         let (path, count) = (self.document.path, elements.count as u64);
         self.allowance.charge(path, &elements.place, count, 12)?;
         let widen = |v: [f32; 3]| v.map(f64::from);
-        let positions = elements.map_floats(self.document, self.allowance, widen)?;
+        let (positions, finite) = elements.map_any_floats(self.document, self.allowance, widen)?;
         // Optimised to a no-op: the same layout.
-        Ok(positions.into_iter().map(DVec3::from_array).collect())
+        Ok((positions.into_iter().map(DVec3::from_array).collect(), finite))
     }
 
     /// Normals, texture coordinates and tangents.

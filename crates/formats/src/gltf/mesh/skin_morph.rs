@@ -3,12 +3,12 @@
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
 use crate::error::FormatError;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::extensions::Attributes;
 use crate::gltf::mesh::tangent::resample;
 use crate::gltf::mesh::vertex_window::VertexWindow;
+use crate::io::diagnostics::Diagnostics;
 
 /// Morph targets and joints of vertices: a [`DeformableMesh`] without its mesh.
 #[derive(Default)]

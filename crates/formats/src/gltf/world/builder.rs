@@ -7,9 +7,9 @@ use raycam_scene::animation::DeformableMesh;
 use raycam_scene::{Image, World};
 
 use crate::gltf::document::Document;
-use crate::gltf::document::diagnostics::Diagnostics;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::io::asset_root::AssetRoot;
+use crate::io::diagnostics::Diagnostics;
 
 /// A world under construction.
 pub(crate) struct Builder<'a, 'b> {
@@ -43,5 +43,6 @@ pub(crate) struct ImportedMesh {
 #[derive(Default)]
 pub(crate) struct ImportedTextures {
     pub(crate) textures: HashMap<(usize, bool), usize>,
-    pub(crate) images: HashMap<(usize, bool), Arc<Image>>,
+    /// `None` for images that are left out.
+    pub(crate) images: HashMap<(usize, bool), Option<Arc<Image>>>,
 }

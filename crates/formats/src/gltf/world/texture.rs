@@ -14,6 +14,7 @@ use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 use crate::image::decode_image;
 use crate::image::decoder::ColorUse;
+use crate::io::companion;
 
 impl Builder<'_, '_> {
     /// The texture slot of a reference at `place`.
@@ -42,16 +43,23 @@ impl Builder<'_, '_> {
         let place = format!("textures[{index}]");
         let extensions = &texture.extensions;
         // KTX2 and WebP are there for those who can read them; the image in `source` is for the others.
-        let source = [&extensions.basisu, &extensions.webp]
-            .into_iter()
-            .find_map(|extension| extension.as_ref()?.source)
-            .or(texture.source);
-        let Some(source) = source else {
+        let better =
+            [&extensions.basisu, &extensions.webp].into_iter().find_map(|extension| extension.as_ref()?.source);
+        let sources: Vec<usize> = better.into_iter().chain(texture.source).collect();
+        if sources.is_empty() {
             let message = "no image: the material does without it";
             self.diagnostics.note(place, message);
             return Ok(None);
+        }
+        let mut image = None;
+        for source in sources {
+            if image.is_none() {
+                image = self.image(&format!("{place}.source"), source, color_use)?;
+            }
+        }
+        let Some(image) = image else {
+            return Ok(None);
         };
-        let image = self.image(&format!("{place}.source"), source, color_use)?;
         let sampler = match texture.sampler {
             Some(sampler) => {
                 let place = &format!("{place}.sampler");
@@ -65,18 +73,39 @@ impl Builder<'_, '_> {
         Ok(Some(added))
     }
 
-    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Arc<Image>, FormatError> {
-        let document = self.document;
-        let image = document.get(&document.root.images, index, place)?;
+    /// The image of an index; `None`, with a notice, where it is missing, cut off or of an unknown kind.
+    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>, FormatError> {
+        self.document.get(&self.document.root.images, index, place)?;
         let key = (index, color_use == ColorUse::Color);
         if let Some(known) = self.textures.images.get(&key) {
             return Ok(known.clone());
         }
+        let image = match self.decoded_image(index, color_use) {
+            Ok(image) => Some(self.assets.store_texture(Arc::new(image))?),
+            Err(error) if companion::can_be_left_out(&error) => {
+                // The path is said by all notices.
+                let text = error.to_string();
+                let text = text.strip_prefix(&format!("{}: ", self.document.path.display())).unwrap_or(&text);
+                let text = text.strip_prefix(&format!("images[{index}]: ")).unwrap_or(text);
+                self.diagnostics.note(format!("images[{index}]"), format!("left out: {text}"));
+                None
+            }
+            Err(error) => return Err(error),
+        };
+        self.textures.images.insert(key, image.clone());
+        Ok(image)
+    }
+
+    /// The image of an index, from its file, its data URI or its view of a buffer.
+    fn decoded_image(&mut self, index: usize, color_use: ColorUse) -> Result<Image, FormatError> {
+        let document = self.document;
+        let image = &document.root.images[index];
         let place = format!("images[{index}]");
         let (bytes, name) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let uri_place = format!("{place}.uri");
-                let fetched = buffers::read_uri(document.source, uri, &uri_place, self.assets)?;
+                let notices = &mut self.world.notices;
+                let fetched = buffers::read_uri(document.source, uri, &uri_place, self.assets, notices)?;
                 let named = !uri.starts_with("data:");
                 (fetched.into(), named.then_some(&uri[..]))
             }
@@ -100,8 +129,6 @@ impl Builder<'_, '_> {
             ("", None) => place,
             (name, _) => name.into(),
         };
-        let decoded = self.assets.store_texture(Arc::new(decoded))?;
-        self.textures.images.insert(key, decoded.clone());
         Ok(decoded)
     }
 }

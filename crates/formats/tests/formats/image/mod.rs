@@ -268,8 +268,9 @@ fn flat_pictures_may_be_short() {
 
 #[test]
 fn other_kinds_are_named() {
-    let error = read("a.gif", b"GIF89a", ColorUse::Color).unwrap_err();
-    let expected = "a.gif: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";
+    let error = read("a.dds", b"DDS |", ColorUse::Color).unwrap_err();
+    let expected =
+        "a.dds: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
     assert_eq!(error.to_string(), expected);
     let mut cube = cases().into_iter().find(|case| case.name == "uastc.ktx2").unwrap().file;
     cube[36] = 6;

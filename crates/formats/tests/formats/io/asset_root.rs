@@ -33,7 +33,7 @@ fn files_inside_are_read() {
 #[test]
 fn nothing_outside_is_opened() {
     let root = setting();
-    let absolute = root.join("a.obj").display().to_string();
+    let absolute = root.with_file_name("secret.obj").display().to_string();
     let mut files = AssetRoot::new(&root, &Budget::default());
     for name in [
         "../secret.obj",
@@ -73,7 +73,13 @@ fn links_lead_nowhere_else() {
         let error = files.mesh(name).unwrap_err().to_string();
         assert!(error.contains("it leads out of the folder"), "{error}");
     }
+    let error = files.mesh("link.obj").unwrap_err().to_string();
+    let real = root.canonicalize().unwrap();
+    let around = real.parent().unwrap();
+    let expected = format!("a symbolic link to {}: it leads", around.join("secret.obj").display());
+    assert!(error.contains(&expected) && error.contains(&format!("load with folder={around:?}")), "{error}");
     files.mesh("inside.obj").unwrap();
+    files.mesh(&root.join("a.obj").display().to_string()).unwrap();
     // The folder itself, and what the user asks for, may be links.
     std::os::unix::fs::symlink(&root, root.with_file_name("alias")).unwrap();
     AssetRoot::new(&root.with_file_name("alias"), &Budget::default()).mesh("a.obj").unwrap();

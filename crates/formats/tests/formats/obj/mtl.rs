@@ -219,7 +219,9 @@ fn what_is_not_applied_is_said() {
     assert!(text.contains(expected), "{text}");
     assert!(text.contains("mtl:8: map_d is not used: it is laid on otherwise than map_Kd"), "{text}");
     assert!(notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n").contains(":3: map_d is not used"));
-    assert!(notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is -1.96, taken as 0"));
+    assert!(
+        notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is \"-1.96\", expected a number in 0..=1000000: clamped")
+    );
     assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a map of heights: made"));
     assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
     assert!(notices("newmtl other\nKd 1 0 0\n").contains("materials without a definition are plain: m 1"));
@@ -233,9 +235,9 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
         ("no.png", "no.png: No such file"),
         ("textures", "textures: Is a directory"),
         ("../secret.png", "file name \"../secret.png\": it leads out of the folder"),
-        ("/etc/passwd", "file name \"/etc/passwd\": expected a path relative"),
+        ("/etc/passwd", "file name \"/etc/passwd\": it leads out of the folder"),
         ("file:///etc/passwd", "expected a path relative"),
-        ("C:\\wood.png", "expected a path relative"),
+        ("C:\\gone.png", "expected a path relative"),
         ("a.obj", "not an image that is known"),
     ] {
         let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
@@ -250,21 +252,189 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
 }
 
 #[test]
-fn bad_values_are_told_with_line() {
-    for (text, expected) in [
-        ("Kd 1 2 3", "my materials.mtl:2: \"Kd\" is \"1 2 3\", expected 1 or 3 numbers in 0..=1"),
-        ("Kd 1 1", "my materials.mtl:2: \"Kd\" is \"1 1\", expected 1 or 3 numbers in 0..=1"),
-        ("Ks nan 0 0", "my materials.mtl:2: \"Ks\" is \"nan 0 0\", expected 1 or 3 numbers in 0..=1"),
-        ("Ns many", "my materials.mtl:2: Ns is \"many\", expected a number in 0..=1000000"),
-        ("illum 99", "my materials.mtl:2: illum is \"99\", expected 0 to 10"),
-        ("map_Kd -s wood.png", "my materials.mtl:2: map_Kd: option \"-s\" without its value"),
+fn odd_values_are_clamped_or_ignored_with_a_notice_for_each_kind() {
+    // Statement, colour, the same of Ks, and what is done.
+    for (text, color, done) in [
+        ("Kd 1.2 0.5 0", [1.0, 0.5, 0.0], "clamped"),
+        ("Kd 1 2 3", [1.0; 3], "clamped"),
+        ("Kd -0.1 0 1e9", [0.0, 0.0, 1.0], "clamped"),
+        ("Kd 255 255 255", [1.0; 3], "taken as 0..=255"),
+        ("Kd 51 0 255", [0.2, 0.0, 1.0], "taken as 0..=255"),
+        ("Kd 1 1", [0.8; 3], "ignored"),
+        ("Kd nan 0 0", [0.8; 3], "ignored"),
+        ("Kd -1.#IND 0 0", [0.8; 3], "ignored"),
+        ("Kd 0.1 0.2 0.3 1", [0.1, 0.2, 0.3], "the fourth is ignored"),
     ] {
-        let found = model(&format!("newmtl m 1\n{text}\n"));
-        if text.starts_with("map_Kd") {
-            // The name of the file is taken for the factor, and then there is no file.
-            assert!(found.unwrap().notices.iter().any(|n| n.contains("map_Kd without a file name")));
-        } else {
-            assert_eq!(found.unwrap_err(), expected);
+        let model = model(&format!("newmtl m 1\n{text}\n{text}\n")).unwrap();
+        assert_eq!(model.materials[0].color, color, "{text}");
+        let [notice] = &model.notices[..] else { panic!("{:?}", model.notices) };
+        let value = text.strip_prefix("Kd ").unwrap();
+        let expected = format!("mtl:2 and 1 more: Kd is {value:?}, expected 1 or 3 numbers in 0..=1: {done}");
+        assert!(notice.ends_with(&expected), "{notice}");
+    }
+    let phong = |text: &str| match model(&format!("newmtl m 1\nKd 0 0 0\n{text}\n")).unwrap().materials[0].model {
+        MaterialModel::Phong { specular, shininess, .. } => (specular, shininess),
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(phong("Ks 2"), ([1.0; 3], 32.0));
+    assert_eq!(phong("Ks 0.5\nillum 0.0\nNs 7"), ([0.0; 3], 7.0));
+    assert_eq!(phong("Ks 0.5\nillum 99"), ([0.5; 3], 32.0));
+    assert_eq!(phong("Ns 1e9"), ([0.0; 3], 1e6));
+    assert_eq!(phong("Ns many"), ([0.0; 3], 32.0));
+    // Nearly opaque is opaque, and no index of refraction is 25.
+    let opaque = model("newmtl m 1\nd 1.000001\n").unwrap();
+    assert_eq!((opaque.materials[0].opacity, opaque.materials[0].alpha), (1.0, Alpha::Opaque));
+    let glass = model("newmtl m 1\nillum 7\nNi 25\n").unwrap();
+    let MaterialModel::Principled(principled) = &glass.materials[0].model else { panic!() };
+    assert_eq!(principled.ior, 1.5);
+    // The name of the file is taken for the factor, and then there is no file.
+    assert!(notices("newmtl m 1\nmap_Kd -s wood.png\n").contains("map_Kd without a file name"));
+}
+
+#[test]
+fn libraries_may_be_utf_16() {
+    let text = "newmtl m 1\nKd 0 1 0\n";
+    let folder = folder();
+    let path = folder.join("a.obj");
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m 1\nf 1 2 3\n").unwrap();
+    for bytes in [
+        [&[0xff, 0xfe][..], &text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>()].concat(),
+        text.encode_utf16().flat_map(u16::to_be_bytes).collect(),
+    ] {
+        fs::write(folder.join("a.mtl"), bytes).unwrap();
+        assert_eq!(read_model(&path, &Budget::default()).unwrap().materials[0].color, [0.0, 1.0, 0.0]);
+    }
+}
+
+/// A triangle in each of these materials, beside a library `a.mtl` of this text; without notices, or with these words.
+fn named(head: &str, names: &[&[u8]], mtl: &[u8]) -> MeshFile {
+    let folder = folder();
+    let path = folder.join("a.obj");
+    let mut text = format!("{head}v 0 0 0\nv 1 0 0\nv 0 1 0\n").into_bytes();
+    for name in names {
+        text.extend([name, &b"\nf 1 2 3\n"[..]].concat());
+    }
+    fs::write(&path, text).unwrap();
+    fs::write(folder.join("a.mtl"), mtl).unwrap();
+    read_model(&path, &Budget::default()).unwrap()
+}
+
+#[test]
+fn names_are_bytes_in_any_encoding() {
+    // Red and blue in GBK, which are both replaced by the same signs in UTF-8.
+    let (red, blue) = (b"\xba\xec", b"\xc0\xb6");
+    let mtl = [b"newmtl ", &red[..], b"\nKd 1 0 0\nnewmtl ", blue, b"\nKd 0 0 1\n"].concat();
+    let uses = [red, blue].map(|name| [&b"usemtl "[..], name].concat());
+    let model = named("mtllib a.mtl\n", &[&uses[0], &uses[1]], &mtl);
+    let colors: Vec<_> = model.materials.iter().map(|material| material.color).collect();
+    assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert_eq!(model.parts[0].mesh.material_slots.as_deref(), Some(&[0, 1][..]));
+    assert!(model.notices.is_empty(), "{:?}", model.notices);
+    // Files of such names.
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+
+        let folder = folder();
+        let png = raycam_formats::encode::png::encode([1, 1], 3, raycam_formats::encode::png::Samples::U8(&[9; 3]));
+        fs::write(folder.join(std::ffi::OsStr::from_bytes(b"\xba\xec.png")), png.unwrap()).unwrap();
+        let library = [b"newmtl m\nmap_Kd ", &red[..], b".png\n"].concat();
+        fs::write(folder.join(std::ffi::OsStr::from_bytes(b"\xc0.mtl")), library).unwrap();
+        let text = b"mtllib \xc0.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
+        fs::write(folder.join("a.obj"), text).unwrap();
+        let model = read_model(&folder.join("a.obj"), &Budget::default()).unwrap();
+        assert_eq!(rgb(&model.textures[0]), [[9; 3]]);
+        assert!(model.notices.is_empty(), "{:?}", model.notices);
+    }
+}
+
+#[test]
+fn materials_are_found_though_names_are_not_as_they_should() {
+    let red = b"newmtl Red\nKd 1 0 0\n";
+    let two = b"newmtl Red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n";
+    let (plain, scarlet) = ([0.8; 3], [1.0, 0.0, 0.0]);
+    for (head, name, mtl, color, said) in [
+        ("mtllib a.mtl\n", "g x", &red[..], scarlet, "no usemtl; the only material of its library, \"Red\", is used"),
+        ("mtllib a.mtl\n", "g x", two, plain, "no usemtl: none of the 2 materials of its library is used"),
+        ("", "usemtl Red", two, scarlet, "no mtllib;"),
+        ("mtllib gone.mtl\n", "usemtl Red", two, scarlet, "its mtllib is not there;"),
+        ("mtllib a.mtl\n", "usemtl red", two, scarlet, "definitions have names in other case: red"),
+        ("mtllib A.MTL\n", "usemtl Red", two, scarlet, "the same name in other case"),
+        ("mtllib a.mtl # of it\n", "usemtl Red # dark", two, scarlet, ""),
+        ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red # again\nKd 1 0 0\n", plain, ""),
+        ("mtllib a.mtl\n", "usemtl Red", b"newmtl Red\nnewmtl Red\nKd 1 0 0\n", scarlet, "is defined again"),
+    ] {
+        let model = named(head, &[name.as_bytes()], mtl);
+        assert_eq!(model.materials[0].color, color, "{head}{name}");
+        match said {
+            "" => assert!(model.notices.is_empty(), "{:?}", model.notices),
+            said => assert!(model.notices.iter().any(|notice| notice.contains(said)), "{said}: {:?}", model.notices),
         }
     }
+}
+
+#[test]
+fn images_are_searched_inside_the_root_in_a_stated_order() {
+    for (map, found, how) in [
+        ("WOOD.PNG", "wood.png", "the same name in other case"),
+        ("Textures/MY wood.png", "textures/my wood.png", "the same name in other case"),
+        ("C:\\me\\textures\\my wood.png", "textures/my wood.png", "found from the folder of the file"),
+        ("C:\\me\\maps\\wood.png", "wood.png", "found from the folder of the file"),
+        ("/home/me/wood.png", "wood.png", "found from the folder of the file"),
+        ("../materials/textures/Wood.png", "wood.png", "in other case"),
+        ("http://example.com/wood.png", "wood.png", "found from the folder of the file"),
+        ("my wood.png", "textures/my wood.png", "found in a folder for images"),
+        ("wood.png # oak", "", ""),
+    ] {
+        let model = model(&format!("newmtl m 1\nmap_Kd {map}\n")).unwrap();
+        assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]], "{map}");
+        let said = model.notices.join("\n");
+        assert!(said.contains(how) && said.contains(found) && said.is_empty() == how.is_empty(), "{map}: {said}");
+    }
+}
+
+#[test]
+fn images_that_cannot_be_decoded_are_left_out() {
+    let png = raycam_formats::encode::png::encode([8, 8], 1, raycam_formats::encode::png::Samples::U8(&[9; 64]));
+    let png = png.unwrap();
+    let folder = folder();
+    let path = folder.join("a.obj");
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
+    fs::write(folder.join("a.mtl"), "newmtl m\nKd 0 0 1\nmap_Kd a.png\nmap_d a.png\n").unwrap();
+    for (bytes, said) in [
+        (&png[..png.len() / 2], "left out"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", "git lfs pull"),
+        (b"<!DOCTYPE html><html></html>", "HTML page"),
+        (b"", "empty"),
+        (b"DDS |", "not an image that is known"),
+    ] {
+        fs::write(folder.join("a.png"), bytes).unwrap();
+        let model = read_model(&path, &Budget::default()).unwrap();
+        assert_eq!((model.parts[0].mesh.triangles.len(), model.textures.len()), (1, 0));
+        assert_eq!(model.materials[0].color, [0.0, 0.0, 1.0]);
+        assert!(model.notices[0].contains(said), "{:?}", model.notices);
+    }
+}
+
+#[test]
+fn tiles_of_an_image_are_named() {
+    let png =
+        raycam_formats::encode::png::encode([1, 1], 3, raycam_formats::encode::png::Samples::U8(&[9; 3])).unwrap();
+    let folder = folder();
+    let path = folder.join("a.obj");
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n").unwrap();
+    let read = |map: &str| {
+        fs::write(folder.join("a.mtl"), format!("newmtl m\nmap_Kd {map}\n")).unwrap();
+        let model = read_model(&path, &Budget::default()).unwrap();
+        (model.textures.len(), model.notices.join("\n"))
+    };
+    fs::write(folder.join("a_1001.png"), &png).unwrap();
+    assert_eq!(read("a_<UDIM>.png"), (1, String::new()), "the only tile is the image");
+    assert_eq!(read("a_1001.png"), (1, String::new()));
+    assert!(read("b.<UDIM>.png").1.contains("no tile (UDIM) from 1001 to 1099 is there"));
+    fs::write(folder.join("a_1012.png"), &png).unwrap();
+    let (count, said) = read("a_<UDIM>.png");
+    assert!(count == 0 && said.contains("the tiles (UDIM) 1001, 1012 are not read: bake them"), "{said}");
+    let (count, said) = read("a_1001.png");
+    assert!(count == 1 && said.contains("its other tiles (UDIM) are not read: 1012"), "{said}");
 }

@@ -88,8 +88,11 @@ pub struct ObjectSpec {
     pub shininess: Option<f32>,
     /// Linear radiance that the surface shines by itself, in W/(m² sr): a number or red, green, blue >= 0.
     pub emission: Option<Splat<3>>,
-    /// 0..=1: the share of it that is there; 1 where not given.
+    /// 0..=1: the share of it that is there, times the alpha of its texture; 1 where not given.
     pub opacity: Option<f32>,
+    /// The use of opacity and of the alpha of its texture. Where not given, "blend" if `opacity` is given or the image
+    /// named here has alpha; else what the mesh file says.
+    pub alpha: Option<AlphaMode>,
 
     /// With type = "metal": its name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
     pub metal: Option<String>,
@@ -139,7 +142,7 @@ pub struct ObjectSpec {
 }
 
 /// How many optional keys [`ObjectSpec`] has, besides name and category.
-pub(crate) const KEYS: usize = 53;
+pub(crate) const KEYS: usize = 54;
 
 impl ObjectSpec {
     /// Which keys were written.
@@ -176,6 +179,7 @@ impl ObjectSpec {
             ("shininess", self.shininess.is_some()),
             ("emission", self.emission.is_some()),
             ("opacity", self.opacity.is_some()),
+            ("alpha", self.alpha.is_some()),
             ("metal", self.metal.is_some()),
             ("roughness", self.roughness.is_some()),
             ("ior", self.ior.is_some()),
@@ -200,6 +204,16 @@ impl ObjectSpec {
             ("diffuse_transmission_color", self.diffuse_transmission_color.is_some()),
         ])
     }
+}
+
+/// The use of opacity and of a texture's alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AlphaMode {
+    /// Neither counts: all of it is there.
+    Opaque,
+    /// Their product is the share that is there.
+    Blend,
 }
 
 /// The models of reflection that have a name.

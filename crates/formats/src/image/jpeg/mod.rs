@@ -3,14 +3,16 @@
 //!
 //! Source: ITU-T T.81, annexes B (segments), F (sequential) and G (progressive).
 
+mod scan;
+
 use std::io::Cursor;
 
 use ::image::codecs::jpeg::JpegDecoder;
 use raycam_scene::Image;
 
-use super::jpeg_scan::{FrameComponent, HuffmanTable, Scan, ScanKind};
 use crate::error::FormatError;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
+use crate::image::jpeg::scan::{FrameComponent, HuffmanTable, Scan, ScanKind};
 
 /// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
 const MAX_SCANS: usize = 100;

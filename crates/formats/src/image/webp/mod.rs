@@ -2,14 +2,16 @@
 //!
 //! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy picture).
 
+mod lossless;
+
 use std::io::Cursor;
 
 use ::image::codecs::webp::WebPDecoder;
 use raycam_scene::Image;
 
-use super::webp_lossless::{LosslessValidator, check_stream};
 use crate::error::FormatError;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
+use crate::image::webp::lossless::{LosslessValidator, check_stream};
 
 pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The length that the container tells (RIFF, a chunk of so many bytes after it).

@@ -1,0 +1,79 @@
+//! Vertices that are not finite: faces on them are left out.
+
+use glam::DVec3;
+use raycam_scene::Mesh;
+
+/// Vertices and faces of a mesh that are not finite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct NonFinite {
+    pub(crate) vertices: usize,
+    /// Triangles that had such a corner, and are gone.
+    pub(crate) triangles: usize,
+}
+
+impl NonFinite {
+    /// The notice about them; `None` where there are none.
+    pub(crate) fn notice(self) -> Option<String> {
+        let Self { vertices, triangles } = self;
+        match (vertices, triangles) {
+            (0, _) => None,
+            (_, 0) => Some(format!("vertices that are not finite, and that no face uses: {vertices}")),
+            _ => Some(format!("faces with vertices that are not finite are left out: {triangles}")),
+        }
+    }
+}
+
+/// Removes the triangles that have a corner which is not finite. Vertices stay, so that other arrays keep their length;
+/// those that are not finite move to the first finite one.
+pub(crate) fn drop_non_finite(mesh: &mut Mesh) -> NonFinite {
+    let vertices = mesh.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
+    if vertices == 0 {
+        return NonFinite::default();
+    }
+    let all = mesh.vertices.len();
+    let finite = |triangle: &[u32; 3]| {
+        // An index beyond the vertices is another fault.
+        triangle.iter().all(|&i| i as usize >= all || mesh.vertices[i as usize].is_finite())
+    };
+    let kept: Vec<bool> = mesh.triangles.iter().map(finite).collect();
+    retain(&mut mesh.triangles, &kept);
+    if let Some(colors) = &mut mesh.face_colors {
+        retain(colors, &kept);
+    }
+    if let Some(slots) = &mut mesh.material_slots {
+        retain(slots, &kept);
+    }
+    let place = mesh.vertices.iter().copied().find(|vertex| vertex.is_finite()).unwrap_or(DVec3::ZERO);
+    for vertex in mesh.vertices.iter_mut().filter(|vertex| !vertex.is_finite()) {
+        *vertex = place;
+    }
+    NonFinite { vertices, triangles: kept.iter().filter(|kept| !**kept).count() }
+}
+
+/// Keeps the items whose flag is set.
+fn retain<T>(items: &mut Vec<T>, kept: &[bool]) {
+    let mut flags = kept.iter();
+    items.retain(|_| flags.next().is_some_and(|kept| *kept));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_go_with_all_that_belongs_to_them() {
+        let mut mesh = Mesh {
+            vertices: vec![DVec3::NAN, DVec3::X, DVec3::Y, DVec3::Z, DVec3::splat(f64::INFINITY)],
+            triangles: vec![[1, 2, 3], [0, 1, 2], [3, 2, 1], [2, 3, 4]],
+            face_colors: Some(vec![[0.1; 3], [0.2; 3], [0.3; 3], [0.4; 3]]),
+            material_slots: Some(vec![0, 1, 2, 3]),
+            ..Mesh::default()
+        };
+        assert_eq!(drop_non_finite(&mut mesh), NonFinite { vertices: 2, triangles: 2 });
+        assert_eq!(mesh.triangles, [[1, 2, 3], [3, 2, 1]]);
+        assert_eq!(mesh.face_colors, Some(vec![[0.1; 3], [0.3; 3]]));
+        assert_eq!(mesh.material_slots, Some(vec![0, 2]));
+        assert_eq!(mesh.vertices, [DVec3::X, DVec3::X, DVec3::Y, DVec3::Z, DVec3::X]);
+        assert_eq!(drop_non_finite(&mut mesh).notice(), None);
+    }
+}

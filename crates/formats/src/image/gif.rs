@@ -1,0 +1,71 @@
+//! GIF in: the decoder of `image`. Of a moving picture, the first frame is read.
+//!
+//! Source: CompuServe, "Graphics Interchange Format, Version 89a", 1990.
+
+use std::io::Cursor;
+
+use ::image::codecs::gif::GifDecoder;
+use raycam_scene::Image;
+
+use crate::error::FormatError;
+use crate::image::decoder::{Decoder, decode_checked, decoder_error};
+
+/// The byte that introduces a frame, and the one that ends the file.
+const FRAME: u8 = b',';
+const END: u8 = b';';
+const EXTENSION: u8 = b'!';
+
+pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let decoder = GifDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|error| decoder_error(file, error))?;
+    let frames = count_frames(file.bytes);
+    if frames.is_some_and(|frames| frames > 1) {
+        file.notice("it moves: its first frame is read");
+    }
+    decode_checked(file, decoder, |file| match frames {
+        Some(1..) => Ok(()),
+        Some(0) => Err(file.fault("no frame")),
+        None => Err(file.fault("ends early")),
+    })
+}
+
+/// The number of whole frames, up to two; `None` where the file ends within the first.
+fn count_frames(bytes: &[u8]) -> Option<usize> {
+    let mut frames = 0;
+    let mut at = 13 + table_bytes(*bytes.get(10)?);
+    while frames < 2 {
+        let frame = match bytes.get(at) {
+            Some(&FRAME) => true,
+            Some(&EXTENSION) => false,
+            Some(&END) => break,
+            // Some programs leave out the end.
+            _ => return (frames > 0).then_some(frames),
+        };
+        let Some(after) = end_of_block(bytes, at, frame) else {
+            return (frames > 0).then_some(frames);
+        };
+        at = after;
+        frames += usize::from(frame);
+    }
+    Some(frames)
+}
+
+/// The size of a colour table.
+fn table_bytes(flags: u8) -> usize {
+    if flags & 0x80 == 0 { 0 } else { 3 << ((flags & 7) + 1) }
+}
+
+/// The byte after a frame or an extension, if the file has all of it.
+fn end_of_block(bytes: &[u8], start: usize, frame: bool) -> Option<usize> {
+    let mut at = match frame {
+        true => start + 11 + table_bytes(*bytes.get(start + 9)?),
+        false => start + 2,
+    };
+    // Blocks of data, each after its length, up to an empty one.
+    loop {
+        match *bytes.get(at)? {
+            0 => return Some(at + 1),
+            length => at += 1 + usize::from(length),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Names of files as other files write them: bytes, which need not be UTF-8.
+
+use std::borrow::Cow;
+use std::path::{Component, Path, PathBuf};
+
+/// The path of a name.
+#[cfg(unix)]
+pub(crate) fn path_of(name: &[u8]) -> &Path {
+    use std::os::unix::ffi::OsStrExt;
+
+    Path::new(std::ffi::OsStr::from_bytes(name))
+}
+
+/// The path of a name; bytes that are not UTF-8 are part of no name here.
+#[cfg(not(unix))]
+pub(crate) fn path_of(name: &[u8]) -> &Path {
+    Path::new(std::str::from_utf8(name).unwrap_or("\u{fffd}"))
+}
+
+/// The name as text, with a replacement for bytes that are not UTF-8.
+pub(crate) fn shown(name: &[u8]) -> Cow<'_, str> {
+    String::from_utf8_lossy(name)
+}
+
+/// Checks the form of a name; the error is the reason of the refusal.
+pub(crate) fn check(name: &[u8]) -> Result<(), &'static str> {
+    if name.is_empty() || name.contains(&0) {
+        return Err("expected a file name");
+    }
+    if name.contains(&b'\\') {
+        return Err("expected / between folders, not \\");
+    }
+    let first = name.split(|&byte| byte == b'/').next().unwrap_or_default();
+    if first.contains(&b':') || name.starts_with(b"//") {
+        return Err("expected a path relative to the file that names it, without a scheme or a drive");
+    }
+    Ok(())
+}
+
+/// The name with `/` between folders, as Windows files have `\`; a `\` before a space is that of a shell.
+pub(crate) fn with_slashes(name: &[u8]) -> Vec<u8> {
+    let mut changed = Vec::with_capacity(name.len());
+    for (i, &byte) in name.iter().enumerate() {
+        match (byte, name.get(i + 1)) {
+            (b'\\', Some(b' ')) => {}
+            (b'\\', _) => changed.push(b'/'),
+            _ => changed.push(byte),
+        }
+    }
+    changed
+}
+
+/// The name without a comment after it: white space and `#`. `None` where it has none.
+pub(crate) fn without_comment(name: &[u8]) -> Option<&[u8]> {
+    let at = name.windows(2).position(|pair| matches!(pair, [b' ' | b'\t', b'#']))?;
+    Some(name[..at].trim_ascii_end()).filter(|name| !name.is_empty())
+}
+
+/// The ends of a name of several folders, the longest first: for `C:/a/b/c.png` these are `a/b/c.png`, `b/c.png` and
+/// `c.png`.
+pub(crate) fn tails(name: &[u8]) -> Vec<Vec<u8>> {
+    /// Folders of the longest.
+    const MAX_PARTS: usize = 8;
+    let plain = |part: &&[u8]| !part.is_empty() && *part != b"." && *part != b".." && !part.ends_with(b":");
+    let parts: Vec<&[u8]> = name.split(|&byte| byte == b'/').filter(plain).collect();
+    let first = parts.len().saturating_sub(MAX_PARTS);
+    (first..parts.len()).map(|start| parts[start..].join(&b'/')).filter(|tail| tail != name).collect()
+}
+
+/// An absolute path without `.` and `..`, by its text alone.
+pub(crate) fn normalize(path: &Path) -> PathBuf {
+    let mut normal = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                normal.pop();
+            }
+            other => normal.push(other),
+        }
+    }
+    normal
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_every_system_have_parts() {
+        let ends = |name: &[u8]| tails(name).into_iter().map(|t| String::from_utf8(t).unwrap()).collect::<Vec<_>>();
+        assert_eq!(ends(b"C:/a/b.png"), ["a/b.png", "b.png"]);
+        assert_eq!(ends(b"../m/./b.png"), ["m/b.png", "b.png"]);
+        assert_eq!(ends(b"//server/b.png"), ["server/b.png", "b.png"]);
+        assert_eq!(ends(b"b.png"), [""; 0]);
+        assert_eq!(with_slashes(b"a\\my\\ b.png"), b"a/my b.png");
+        assert_eq!(without_comment(b"a#1.png # wood"), Some(&b"a#1.png"[..]));
+        assert_eq!(without_comment(b"a#1.png"), None);
+        assert_eq!(normalize(Path::new("/a/./b/../../../c")), Path::new("/c"));
+    }
+}

@@ -1,0 +1,72 @@
+//! Stand-ins: files that are not what their names say, because a download or a checkout left something else there.
+
+use std::path::Path;
+
+use crate::error::FormatError;
+
+/// Bytes at the start of a file that are looked at.
+const HEAD_BYTES: usize = 512;
+
+/// First bytes, in small letters, and the reason that they give.
+const FIRST_BYTES: &[(&[u8], &str)] = &[
+    (b"version https://git-lfs.github.com", "a Git LFS pointer, not the file: run git lfs pull"),
+    (b"version https://hawser.github.com", "a Git LFS pointer, not the file: run git lfs pull"),
+    (b"/annex/objects/", "a git-annex pointer, not the file: run git annex get"),
+    (b"<!doctype html", HTML_PAGE),
+    (b"<html", HTML_PAGE),
+    (b"<head", HTML_PAGE),
+    (b"<body", HTML_PAGE),
+];
+
+const HTML_PAGE: &str = "an HTML page, not the file: download the file itself";
+
+/// Refuses the bytes of a file that stand for another file, or that are none at all.
+pub(crate) fn check(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
+    reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, reason)))
+}
+
+/// The reason why bytes are not those of a file; `None` where they may be.
+fn reason(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.is_empty() {
+        return Some("the file is empty: is its download or its export complete?");
+    }
+    let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    // As a rule a mesh or an image.
+    if !matches!(head.first(), Some(b'<' | b'v' | b'V' | b'/')) {
+        return None;
+    }
+    let head = head[..head.len().min(HEAD_BYTES)].to_ascii_lowercase();
+    if let Some((_, reason)) = FIRST_BYTES.iter().find(|(start, _)| head.starts_with(start)) {
+        return Some(reason);
+    }
+    let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
+    if (head.starts_with(b"<?xml") || head.starts_with(b"<!--")) && (has(b"<html") || has(b"<!doctype html")) {
+        return Some(HTML_PAGE);
+    }
+    // Storage services answer so in the place of a file.
+    (head.starts_with(b"<?xml") && has(b"<error>") && has(b"<code>"))
+        .then_some("the error message of a server, not the file: download the file itself")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stand_ins_are_told_from_files() {
+        for (bytes, expected) in [
+            ("", "empty"),
+            ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "git lfs pull"),
+            ("/annex/objects/SHA256E-s3--ab.obj\n", "git annex get"),
+            ("\u{feff}\r\n  <!DOCTYPE HTML PUBLIC \"-//W3C\">", "HTML page"),
+            ("<HTML lang=\"en\">", "HTML page"),
+            ("<?xml version=\"1.0\"?>\n<!DOCTYPE html PUBLIC>\n<html>", "HTML page"),
+            ("<?xml version=\"1.0\"?>\n<Error><Code>NoSuchKey</Code></Error>", "error message of a server"),
+        ] {
+            assert!(reason(bytes.as_bytes()).is_some_and(|reason| reason.contains(expected)), "{bytes:?}");
+        }
+        for bytes in ["v 0 0 0\n", "version: 1\n", "<?xml version=\"1.0\"?><opencv_storage>", "/ a", "ply\n", "<"] {
+            assert_eq!(reason(bytes.as_bytes()), None, "{bytes:?}");
+        }
+    }
+}

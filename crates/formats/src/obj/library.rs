@@ -1,0 +1,118 @@
+//! The materials that the libraries of an OBJ file define, found by the names that faces use.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::{FormatError, Location};
+use crate::io::asset_root::AssetRoot;
+use crate::io::companion;
+use crate::io::diagnostics::Diagnostics;
+use crate::io::reference;
+use crate::obj::mtl::{self, MtlMaterial};
+use crate::obj::parse::Obj;
+
+/// The materials of all libraries. Names are compared as bytes; they need not be UTF-8.
+#[derive(Default)]
+pub(crate) struct Library {
+    /// Each with its file.
+    materials: Vec<(PathBuf, MtlMaterial)>,
+    /// Index into `materials` by name; the last of several.
+    exact: HashMap<Vec<u8>, usize>,
+    /// Index by the name in small letters and without a comment; `None` where several differ in these alone.
+    similar: HashMap<Vec<u8>, Option<usize>>,
+}
+
+/// A name without a comment, in small letters.
+fn similar_name(name: &[u8]) -> Vec<u8> {
+    reference::without_comment(name).unwrap_or(name).to_ascii_lowercase()
+}
+
+impl Library {
+    /// Reads the libraries that an OBJ file names, or where it has none, the one of the file's own name beside it.
+    pub(crate) fn read(
+        obj: &Obj,
+        path: &Path,
+        assets: &mut AssetRoot,
+        notices: &mut Vec<String>,
+    ) -> Result<Self, FormatError> {
+        let mut library = Self::default();
+        let mut count = 0;
+        for name in &obj.libraries {
+            if let Some(source) = companion::optional_file(path, name, assets, notices)? {
+                count += 1;
+                library.add(&source.path, &source.bytes, notices)?;
+            }
+        }
+        if count > 0 {
+            return Ok(library);
+        }
+        let own = path.file_stem().map(|stem| [stem.as_encoded_bytes(), b".mtl"].concat());
+        if let Some(own) = own.filter(|own| assets.is_file(path, own))
+            && let Some(source) = companion::optional_file(path, &own, assets, notices)?
+        {
+            let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is not there" };
+            let (path, own) = (path.display(), source.path.display());
+            notices.push(format!("{path}: {named}; {own}, which lies beside it, is used"));
+            library.add(&source.path, &source.bytes, notices)?;
+        }
+        Ok(library)
+    }
+
+    /// Adds the materials of a file; one that cannot be read is left out with a notice.
+    fn add(&mut self, path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<(), FormatError> {
+        let materials = match mtl::parse(path, bytes, notices) {
+            Err(error) if companion::can_be_left_out(&error) => {
+                notices.push(format!("{}: left out: {error}", path.display()));
+                return Ok(());
+            }
+            materials => materials?,
+        };
+        let mut twice = Diagnostics::default();
+        for material in materials {
+            let index = self.materials.len();
+            let known = self.exact.insert(material.name.clone(), index);
+            if known.is_some() {
+                let message =
+                    format!("material {:?} is defined again: the last one is used", reference::shown(&material.name));
+                twice.note_kind("twice", Location::Line(material.line), message);
+            }
+            let similar = self.similar.entry(similar_name(&material.name)).or_insert(Some(index));
+            if *similar != Some(index) {
+                *similar = known.filter(|known| *similar == Some(*known)).map(|_| index);
+            }
+            self.materials.push((path.into(), material));
+        }
+        notices.extend(twice.into_notices(path));
+        Ok(())
+    }
+
+    /// The material that a face means by a name, and true where the name differs in case.
+    pub(crate) fn find_material(&self, name: &[u8]) -> Option<(&(PathBuf, MtlMaterial), bool)> {
+        if let Some(&index) = self.exact.get(name) {
+            return Some((&self.materials[index], false));
+        }
+        let bare = reference::without_comment(name).unwrap_or(name);
+        let index = self.exact.get(bare).copied().or_else(|| *self.similar.get(&similar_name(name))?)?;
+        let found = &self.materials[index];
+        let own = reference::without_comment(&found.1.name).unwrap_or(&found.1.name);
+        Some((found, own != bare))
+    }
+
+    /// The material for faces of a file without any `usemtl`, if there is only one; a notice says what is done.
+    pub(crate) fn only(&self, path: &Path, notices: &mut Vec<String>) -> Option<&(PathBuf, MtlMaterial)> {
+        let path = path.display();
+        match &self.materials[..] {
+            [] => None,
+            [only] => {
+                let name = reference::shown(&only.1.name);
+                notices.push(format!("{path}: no usemtl; the only material of its library, {name:?}, is used"));
+                Some(only)
+            }
+            more => {
+                let count = more.len();
+                notices.push(format!("{path}: no usemtl: none of the {count} materials of its library is used"));
+                None
+            }
+        }
+    }
+}

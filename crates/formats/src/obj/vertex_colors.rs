@@ -1,0 +1,68 @@
+//! Vertex colours of an OBJ file beside the colours of its materials. The format defines no product of the two, so one of
+//! them is used: an image before vertex colours, and these before `Kd` and `Ks`.
+
+use std::path::Path;
+
+use raycam_scene::color::Rgb;
+use raycam_scene::{Material, MaterialModel, MeshFile};
+
+use crate::geometry::colors;
+
+const WHITE: Rgb = [1.0; 3];
+
+/// Decides for every part of a model; notices say what is not used.
+pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
+    let textured: Vec<bool> = model.materials.iter().map(|material| material.texture.is_some()).collect();
+    let mut hidden = 0;
+    // By material: used by a part with colours, and by one without.
+    let mut used = vec![[false; 2]; textured.len()];
+    for part in &mut model.parts {
+        // White is where the file has no colour.
+        if part.mesh.vertex_colors.as_ref().is_some_and(|colors| colors.iter().all(|color| *color == WHITE)) {
+            part.mesh.vertex_colors = None;
+        }
+        let slots: Vec<bool> = part.materials.iter().map(|&material| textured[material]).collect();
+        if part.mesh.vertex_colors.is_some() && slots.contains(&true) {
+            hidden += colors::hide_below_images(&mut part.mesh, &slots);
+        }
+        for &material in &part.materials {
+            used[material][usize::from(part.mesh.vertex_colors.is_none())] = true;
+        }
+    }
+    let shown = path.display();
+    if hidden > 0 {
+        model.notices.push(format!("{shown}: vertex colours are not used where an image is: {hidden} faces"));
+    }
+    let mut whitened = 0;
+    for (index, [by_colored, by_others]) in used.into_iter().enumerate() {
+        let material = &model.materials[index];
+        if !by_colored || textured[index] || material.color == WHITE {
+            continue;
+        }
+        whitened += 1;
+        let white = in_white(material);
+        if !by_others {
+            model.materials[index] = white;
+            continue;
+        }
+        let added = model.materials.len();
+        model.materials.push(white);
+        for part in model.parts.iter_mut().filter(|part| part.mesh.vertex_colors.is_some()) {
+            part.materials.iter_mut().filter(|material| **material == index).for_each(|material| *material = added);
+        }
+    }
+    if whitened > 0 {
+        model.notices.push(format!("{shown}: vertex colours are used in the place of Kd and Ks: {whitened} materials"));
+    }
+}
+
+/// A material whose base colour is that of the vertices, without highlights.
+fn in_white(material: &Material) -> Material {
+    let mut white = material.clone();
+    if let MaterialModel::Phong { specular, .. } = &mut white.model {
+        // No more light comes back than falls in, whatever colours the vertices have.
+        *specular = [0.0; 3];
+    }
+    white.color = WHITE;
+    white
+}

@@ -1,0 +1,78 @@
+//! Colours of a PLY file whose scale is known when all have been seen.
+//!
+//! Whole numbers are sRGB, of 8 bits or, as ushort, 16; floating-point numbers are linear, 0..=1. Files of other scales are
+//! common: ushort and float of 0..=255.
+
+use raycam_scene::color::{Rgb, linear_from_srgb};
+
+use crate::ply::scalar::ScalarType;
+
+/// Colours as in the file.
+pub(crate) struct PlyColors {
+    kind: ScalarType,
+    has_alpha: bool,
+    values: Vec<[f64; 3]>,
+    least_alpha: f64,
+}
+
+/// Scale of colours.
+struct Scale {
+    white: f64,
+    linear: bool,
+    /// A guess that the user is told.
+    guess: Option<&'static str>,
+}
+
+impl PlyColors {
+    pub(crate) fn new(kind: ScalarType, has_alpha: bool) -> Self {
+        Self { kind, has_alpha, values: Vec::new(), least_alpha: f64::INFINITY }
+    }
+
+    /// Adds red, green, blue and alpha of a row.
+    pub(crate) fn push(&mut self, [red, green, blue, alpha]: [f64; 4]) {
+        self.values.push([red, green, blue]);
+        if self.has_alpha {
+            self.least_alpha = self.least_alpha.min(alpha);
+        }
+    }
+
+    /// The scale that the kind and the values say; `None` where no scale fits.
+    fn scale(&self) -> Option<Scale> {
+        let most = self.values.as_flattened().iter().fold(0.0, |most: f64, &value| most.max(value));
+        let whole = |white, guess| Some(Scale { white, linear: false, guess });
+        match self.kind {
+            ScalarType::F32 | ScalarType::F64 if most <= 1.01 => Some(Scale { white: 1.0, linear: true, guess: None }),
+            ScalarType::F32 | ScalarType::F64 if most <= 255.0 => {
+                whole(255.0, Some("floating-point colours beyond 1 are taken as 0..=255"))
+            }
+            ScalarType::U16 if most <= 255.0 => whole(255.0, Some("ushort colours up to 255 are taken as 0..=255")),
+            ScalarType::U16 => whole(65535.0, None),
+            _ if most <= 255.0 => whole(255.0, None),
+            _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are taken as 0..=65535")),
+            _ => None,
+        }
+    }
+
+    /// Linear colours, and true if some are translucent; no colours where they cannot be read. `note` gets the notices.
+    pub(crate) fn settle(self, mut note: impl FnMut(String)) -> (Option<Vec<Rgb>>, bool) {
+        let Some(Scale { white, linear, guess }) = self.scale() else {
+            note("colours of an unknown scale are ignored".into());
+            return (None, false);
+        };
+        if let Some(guess) = guess {
+            note(guess.into());
+        }
+        let numbers = self.values.as_flattened();
+        let odd = numbers.iter().filter(|value| !(0.0..=white).contains(*value)).count();
+        if odd > 0 {
+            note(format!("values of colours outside 0..={white} are clamped: {odd}"));
+        }
+        let value = |value: f64| {
+            // NaN becomes 0.
+            let share = (value.max(0.0) / white).min(1.0) as f32;
+            if linear { share } else { linear_from_srgb(share) }
+        };
+        let colors = self.values.iter().map(|color| color.map(value)).collect();
+        (Some(colors), self.least_alpha < white)
+    }
+}

@@ -1,0 +1,84 @@
+//! The images of a PLY file: a material for each, by the numbers of the faces.
+
+use std::path::Path;
+
+use raycam_scene::{Material, MeshFile, TextureSlot, Wrap};
+
+use crate::error::FormatError;
+use crate::geometry::colors;
+use crate::image::decoder::ColorUse;
+use crate::image::texture;
+use crate::io::asset_root::AssetRoot;
+
+/// Images of one file.
+const MAX_IMAGES: usize = 4096;
+
+/// Gives a model of one part the images that its header names. `numbers` are those of the image of each triangle; without
+/// them all have the first.
+pub(crate) fn add(
+    path: &Path,
+    names: &[Vec<u8>],
+    numbers: Option<Vec<i64>>,
+    assets: &mut AssetRoot,
+    model: &mut MeshFile,
+) -> Result<(), FormatError> {
+    let shown = path.display();
+    let used = match &numbers {
+        Some(_) => names.len().min(MAX_IMAGES),
+        None => names.len().min(1),
+    };
+    if used < names.len() {
+        let message = if numbers.is_some() { "used" } else { "used: faces have no texnumber" };
+        model.notices.push(format!("{shown}: several images; only the first {used} of {} is {message}", names.len()));
+    }
+    if used == 0 {
+        return Ok(());
+    }
+    let plain = model.materials[0].clone();
+    let mut materials = Vec::new();
+    for name in &names[..used] {
+        let name = with_stem(name, path);
+        let texture =
+            texture::optional_texture(path, &name, Wrap::Repeat, ColorUse::Color, assets, &mut model.notices)?;
+        let mut material = plain.clone();
+        if let Some(texture) = texture {
+            material.texture = Some(TextureSlot::plain(model.textures.len()));
+            material.color = [1.0; 3];
+            model.textures.push(texture);
+        }
+        materials.push(material);
+    }
+    let part = &mut model.parts[0];
+    if let Some(numbers) = numbers {
+        let slot = |number: &i64| usize::try_from(*number).ok().filter(|number| *number < used).unwrap_or(used);
+        let slots: Vec<usize> = numbers.iter().map(slot).collect();
+        let without = slots.iter().filter(|slot| **slot == used).count();
+        if without > 0 {
+            model
+                .notices
+                .push(format!("{shown}: faces whose texnumber is that of no image are without one: {without}"));
+            materials.push(plain);
+        }
+        if materials.len() > 1 {
+            part.mesh.material_slots = Some(slots.into_iter().map(|slot| slot as u16).collect());
+        }
+    }
+    part.materials = (0..materials.len()).collect();
+    let textured: Vec<bool> = materials.iter().map(|material: &Material| material.texture.is_some()).collect();
+    let hidden = colors::hide_below_images(&mut part.mesh, &textured);
+    if hidden > 0 {
+        model.notices.push(format!("{shown}: its colours are not used where an image is: {hidden} faces"));
+    }
+    model.materials = materials;
+    Ok(())
+}
+
+/// An image's name in which `<this>` stands for the name of the file without its extension, as MeshLab has it.
+fn with_stem(name: &[u8], path: &Path) -> Vec<u8> {
+    const THIS: &[u8] = b"<this>";
+    let Some(at) = name.windows(THIS.len()).position(|window| window.eq_ignore_ascii_case(THIS)) else {
+        return name.into();
+    };
+    let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
+    [&name[..at], stem, &name[at + THIS.len()..]].concat()
+}

@@ -1,0 +1,17 @@
+"""The folder within which the files that a file names may lie."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ..errors import SettingsError
+
+__all__ = ["check_folder"]
+
+
+def check_folder(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
+    """Raises `SettingsError` unless a file lies in a folder, by its name or by where its links lead."""
+    file, root = Path(path), Path(folder)
+    if not any(resolved(file).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute)):
+        raise SettingsError(f"folder: {path} does not lie in {os.fspath(folder)}")

@@ -1,0 +1,211 @@
+"""Files that files name: roots, symbolic links, stand-ins and searched images."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+
+OBJ = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935\nsize 12345\n"
+
+
+def write_obj(folder: Path, image: str = "a.png") -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "a.obj").write_text(OBJ)
+    (folder / "a.mtl").write_text(f"newmtl m\nKd 0 0 1\nmap_Kd {image}\n")
+
+
+def write_gltf(folder: Path, buffer: str = "a.bin", image: str = "a.png") -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "a.bin").write_bytes(struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0))
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": image}],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": 3,
+                "type": "VEC3",
+                "min": [0, 0, 0],
+                "max": [1, 1, 0],
+            }
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"uri": buffer, "byteLength": 36}],
+    }
+    (folder / "a.gltf").write_text(json.dumps(document))
+
+
+def write_image(path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(np.full((2, 2, 3), 200, np.uint8)).save(path)
+
+
+def blob(link: Path, blobs: Path) -> None:
+    """Moves a file to a name without an ending elsewhere, and leaves a link in its place."""
+    blobs.mkdir(parents=True, exist_ok=True)
+    target = blobs / f"{abs(hash(link.name)):x}"
+    link.rename(target)
+    link.symlink_to(target)
+
+
+@pytest.mark.parametrize("kind", ["obj", "gltf"])
+def test_a_cache_of_links_to_one_folder_is_read(tmp_path: Path, kind: str) -> None:
+    """As Hugging Face's: snapshots of links into one folder of blobs."""
+    snapshot = tmp_path / "snapshots" / "main"
+    write_obj(snapshot) if kind == "obj" else write_gltf(snapshot)
+    write_image(snapshot / "a.png")
+    for file in list(snapshot.iterdir()):
+        blob(file, tmp_path / "blobs")
+    world = raycam.load(snapshot / f"a.{kind}")
+    assert world.counts["textures"] == 1
+    assert not [notice for notice in world.notices if "left out" in notice]
+
+
+def test_links_to_folders_apart_say_what_to_do(tmp_path: Path) -> None:
+    """As git-annex's: every file in a folder of its own."""
+    model = tmp_path / "data" / "model"
+    write_obj(model)
+    write_gltf(model)
+    write_image(model / "a.png")
+    for file in list(model.iterdir()):
+        blob(file, tmp_path / "objects" / file.name)
+    world = raycam.load(model / "a.obj")
+    (notice,) = world.notices[:1]
+    assert "a symbolic link to" in notice
+    assert f'load with folder="{tmp_path.resolve()}"' in notice
+    with pytest.raises(raycam.FormatError, match=r"a symbolic link to .*load with folder="):
+        raycam.load(model / "a.gltf")
+    for name in ("a.obj", "a.gltf"):
+        world = raycam.load(model / name, folder=tmp_path)
+        assert world.counts["textures"] == 1, world.notices
+    with pytest.raises(raycam.SettingsError, match="does not lie in"):
+        raycam.load(model / "a.obj", folder=tmp_path / "objects" / "a.png")
+
+
+def test_a_wider_root_allows_files_of_other_folders(tmp_path: Path) -> None:
+    """As Gazebo's models: meshes beside materials/textures."""
+    meshes = tmp_path / "model" / "meshes"
+    write_image(tmp_path / "model" / "materials" / "textures" / "wood.png")
+    for image in ("../materials/textures/wood.png", "wood.png", r"C:\me\textures\wood.png"):
+        write_obj(meshes, image)
+        narrow = raycam.load(meshes / "a.obj")
+        assert narrow.counts["textures"] == 0
+        assert any("wood.png" in notice and "left out" in notice for notice in narrow.notices)
+        wide = raycam.load(meshes / "a.obj", folder=tmp_path / "model")
+        assert wide.counts["textures"] == 1, wide.notices
+        assert bool(wide.notices) == (not image.startswith("..")), wide.notices
+    world = raycam.World(folder=tmp_path / "model")
+    world.add_object(mesh="meshes/a.obj")
+    assert world.counts["textures"] == 1
+    # A world file below its root.
+    scenes = tmp_path / "model" / "scenes"
+    scenes.mkdir()
+    (scenes / "room.toml").write_text('[[object]]\nmesh = "../meshes/a.obj"\n')
+    with pytest.raises(raycam.FormatError, match=r"leads out of the folder.*load with folder="):
+        raycam.load(scenes / "room.toml")
+    assert raycam.load(scenes / "room.toml", folder=tmp_path / "model").counts["textures"] == 1
+
+
+def test_time_is_for_usd_alone(tmp_path: Path) -> None:
+    write_obj(tmp_path)
+    with pytest.raises(raycam.SettingsError, match=r"time= is for USD"):
+        raycam.load(tmp_path / "a.obj", time=1.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (POINTER, "git lfs pull"),
+        (b"<!DOCTYPE html>\n<html><body>404</body></html>", "HTML page"),
+        (b"", "empty"),
+    ],
+)
+def test_what_stands_for_a_file_is_called_so(tmp_path: Path, content: bytes, words: str) -> None:
+    for kind in ("toml", "gltf", "glb", "obj", "ply", "stl", "off"):
+        path = tmp_path / f"x.{kind}"
+        path.write_bytes(content)
+        if kind != "toml" or content:
+            with pytest.raises(raycam.FormatError, match=words):
+                raycam.load(path)
+    write_gltf(tmp_path)
+    write_image(tmp_path / "a.png")
+    (tmp_path / "a.bin").write_bytes(content)
+    with pytest.raises(raycam.FormatError, match=f"a.bin: .*{words}"):
+        raycam.load(tmp_path / "a.gltf")
+    write_gltf(tmp_path)
+    (tmp_path / "a.png").write_bytes(content)
+    world = raycam.load(tmp_path / "a.gltf")
+    assert any("a.png" in notice and words in notice for notice in world.notices), world.notices
+
+
+@pytest.mark.parametrize(
+    ("name", "mode", "options"),
+    [
+        ("a.tif", "RGB", {}),
+        ("a.tif", "RGB", {"compression": "tiff_lzw"}),
+        ("a.tiff", "RGBA", {"compression": "tiff_adobe_deflate"}),
+        ("a.tif", "L", {"compression": "packbits"}),
+        ("a.gif", "P", {}),
+    ],
+)
+def test_tiff_and_gif_as_pillow_writes_and_reads_them(
+    tmp_path: Path, name: str, mode: str, options: dict[str, str]
+) -> None:
+    random = np.random.default_rng(3)
+    pixels = random.integers(0, 256, (6, 5, 4), np.uint8)
+    if mode != "RGBA":
+        pixels[..., 3] = 255
+    picture = Image.fromarray(pixels, "RGBA").convert("RGB" if mode == "P" else mode)
+    picture = picture.quantize(16) if mode == "P" else picture
+    picture.save(tmp_path / name, **options)
+    expected = np.asarray(Image.open(tmp_path / name).convert("RGBA"))
+    camera = raycam.Camera.look_at([0, 0, 4], [0, 0, 0], up=[0, 1, 0], size=(40, 40), fov=60)
+
+    def shown(image: Any) -> np.ndarray:
+        world = raycam.World()
+        world.add_object(
+            plane={"size": [5, 6]}, type="unlit", texture=raycam.Texture(image, filter="nearest")
+        )
+        return raycam.render(world, camera, integrator="flat", samples=1)["color"]
+
+    np.testing.assert_array_equal(shown(tmp_path / name), shown(expected))
+    data = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(data[: len(data) // 2])
+    with pytest.raises(raycam.FormatError):
+        shown(tmp_path / name)
+
+
+def test_alpha_of_an_image_counts_for_files_and_arrays_alike(tmp_path: Path) -> None:
+    pixels = np.full((2, 2, 4), 255, np.uint8)
+    pixels[:, 1, 3] = 0
+    Image.fromarray(pixels, "RGBA").save(tmp_path / "a.png")
+    camera = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], up=[0, 1, 0], size=(20, 20), fov=40)
+    for image in (pixels, tmp_path / "a.png", pixels / 255.0):
+        cases: list[tuple[dict[str, Any], float]] = [
+            ({}, 0.5),
+            ({"alpha": "opaque"}, 1.0),
+            ({"opacity": 1.0}, 0.5),
+            ({"alpha": "blend"}, 0.5),
+        ]
+        for alpha, there in cases:
+            world = raycam.World()
+            texture = raycam.Texture(image, filter="nearest")
+            world.add_object(plane={"size": 8}, type="unlit", texture=texture, **alpha)
+            ids = raycam.render(world, camera, samples=1, channels=["instance"])["instance"]
+            assert (ids == 0).mean() == pytest.approx(there, abs=0.06), (alpha, type(image))
+    with pytest.raises(raycam.WorldError, match="opacity"):
+        raycam.World().add_object(plane={}, alpha="opaque", opacity=0.5)
