@@ -10,12 +10,14 @@ import argparse
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import NoReturn
 
 from .._core import __version__
-from ..errors import Error, SettingsError, nearest
+from ..errors import Error, Notice, SettingsError, nearest
 from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video, view
+from ._options import TOLD
 
 __all__ = ["COMMANDS", "main"]
 
@@ -42,6 +44,13 @@ STOPPED = 130  # the exit status by which shells report Ctrl-C
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command and returns its exit status: 0, 1 for an error, 2 for a wrong command line."""
     words = sys.argv[1:] if arguments is None else list(arguments)
+    TOLD.clear()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)  # commands print notices themselves
+        return _main(words)
+
+
+def _main(words: Sequence[str]) -> int:
     try:
         parser = _parser()
         if words and not words[0].startswith("-") and words[0] not in COMMANDS:

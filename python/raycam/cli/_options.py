@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from ..world import World
 
 
+TOLD: set[str] = set()
+"""The notices that this command has printed."""
+
+
 class Command(NamedTuple):
     """One command: a row of `COMMANDS`."""
 
@@ -299,5 +303,7 @@ def print_notices(notices: Sequence[str]) -> None:
 
 
 def print_notice(notice: str) -> None:
-    """Prints a notice on stderr at once."""
-    print(f"raycam: {notice}", file=sys.stderr, flush=True)
+    """Prints a notice on stderr at once, unless this command has printed it before."""
+    if notice not in TOLD:
+        TOLD.add(notice)
+        print(f"raycam: notice: {notice}", file=sys.stderr, flush=True)

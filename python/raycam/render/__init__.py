@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ..arrays import whole
 from ..camera import Camera
 from ..errors import SettingsError, nearest
+from ..notices import warn_all
 from .frame import CHANNELS, VIEWS, Frame
 from .old_names import OLD_NAMES, current_names
 
@@ -179,6 +180,7 @@ def render(
         "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
     }
     planes, area, notices = world._core.render(camera._core, request, progress)
+    warn_all(notices)
     return Frame(
         planes,
         camera=camera,
@@ -218,6 +220,8 @@ def _denoised(
     seen = render(world, camera, channels=wanted, progress=progress, **settings)
     color = denoise.denoise(seen["color"], *(seen[name] for name in denoise.GUIDES))
     planes = {name: color if name == "color" else seen[name] for name in names}
+    denoised = "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"
+    warn_all([denoised])
     return Frame(
         planes,
         camera=camera,
@@ -226,7 +230,7 @@ def _denoised(
         exposure=seen.exposure,
         view=seen.view,
         transparent=seen.transparent,
-        notices=[*seen.notices, "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"],
+        notices=[*seen.notices, denoised],
     )
 
 

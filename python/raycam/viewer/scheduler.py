@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import Error
+from ..notices import collected
 from ..render import render
 from ..render.frame import Frame
 from .session import Session
@@ -63,7 +64,8 @@ class Scheduler(threading.Thread):
                 continue
             session, work = chosen
             try:
-                work()
+                with collected():  # the page shows the notices
+                    work()
             except Superseded:
                 continue
             except (Error, MemoryError) as error:

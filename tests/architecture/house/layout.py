@@ -28,8 +28,8 @@ ORDER = {
         error interruptible arrays py_value buffer_pool camera world/state render world lib
     """,
     "python": """
-        errors arrays _serialization io camera reference render annotations/flow rig usd world annotations calibration
-        interop world/load randomize jobs cluster video dataset calibration_check explanation viewer info doctor
+        errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations
+        calibration interop world/load randomize jobs cluster video dataset calibration_check explanation viewer info doctor
         progress bench demo cli
         dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
     """,
