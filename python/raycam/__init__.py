@@ -15,6 +15,7 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Camera
+from .camera.asked import OPENERS
 from .errors import CameraError, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
@@ -89,7 +90,7 @@ _LAZY_IMPORTS = {
 }
 
 
-_MODULES = ("dataset", "jobs", "video")
+_MODULES = ("data", "dataset", "jobs", "video")
 """Modules that are part of the public interface, `raycam.dataset.write` for example."""
 
 
@@ -104,6 +105,7 @@ def _viewer(name: str) -> Any:
     return call
 
 
+OPENERS.update(load=load, load_cameras=load_cameras)
 PAGES.update(page=_viewer("page"), show=_viewer("show"))
 
 

@@ -6,7 +6,7 @@ import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,11 @@ from ..camera import Camera
 from ..errors import SettingsError, WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
+from ..io.fork_guard import no_fork
 from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
+from .keys import LightKeys, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
 from .usd_files import add_usd_object, is_usd, usd_named
 
@@ -168,30 +170,41 @@ class World:
         with self._warning():
             return _core.world_add_object(self._core, plain(description), None)
 
-    def add_object(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+    def add_object(
+        self,
+        description: Mapping[str, Any] | str | os.PathLike[str] | None = None,
+        /,
+        **keys: Unpack[ObjectKeys],
+    ) -> int:
         """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
-        Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
+        Takes a dict, keywords, or both; the path of a mesh file, or the word for a shape:
+        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", color="tomato")`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
         A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
         `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
-        given = {**(description or {}), **keys}
+        given = object_keys(description, dict(keys))
         with self._warning():
             if is_usd(given.get("mesh")):
                 return add_usd_object(self._core, given, self._folder)
             return _core.world_add_object(self._core, plain(given), None)
 
-    def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+    def add_light(
+        self, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
+    ) -> int:
         """Adds a light, described as in `[[light]]` of a world file; returns its index.
 
-        Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
+        Takes a dict, keywords, or both; or the type and keywords; one number for a strength is grey:
+        `add_light("sun", direction=[-1, -1, -2], irradiance=3)`,
         `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
-        `{"type": "environment", "image": "/data/noon.hdr"}`, `{"type": "sky", "radiance": [1, 1, 1]}`.
+        `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may be an array [h, w, 3] (linear floats, or
+        sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`.
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
         with self._warning():
-            return _core.world_add_light(self._core, plain({**(description or {}), **keys}), None)
+            return _core.world_add_light(self._core, plain(light_keys(description, dict(keys))), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
@@ -381,6 +394,7 @@ class World:
         The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
         """
         starts, ways, shape = ray_pairs(origins, directions)
+        self.prepare(threads=threads)
         hits = self._core.cast_rays(starts, ways, coherent, threads)
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
 
@@ -428,7 +442,8 @@ class World:
 
     def prepare(self, *, threads: int | None = None) -> World:
         """Builds the acceleration structures now instead of at the first picture; returns the world."""
-        self._core.prepare(threads)
+        with no_fork():
+            self._core.prepare(threads)
         return self
 
     def __repr__(self) -> str:

@@ -29,8 +29,8 @@ ORDER = {
     """,
     "python": """
         errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations
-        calibration interop world/load randomize jobs cluster video dataset calibration_check explanation viewer info doctor
-        progress bench demo cli
+        calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
+        info doctor progress bench demo cli
         dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
     """,
 }

@@ -194,3 +194,15 @@ fn errors_know_their_place_in_the_text() {
     assert_eq!(root.span_at("light[0].irradiance"), Some(10..60), "the nearest ancestor");
     assert_eq!(root.span_at(""), Some(0..100));
 }
+
+#[test]
+fn unknown_keys_list_those_that_there_are() {
+    for (key, near) in [("cube", "box"), ("rotation", "roll"), ("colour", "color"), ("zzz", "")] {
+        let error = object(&format!(r#"{{ "box": {{}}, "{key}": 1 }}"#)).expect_err("an unknown key").to_string();
+        let (said, list) = error.split_once(" (there are: ").expect("a list");
+        assert!(said.contains(near), "{said}");
+        for name in ["box", "mesh", "instance_of", "location", "upright", "color", "diffuse_transmission_color"] {
+            assert!(list.split([',', ' ', ')']).any(|word| word == name), "{name} is not in {list}");
+        }
+    }
+}
