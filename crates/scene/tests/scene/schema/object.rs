@@ -56,6 +56,7 @@ fn model() -> MeshFile {
         materials: vec![material("paint", Some(TextureSlot::plain(0))), material("chrome", None)],
         textures: vec![texture],
         notices: vec!["repaired".into()],
+        up: None,
     }
 }
 
