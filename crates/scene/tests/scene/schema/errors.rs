@@ -50,8 +50,8 @@ fn wrong_types_and_lengths_say_what_was_expected() {
     assert_error(object(r#"{ "box": {}, "location": [1, 2] }"#), "location: a list of 2: expected a list of 3");
     assert_error(object(r#"{ "box": {}, "location": [1, 2, "3"] }"#), r#"location[2]: "3": expected a number"#);
     assert_error(
-        object(r#"{ "box": {}, "color": "red" }"#),
-        r##"color: "red": expected a list of 3 numbers (linear, 0..=1) or "#rrggbb" (8-bit sRGB)"##,
+        object(r#"{ "box": {}, "color": "redd" }"#),
+        r##"color: "redd": expected 3 numbers (linear, 0..=1), one (grey), "#rrggbb" (8-bit sRGB) or a name ("red"); did you mean "red"?"##,
     );
     assert_error(
         object(r#"{ "box": {}, "refine": -1 }"#),
@@ -96,7 +96,10 @@ fn wrong_types_and_lengths_say_what_was_expected() {
 fn values_that_make_no_sense_name_their_key() {
     assert_error(object(r#"{ "box": {}, "diffuse": 1.5 }"#), "diffuse: 1.5: expected 0..=1");
     assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]: expected 0..=1");
-    assert_error(object(r#"{ "box": {}, "color": [0, 0, 255] }"#), "color: [0.0, 0.0, 255.0]: expected 0..=1");
+    assert_error(
+        object(r#"{ "box": {}, "color": [0, 0, 255] }"#),
+        "color: [0, 0, 255]: numbers are linear and lie in 0..=1; these look like bytes, which are written \"#0000ff\" (in Python also numpy.uint8([0, 0, 255]))",
+    );
     assert_error(
         object(r#"{ "box": {}, "shininess": -1 }"#),
         "shininess: -1: expected a finite number >= 0, the Phong exponent",
