@@ -86,7 +86,7 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         raycam.WorldError,
         ["color", "1.5"],
     ),
-    "colour text": (lambda: mesh(material={"color": "red"}), raycam.WorldError, ["color", "red", "#rrggbb"]),
+    "colour text": (lambda: mesh(material={"color": "redd"}), raycam.WorldError, ["color", "red", "#rrggbb"]),
     "material key": (lambda: mesh(material={"specluar": 1}), raycam.WorldError, ["specluar", "specular"]),
     "name twice": (lambda: mesh(name="a", material={"name": "b"}), raycam.WorldError, ["name", "twice"]),
     "unknown shape": (lambda: raycam.World().add_object(sphre={}), raycam.WorldError, ["sphre", "sphere"]),

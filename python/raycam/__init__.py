@@ -15,9 +15,11 @@ from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Camera
+from .camera.asked import OPENERS
 from .errors import CameraError, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
+from .notices import strict
 from .render import render
 from .render.frame import PAGES, Frame
 from .rig import Rig
@@ -71,6 +73,7 @@ __all__ = [
     "sample",
     "save_cameras",
     "selfcheck",
+    "strict",
     "view",
 ]
 
@@ -87,6 +90,10 @@ _LAZY_IMPORTS = {
 }
 
 
+_MODULES = ("data", "dataset", "jobs", "video")
+"""Modules that are part of the public interface, `raycam.dataset.write` for example."""
+
+
 def _viewer(name: str) -> Any:
     """A function of the viewer's pages, which imports the viewer on first use."""
 
@@ -98,13 +105,21 @@ def _viewer(name: str) -> Any:
     return call
 
 
+OPENERS.update(load=load, load_cameras=load_cameras)
 PAGES.update(page=_viewer("page"), show=_viewer("show"))
 
 
 def __getattr__(name: str) -> Any:
-    """Imports a name of `_LAZY_IMPORTS` on first use: most programs need none of them."""
-    if name in _LAZY_IMPORTS:
-        import importlib
+    """Imports a name of `_LAZY_IMPORTS` or `_MODULES` on first use: most programs need none of them."""
+    import importlib
 
+    if name in _MODULES:
+        return importlib.import_module(f".{name}", __name__)
+    if name in _LAZY_IMPORTS:
         return getattr(importlib.import_module(f".{_LAZY_IMPORTS[name]}", __name__), name)
     raise AttributeError(f"module 'raycam' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """The public names, also those that are imported on first use."""
+    return sorted({*__all__, *_MODULES, "__doc__", "__name__", "__path__"})

@@ -12,6 +12,7 @@ from .camera import Camera
 from .camera._arguments import Model, Size, Up
 from .errors import CameraError, FormatError, nearest
 from .io.atomic_files import write
+from .notices import warn_all
 from .rig import Rig
 
 __all__ = ["FORMATS", "Cameras", "load_cameras", "save_cameras"]
@@ -149,6 +150,7 @@ def load_cameras(
         raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
     core = None if intrinsics is None else intrinsics._core
     records, notices = _core.read_cameras(os.fspath(path), format, pair, core, lens)
+    warn_all(notices)
     return Cameras(records, notices, up, os.fspath(path), pair)
 
 
@@ -205,4 +207,5 @@ def save_cameras(
         folder.mkdir(parents=True, exist_ok=True)
     for name, data in files:
         write(folder / name if name else folder, bytes(data))
+    warn_all(notices)
     return notices

@@ -15,19 +15,23 @@ __all__ = ["bar", "frames_bar"]
 
 # Seconds. Shorter work shows no bar, and so does not import `rich`.
 SHOW_AFTER_SECONDS = 0.5
+LINE_AFTER_SECONDS = 20.0
+"""The time between two lines of progress where there is no terminal: in a pipe, a log or a notebook."""
 
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[int, int], None]]:
     """Yields a function `progress(done, total)` that draws a bar on stderr while the block lasts.
 
-    Without a terminal, nothing is drawn.
+    Without a terminal, a line tells it every `LINE_AFTER_SECONDS`.
     """
     start = time.monotonic()
     shown: Progress | None = None
+    lines = _Lines(title)
 
     def progress(done: int, total: int) -> None:
         nonlocal shown
+        lines.print_progress(done, total)
         if (
             shown is None
             and sys.stderr.isatty()
@@ -45,6 +49,24 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
     finally:
         if shown is not None:
             shown.stop()
+
+
+class _Lines:
+    """Progress in lines on stderr, where there is no terminal."""
+
+    def __init__(self, title: str, what: str = "") -> None:
+        self._title, self._what = title, what
+        self._start = self._last = time.monotonic()
+
+    def print_progress(self, done: int, total: int) -> None:
+        """Prints a line if the last one was long ago."""
+        now = time.monotonic()
+        if sys.stderr.isatty() or now - self._last < LINE_AFTER_SECONDS or not 0 < done < total:
+            return
+        self._last = now
+        left = (now - self._start) * (total - done) / done
+        count = f"{done} of {total} {self._what}" if self._what else f"{done / total:.0%}"
+        print(f"raycam: {self._title}: {count}, about {left:.0f} s left", file=sys.stderr, flush=True)
 
 
 def _rich_bar() -> Progress:
@@ -66,15 +88,17 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
     """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate,
     the remaining time and the failures.
 
-    Without a terminal, nothing is drawn.
+    Without a terminal, a line tells them every `LINE_AFTER_SECONDS`.
     """
     start = time.monotonic()
+    lines = _Lines(title, what)
     first: int | None = None
     shown: Progress | None = None
 
     def progress(done: int, total: int, failed: int) -> None:
         nonlocal shown, first
         first = done + failed if first is None else first
+        lines.print_progress(done + failed, total)
         if (
             shown is None
             and sys.stderr.isatty()

@@ -186,7 +186,6 @@ def test_video(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 ERRORS = {
     "rendr box.toml": (2, ["rendr", "'render'"]),
-    "": (2, ["COMMAND"]),
     "render": (2, ["WORLD", "raycam render --help"]),
     "render box.toml --sampels 3": (2, ["--sampels"]),
     "render box.toml --samples many": (2, ["--samples", "many"]),
@@ -197,9 +196,9 @@ ERRORS = {
     "render box.toml --channels dept": (2, ["dept", "'depth'"]),
     "render box.toml --filter bx": (2, ["bx", "'box'"]),
     "render box.toml --region 0,0,1": (2, ["region"]),
-    "render box.toml -o a.png --channels depth": (2, ["a.png", "color"]),
+    "render box.toml -o a.png --channels depth uv": (2, ["a.png", "depth, uv"]),
     "render box.toml -o a.png --half": (2, ["half", ".png"]),
-    "render box.toml -o a.jpg": (1, ["a.jpg", ".png, .hdr, .exr, .npz"]),
+    "render box.toml -o a.jp2": (1, ["a.jp2", ".png, .jpg, .jpeg, .hdr, .exr, .npz"]),
     "render box.toml -o nowhere/a.png": (1, ["nowhere/a.png", "no folder"]),
     "render nowhere.toml": (1, ["nowhere.toml", "No such file"]),
     "render box.obj": (1, ["box.obj", "No such file"]),

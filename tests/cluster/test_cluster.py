@@ -104,7 +104,7 @@ def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
     start = time.monotonic()
     with pytest.raises(JobError, match="the workers are gone"):
         job.run(pool)
-    assert time.monotonic() - start < 10
+    assert time.monotonic() - start < 120  # all of it would take hours, and the machine may be loaded
 
 
 @pytest.mark.parametrize("where", [0, -1, True, "local:", "local:0", "udp://a:1", "tcp://a", "nonsense"])

@@ -284,8 +284,29 @@ def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
     e = explain(box_world(), box_camera(), (40, 30))
     e.save_figure(tmp_path / "explain.svg")
     assert (tmp_path / "explain.svg").read_text(encoding="utf-8") == e.svg()
-    with pytest.raises(raycam.SettingsError, match=r"explain\.png: a figure is written as \.svg"):
-        e.save_figure(tmp_path / "explain.png")
+    with pytest.raises(raycam.SettingsError, match=r"explain\.gif: a figure is written as \.svg"):
+        e.save_figure(tmp_path / "explain.gif")
     with pytest.raises(FileNotFoundError):
         e.save_figure(tmp_path / "nowhere" / "explain.svg")
     assert [path.name for path in tmp_path.iterdir()] == ["explain.svg"]
+
+
+def test_letters_are_drawn_over_their_halo() -> None:
+    """Programs that do not know paint-order draw fill before stroke: a white stroke would hide the letters."""
+    import xml.etree.ElementTree as tree
+
+    world = raycam.World()
+    world.add_object(box={})
+    camera = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], [0, 0, 1], size=(64, 48), fov=40)
+    texts = [
+        e for e in tree.fromstring(raycam.explain(world, camera, (32, 24)).svg()) if e.tag.endswith("text")
+    ]
+    assert len(texts) > 30
+    shown = [e for e in texts if e.get("stroke") is None]
+    assert all(e.get("fill") not in (None, "#ffffff", "#fff") for e in shown)
+    halos = [e for e in texts if e.get("stroke") is not None]
+    assert halos
+    for halo in halos:
+        after = texts[texts.index(halo) + 1]
+        assert (after.text, after.get("x"), after.get("y")) == (halo.text, halo.get("x"), halo.get("y"))
+        assert after in shown

@@ -72,7 +72,7 @@ def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"time": 3.0}, "time is for a picture as a whole"),
+        ({"time": 3.0}, "time_limit is for a picture as a whole"),
         ({"denoise": True}, "denoise is for a picture as a whole"),
         ({"region": (0, 0, 62, 43)}, "is not in a picture of"),
         ({"region": (-1, 0, 5, 5)}, "is not in a picture of"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
 import pytest
 import raycam
 
@@ -23,3 +24,26 @@ def test_a_missing_library_is_named_with_what_to_install(monkeypatch: pytest.Mon
     with pytest.raises(raycam.SettingsError, match=r"pip install 'raycam\[denoise\]'"):
         raycam.render(world(), denoise=True)
     assert not any("denoise" in notice for notice in raycam.render(world(), samples=1).notices)
+
+
+@pytest.mark.parametrize("radiance", [0.8, 0.2])
+def test_transparent_edges_are_denoised_unmultiplied(
+    monkeypatch: pytest.MonkeyPatch, radiance: float
+) -> None:
+    """An unlit ball of one colour has that colour in all of its opacity, however far a denoiser reaches."""
+    from raycam.render import denoise
+    from scipy.ndimage import uniform_filter
+
+    monkeypatch.setattr(denoise, "load", lambda: None)
+    monkeypatch.setattr(
+        denoise, "denoise", lambda color, albedo, normal: uniform_filter(color, (5, 5, 1), mode="nearest")
+    )
+    ball = raycam.World()
+    ball.add_object(sphere={}, type="unlit", color=[radiance] * 3)
+    ball.add_light(type="sky", radiance=[9, 9, 9])
+    camera = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], [0, 0, 1], size=(40, 30), fov=40)
+    frame = raycam.render(ball, camera, samples=64, denoise=True, transparent_background=True)
+    color, alpha = frame["color"], frame["alpha"]
+    assert ((alpha > 0) & (alpha < 1)).sum() > 20
+    assert color[alpha > 0] / alpha[alpha > 0][:, np.newaxis] == pytest.approx(radiance, rel=1e-4)
+    assert not color[alpha == 0].any()

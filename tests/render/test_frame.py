@@ -137,6 +137,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         read = {name: channel.pixels for name, channel in file.channels().items()}
     names = {
         "color": ["R", "G", "B"],
+        "albedo": ["albedo.R", "albedo.G", "albedo.B"],
         "depth": ["depth.Z"],
         "distance": ["distance.Z"],
         "position": ["position.X", "position.Y", "position.Z"],
@@ -145,7 +146,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         "alpha": ["alpha.V"],
         "error": ["error.V"],
     }
-    vectors = ["albedo", "normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]
+    vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]
     names |= {name: [f"{name}.{axis}" for axis in "XYZ"] for name in vectors}
     names |= {name: [f"{name}.id"] for name in ("instance", "category", "triangle", "material")}
     assert set(names) == set(CHANNELS)
@@ -197,13 +198,13 @@ def test_arrays_need_not_be_contiguous(tmp_path: Path) -> None:
 
 def test_what_cannot_be_saved(tmp_path: Path) -> None:
     with pytest.raises(
-        raycam.FormatError, match=r"an ending '.jpg'; pictures are written to .png, .hdr, .exr, .npz"
+        raycam.FormatError, match=r"an ending '.jp2'; pictures are written to .png, .jpg, .jpeg, .hdr, .exr"
     ):
-        frame().save(tmp_path / "a.jpg")
+        frame().save(tmp_path / "a.jp2")
     with pytest.raises(raycam.FormatError, match="no ending"):
         frame().save(tmp_path / "a")
-    with pytest.raises(raycam.SettingsError, match=r".png files show the channel color, this has depth"):
-        frame(("depth",)).save(tmp_path / "a.png")
+    with pytest.raises(raycam.SettingsError, match=r"a \.png file shows one channel, this has depth, uv"):
+        frame(("depth", "uv")).save(tmp_path / "a.png")
     with pytest.raises(raycam.SettingsError, match=r"half is not an option of \.png"):
         frame().save(tmp_path / "a.png", half=True)
     with pytest.raises(raycam.SettingsError, match=r"bits is not an option of \.exr"):
@@ -219,8 +220,9 @@ def test_check_save_asks_before_the_work(tmp_path: Path) -> None:
     check_save(tmp_path / "a.png", ["color"], SIZE)
     with pytest.raises(OSError, match="bytes free"):
         check_save(tmp_path / "a.npz", list(CHANNELS), (1 << 30, 1 << 30))
-    with pytest.raises(raycam.SettingsError, match="color"):
-        check_save(tmp_path / "a.png", ["depth"], SIZE)
+    check_save(tmp_path / "a.png", ["depth"], SIZE)
+    with pytest.raises(raycam.SettingsError, match="choose one"):
+        check_save(tmp_path / "a.png", ["depth", "uv"], SIZE)
 
 
 def test_frames_can_be_pickled() -> None:

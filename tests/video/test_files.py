@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -38,3 +39,23 @@ def test_a_folder_holds_the_pictures_and_they_are_read_back(tmp_path: Path, comp
     with Image.open(path) as image:
         np.testing.assert_array_equal(np.asarray(image), picture)
     np.testing.assert_array_equal(read_picture(path.read_bytes()), picture)
+
+
+@pytest.mark.parametrize("version", ["16.1.0", "14.0.1", None])
+def test_pyav_is_checked_before_the_first_frame(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str | None
+) -> None:
+    if version is None:
+        monkeypatch.setitem(sys.modules, "av", None)
+    else:
+        monkeypatch.setattr("av.__version__", version)
+    world = raycam.World()
+    world.add_object(box={})
+    rendered: list[int] = []
+    with pytest.raises(raycam.SettingsError, match=f"PyAV.*{version or 'av'}"):
+        raycam.video.write_video(
+            world, tmp_path / "x.mp4", progress=lambda done, total: rendered.append(done), samples=1
+        )
+    assert rendered == []
+    raycam.video.write_video(world, tmp_path / "folder", frames=(0, 1), samples=1)
+    assert len(list((tmp_path / "folder").iterdir())) == 1

@@ -6,8 +6,8 @@ import time
 
 import pytest
 import raycam
-from raycam.viewer import scheduler as scheduling
-from raycam.viewer.scheduler import IN_FLIGHT, Scheduler, Superseded, jpeg
+from raycam.render.channel_picture import JPEG_QUANTIZER, encode_jpeg
+from raycam.viewer.scheduler import IN_FLIGHT, Scheduler, Superseded
 from raycam.viewer.session import Session
 
 
@@ -105,6 +105,6 @@ def test_jpegs_are_near_the_picture(small_world: raycam.World) -> None:
     import numpy as np
 
     rgb = raycam.render(small_world, small_world.camera("front").resized((96, 64)), samples=4).to_srgb8()
-    back = cv2.imdecode(np.frombuffer(jpeg(rgb), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    back = cv2.imdecode(np.frombuffer(encode_jpeg(rgb), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
     assert np.abs(back.astype(int) - rgb).mean() < 3
-    assert scheduling.JPEG_QUANTIZER > 1
+    assert JPEG_QUANTIZER > 1

@@ -203,7 +203,7 @@ def test_there_are_so_many_sessions_and_no_more(server: Server, open_socket: Ope
 def test_a_client_that_left_makes_room(server: Server, open_socket: Open) -> None:
     clients = [Client(open_socket()) for _ in range(MOST_SESSIONS)]
     clients[3].socket.close()
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 300  # a loaded machine is slow, and this ends as soon as it may
     while all(each.send for each in server.sessions.values()) and time.monotonic() < deadline:
         time.sleep(0.02)
     left = clients[3].welcome["session"]
@@ -340,7 +340,7 @@ def test_a_client_that_comes_back_finds_its_view(server: Server, client: Client,
     client.hear("picture", samples=16)
     moved = server.sessions[client.welcome["session"]].given
     client.socket.close()
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 300  # a loaded machine is slow, and this ends as soon as it may
     while server.sessions[client.welcome["session"]].send and time.monotonic() < deadline:
         time.sleep(0.02)
     back = Client(open_socket(), client.welcome["session"])

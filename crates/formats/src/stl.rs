@@ -61,7 +61,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
         return Err(FormatError::whole(path, "no facets: nothing to see"));
     }
     let materials = vec![Material::for_mesh(&parts[0].mesh)];
-    Ok(MeshFile { parts, materials, textures: Vec::new(), notices })
+    Ok(MeshFile { parts, materials, notices, ..MeshFile::default() })
 }
 
 /// The triangles of a solid, with corners at the same place made one.

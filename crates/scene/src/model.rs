@@ -7,6 +7,7 @@ use crate::light::{IesProfile, Light};
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::texture::{Image, Texture, Wrap};
+use crate::up::Up;
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +32,8 @@ pub struct MeshFile {
     pub textures: Vec<Texture>,
     /// Notices of the reader.
     pub notices: Vec<String>,
+    /// The axis that is up, where the format says so.
+    pub up: Option<Up>,
 }
 
 /// Loader of the files that a description names: of a folder, and nothing outside it.
@@ -100,6 +103,7 @@ impl MeshFile {
             parts: vec![MeshPart { name: String::new(), mesh, materials: vec![0] }],
             textures: Vec::new(),
             notices,
+            up: None,
         }
     }
 

@@ -1,11 +1,11 @@
 //! The axis that points up.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The axis of the world that points up. Roll, pitch, yaw, orbits and skies refer to it; vertices are never turned.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Up {
     /// z up, as in robotics and most CAD.
@@ -21,6 +21,23 @@ impl Up {
         match self {
             Up::Z => DVec3::Z,
             Up::Y => DVec3::Y,
+        }
+    }
+
+    /// The rotation about the x axis that brings the axis `from` here; exact.
+    pub fn rotation_from(self, from: Up) -> DMat3 {
+        match (from, self) {
+            (Up::Y, Up::Z) => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
+            (Up::Z, Up::Y) => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+            _ => DMat3::IDENTITY,
+        }
+    }
+
+    /// Its name, as people write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Up::Z => "z",
+            Up::Y => "y",
         }
     }
 }

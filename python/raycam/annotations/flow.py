@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import product
 from ..camera import Camera
+from ..camera.asked import camera_of, world_of
 from ..errors import CameraError
 
 if TYPE_CHECKING:
@@ -22,10 +24,10 @@ Maps = dict[str, npt.NDArray[Any]]
 
 
 def flow(
-    world: World,
-    camera: Camera,
-    world2: World | None = None,
-    camera2: Camera | None = None,
+    world: World | str | os.PathLike[str],
+    camera: Camera | str | os.PathLike[str] | None = None,
+    world2: World | str | os.PathLike[str] | None = None,
+    camera2: Camera | str | os.PathLike[str] | None = None,
     *,
     threads: int | None = None,
 ) -> Maps:
@@ -55,6 +57,10 @@ def flow(
     while so much moves that the worlds of all lines take more than 2 GiB: about 1 KiB an object, and 128 bytes for each
     vertex and triangle of meshes that bend, for each line.
     """
+    world = world_of(world)
+    camera = camera_of(world, camera)
+    world2 = None if world2 is None else world_of(world2)
+    camera2 = None if camera2 is None else camera_of(world2 or world, camera2)
     second = (world if world2 is None else world2, camera if camera2 is None else camera2)
     return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)
 

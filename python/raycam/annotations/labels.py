@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import Bools, Floats, product, whole
 from ..camera import Camera
+from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
 from ..render import render
 from ..world import World
@@ -99,6 +101,14 @@ class Label:
         """The fraction of the amodal mask that lies outside the picture, as far as the margin reaches."""
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
+    def __repr__(self) -> str:
+        """The object, its category, and how much of it is visible where, in one line."""
+        box = "hidden" if self.visible_box is None else f"visible_box={self.visible_box}"
+        return (
+            f"Label {self.object} {self.name!r}, category {self.category!r}: {self.visible_pixels} of"
+            f" {self.amodal_pixels} pixels visible, {box}"
+        )
+
     def in_picture(self, mask: Bools) -> Bools:
         """Returns a mask of `region` as a mask of the whole picture, [height, width]."""
         width, height = self.size
@@ -111,15 +121,15 @@ class Label:
 
 
 def label(
-    world: World,
-    camera: Camera,
+    world: World | str | os.PathLike[str],
+    camera: Camera | str | os.PathLike[str] | None = None,
     *,
     objects: Sequence[int] | None = None,
     instance: npt.NDArray[np.int32] | None = None,
     margin: tuple[int, int] | None = None,
     threads: int | None = None,
 ) -> list[Label]:
-    """The labels of the `objects` (default: all) with a nonempty amodal mask.
+    """The labels of the `objects` (default: all) with a nonempty amodal mask; world and camera as in `render`.
 
     Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
     not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the
@@ -128,6 +138,8 @@ def label(
 
     Raises `SettingsError` for unknown objects, and for an `instance` of another size than the picture.
     """
+    world = world_of(world)
+    camera = camera_of(world, camera)
     known = world.objects
     names = world.categories
     ids = {name: number for number, name in names.items()}

@@ -7,15 +7,18 @@ function.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import NoReturn
 
 from .._core import __version__
-from ..errors import Error, SettingsError, nearest
+from ..errors import Error, Notice, SettingsError, nearest
 from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video, view
+from ._options import TOLD
 
 __all__ = ["COMMANDS", "main"]
 
@@ -36,14 +39,32 @@ COMMANDS = {
 }
 """The commands by name, in the order of the help."""
 
+SHORT_HELP = """raycam sees worlds of triangles through any camera matrix.
+
+  raycam render spot.toml -o spot.png     a picture; spot.toml comes with raycam
+  raycam view spot.toml                   look at it live in the browser
+  raycam demo DIR                         a world, pictures and a video to begin with
+  raycam --help                           all commands; raycam COMMAND --help, their options"""
+
 STOPPED = 130  # the exit status by which shells report Ctrl-C
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command and returns its exit status: 0, 1 for an error, 2 for a wrong command line."""
     words = sys.argv[1:] if arguments is None else list(arguments)
+    TOLD.clear()
+    _open_closed_streams()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)  # commands print notices themselves
+        return _main(words)
+
+
+def _main(words: Sequence[str]) -> int:
     try:
         parser = _parser()
+        if not words:
+            print(SHORT_HELP)
+            return 0
         if words and not words[0].startswith("-") and words[0] not in COMMANDS:
             parser.error(nearest("command", words[0], list(COMMANDS)))
         options = parser.parse_args(_joined(words))
@@ -62,10 +83,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2 if isinstance(error, SettingsError) else 1
 
 
+def _open_closed_streams() -> None:
+    """Opens /dev/null for standard streams that the shell closed, so that no file of ours becomes one of them."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            with contextlib.suppress(OSError):
+                os.fstat(number)
+                continue  # a file has taken its place already
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            setattr(sys, name, open(number, "r" if number == 0 else "w", closefd=False))  # noqa: SIM115
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+
+
 def _joined(words: Sequence[str]) -> list[str]:
-    """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" for an option."""
+    """Joins "--frames -4:" to "--frames=-4:", because argparse takes "-4:" for an option; splits "--pixel 320,240"."""
     joined: list[str] = []
     for word in words:
+        if word.startswith("--pixel=") and "," in word:
+            joined += ["--pixel", *word.removeprefix("--pixel=").split(",")]
+            continue
+        if joined and joined[-1] == "--pixel" and "," in word:
+            joined += word.split(",")
+            continue
+        if joined and joined[-1] in ("-o", "--output") and word.startswith("-."):
+            joined[-1] = f"--output={word}"  # -.npz and so on: the standard output
+            continue
         after = joined and joined[-1].startswith("--") and "=" not in joined[-1]
         if after and re.fullmatch(r"-\d+:-?\d*", word):
             joined[-1] += f"={word}"

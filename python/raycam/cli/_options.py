@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from ..world import World
 
 
+TOLD: set[str] = set()
+"""The notices that this command has printed."""
+
+
 class Command(NamedTuple):
     """One command: a row of `COMMANDS`."""
 
@@ -293,16 +297,30 @@ def view(world: World, options: argparse.Namespace) -> Camera:
 
 def calibration_file(text: str) -> tuple[str, str] | None:
     """Splits FILE or FILE:NAME into file and name; None if there is no such file."""
+    from ..data import bundled
+
     file, _, name = text.rpartition(":")
     pairs = [(text, ""), (file, name)]
+    for given, camera in pairs:
+        path = bundled(given)
+        if path is not None:
+            print_notice(f"{given}: there is no such file here, so the one that comes with raycam is meant")
+            return os.fspath(path), camera
     return next((pair for pair in pairs if pair[0] and os.path.exists(pair[0])), None)
 
 
 def load_world(options: argparse.Namespace) -> World:
     """Loads the world and prints its notices."""
+    from ..data import bundled
     from ..world.load import load
 
-    world = load(options.world, texture_memory=options.texture_memory, folder=options.folder)
+    path = bundled(options.world) or options.world
+    if path != options.world:
+        print_notice(
+            f"{options.world}: there is no such file here, so the one that comes with raycam is meant"
+        )
+    folder = getattr(options, "folder", None)
+    world = load(path, texture_memory=options.texture_memory, folder=folder)
     print_notices(world.notices)
     return world
 
@@ -314,5 +332,7 @@ def print_notices(notices: Sequence[str]) -> None:
 
 
 def print_notice(notice: str) -> None:
-    """Prints a notice on stderr at once."""
-    print(f"raycam: {notice}", file=sys.stderr, flush=True)
+    """Prints a notice on stderr at once, unless this command has printed it before."""
+    if notice not in TOLD:
+        TOLD.add(notice)
+        print(f"raycam: notice: {notice}", file=sys.stderr, flush=True)

@@ -17,7 +17,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         required=True,
         help="column and row, from 0 at the top left",
     )
-    command.add_argument("--figure", metavar="FILE.svg", help="draw the explanation too")
+    command.add_argument("--figure", metavar="FILE", help="draw the explanation too: .svg, .png or .pdf")
     add_camera(command)
     command.set_defaults(run=_run)
 

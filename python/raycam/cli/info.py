@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ._options import Command, add_folder, add_known, load_calibration
+from ._options import Command, add_folder, add_known, load_calibration, print_notice
 
 CALIBRATIONS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
@@ -19,10 +19,15 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from pathlib import Path
 
+    from ..data import bundled
     from ..info import info, info_cameras
     from ..world.load import load
 
-    path = Path(options.world)
+    path = bundled(options.world) or Path(options.world)
+    if path != Path(options.world):
+        print_notice(
+            f"{options.world}: there is no such file here, so the one that comes with raycam is meant"
+        )
     if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.camera_format is not None:
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,7 +36,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help=".png, .exr, .hdr or .npz (default: the world's name with .png, here)",
+        help=".png, .jpg, .exr, .hdr, .npz or .html (default: the world's name with .png, here); "
+        "- is the standard output, a PNG, or -.exr and so on",
     )
     add_camera(command)
     add_rig(command)
@@ -66,10 +68,14 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..progress import bar
     from ..render import DEFAULT_CHANNELS, channel_names, render
-    from ..render.frame import check_save
+    from ..render.frame import PICTURES, check_save, encoded
 
     output = Path(options.output or Path(options.world).with_suffix(".png").name)
-    names: Sequence[str] = ("color",) if output.suffix.lower() in (".png", ".hdr") else DEFAULT_CHANNELS
+    streamed = output.stem == "-" and output.parent == Path()
+    if streamed:
+        output = output if output.suffix else Path("-.png")
+    pictures = (*PICTURES, ".hdr")
+    names: Sequence[str] = ("color",) if output.suffix.lower() in pictures else DEFAULT_CHANNELS
     if options.channels is not None:
         words = [name for part in options.channels for name in part.split(",") if name]
         paired = options.rig is not None and "disparity" in words
@@ -81,9 +87,11 @@ def _run(options: argparse.Namespace) -> None:
         check_save(output, names, (1, 1), bits=options.bits, half=options.half)
     world = load_world(options)
     world, camera, rig = _moment(world, options)
-    if rig is not None:
+    if rig is not None and not streamed:
         _render_rig(options, output, world, rig, [*names, "disparity"] if paired else names)
         return
+    if streamed and rig is not None:
+        raise SettingsError("-o - holds one picture; a rig has several")
     if options.output is None and output.exists() and output.name in world.textures:
         raise SettingsError(f"{output} is a texture of this world: choose another name with -o")
     check_save(output, names, camera.size)
@@ -91,6 +99,9 @@ def _run(options: argparse.Namespace) -> None:
 
     def save(frame: Frame) -> None:
         print_notices(frame.notices)
+        if streamed:
+            sys.stdout.buffer.write(encoded(frame, output, bits=options.bits, half=options.half))
+            return
         frame.save(output, bits=options.bits, half=options.half)
         _, _, width, height = frame.region
         print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")

@@ -22,6 +22,7 @@ from ..errors import SettingsError
 from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import PoolLost, WorkerDied, shared_threads
 from ..jobs.worker import FrameResult, FrameTask, WorkerUnfit
+from ..notices import warn
 
 if TYPE_CHECKING:
     from .worker_registry import WorkerRegistry
@@ -37,9 +38,7 @@ SILENCE_TIMEOUT = (
 POLL_INTERVAL = 0.2  # seconds between polls for a first worker
 
 
-def connect(
-    address: str, threads: int | None = None, tell: Callable[[str], object] = warnings.warn
-) -> DaskPool:
+def connect(address: str, threads: int | None = None, tell: Callable[[str], object] = warn) -> DaskPool:
     """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts one of N processes.
 
     `tell` is called with a notice while the pool waits for workers.
@@ -109,7 +108,7 @@ class DaskPool:
         client: Any,
         threads: int | None = None,
         cluster: Any = None,
-        tell: Callable[[str], object] = warnings.warn,
+        tell: Callable[[str], object] = warn,
     ) -> None:
         self._client, self._cluster, self._tell = client, cluster, tell
         self._alone_since: float | None = None

@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
-import warnings
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -19,6 +18,7 @@ from ..io.temp_stream import TempStream
 from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import MAX_ATTEMPTS, Pool, PoolLost
 from ..jobs.worker import FrameResult, FrameTask, WorkerUnfit, cache_package, clear_cache, render_frame
+from ..notices import warn
 from .dask_pool import connect
 from .process_pool import ProcessPool
 
@@ -29,7 +29,7 @@ def make_pool(
     where: int | str | Executor | Callable[[], Executor] | None = None,
     *,
     threads: int | None = None,
-    tell: Callable[[str], object] = warnings.warn,
+    tell: Callable[[str], object] = warn,
 ) -> contextlib.AbstractContextManager[Pool]:
     """Returns a context manager with a pool of workers for `Job.run`.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import inspect
 import json
 import os
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,8 @@ from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
 from ..jobs.job import Job
+from ..jobs.worker import FrameResult
+from ..notices import distinct, warn, warn_all
 from ..randomize import Recipe
 from ..render import render
 from ..rig import Rig
@@ -54,7 +55,7 @@ class DatasetResult:
     complete: bool = True
     """True if all views are finished; without the views of other shards, there are no index files yet."""
     notices: tuple[str, ...] = ()
-    """Notices about workers, damaged files, and values that the format cannot hold."""
+    """Notices about workers, damaged files, views, and values that the format cannot hold, one for each cause."""
 
 
 def views(
@@ -112,7 +113,7 @@ def write(
     shard: tuple[int, int] | None = None,
     retry_failed: bool = False,
     progress: Progress | None = None,
-    tell: Callable[[str], object] = warnings.warn,
+    tell: Callable[[str], object] = warn,
     **options: Any,
 ) -> DatasetResult:
     """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
@@ -174,10 +175,12 @@ def write(
     if plan.recipe is None:
         plan.world = what.world  # the same world, so that its acceleration structures are built once
     made = 0
+    said: list[str] = []
 
-    def finished(_: object) -> None:
+    def finished(unit: FrameResult) -> None:
         nonlocal made
         made += 1
+        said[:] = distinct([*said, *unit.notices])
 
     with make_pool(workers, threads=threads, tell=tell) as pool:
         job.run(
@@ -187,10 +190,12 @@ def write(
             progress=progress,
             finished=finished,
         )
-        notices = (*late, *damaged, *pool.notices)
+        told = [*late, *damaged, *pool.notices]
     complete = _write_index(job, kind, plan)
     if complete:
-        notices += tuple(lost_notices(_records(job, kind.units(plan)), format))
+        told += lost_notices(_records(job, kind.units(plan)), format)
+    warn_all(told)
+    notices = (*told, *said)
     return DatasetResult(target, len(plan.shots), made, complete, notices)
 
 

@@ -7,6 +7,7 @@ triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` dr
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import reference
+from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
 from ..io import atomic_files
 from ..reference.units import Bools, Floats, Units
@@ -148,27 +150,43 @@ class Explanation:
         """The lecture's steps with formulas and numbers, as text."""
         return text.text(self)
 
+    def __repr__(self) -> str:
+        """The pixel and what it sees, in one line; `str` has all steps."""
+        seen = text.name(self.winner) if self.winner else "no triangle"
+        return f"Explanation of pixel {self.pixel}: sees {seen}; print it for all steps"
+
     def svg(self) -> str:
         """The figure as SVG: the picture with the marked pixel, ray and triangle in 3D, and the inside test."""
         return figure.figure(self)
 
     def save_figure(self, path: str | os.PathLike[str]) -> None:
-        """Writes the figure to an .svg file atomically.
+        """Writes the figure to an .svg file atomically, or to a .png or .pdf with CairoSVG.
 
-        Raises SettingsError for another ending, and OSError if the file cannot be written.
+        Raises SettingsError for another ending and without CairoSVG, and OSError if the file cannot be written.
         """
         check_figure(path)
-        atomic_files.write(path, self.svg().encode())
+        svg, suffix = self.svg().encode(), Path(path).suffix.lower()
+        atomic_files.write(path, svg if suffix == ".svg" else _converter(suffix)(bytestring=svg))
 
 
-def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation:
+def explain(
+    world: World | str | os.PathLike[str],
+    camera: Camera | str | os.PathLike[str] | tuple[int, int] | None = None,
+    pixel: tuple[int, int] | None = None,
+) -> Explanation:
     """Explains the colour of one pixel of ``raycam.render(world, camera, integrator="flat")``.
 
-    `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's
-    centre.
+    `world` and `camera` are as in `raycam.render`; ``explain(world, (320, 240))`` takes the default camera.
+    `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's centre.
 
     Raises SettingsError for a pixel outside the picture.
     """
+    if pixel is None:  # explain(world, pixel)
+        camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
+    if pixel is None:
+        raise SettingsError("pixel is missing: (column, row), whole numbers from (0, 0) at the top left")
+    world = world_of(world)
+    camera = camera_of(world, camera)
     camera._require_pinhole("explain")
     column, row = pixel_of(camera, pixel)
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
@@ -230,10 +248,31 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
     )
 
 
+FIGURES = (".svg", ".png", ".pdf")
+"""Endings of figures."""
+
+
+def _converter(suffix: str) -> Callable[..., bytes]:
+    """CairoSVG's function for an ending; raises `SettingsError` if it is not installed."""
+    try:
+        import cairosvg
+    except (ImportError, OSError) as error:  # OSError: without the library cairo
+        raise SettingsError(
+            f"{suffix} figures need CairoSVG ({error}): pip install 'raycam[figure]', or write .svg"
+        ) from None
+    convert: Callable[..., bytes] = getattr(cairosvg, f"svg2{suffix[1:]}")
+    return convert
+
+
 def check_figure(path: str | os.PathLike[str]) -> None:
     """Checks that a figure can be written to `path`; raises the errors of `save_figure`."""
-    if Path(path).suffix.lower() != ".svg":
-        raise SettingsError(f"{path}: a figure is written as .svg, which browsers show and print at any size")
+    suffix = Path(path).suffix.lower()
+    if suffix not in FIGURES:
+        raise SettingsError(
+            f"{path}: a figure is written as .svg, which browsers show and print at any size, as .png or as .pdf"
+        )
+    if suffix != ".svg":
+        _converter(suffix)
     atomic_files.check_writable(path)
 
 

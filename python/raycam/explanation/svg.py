@@ -118,13 +118,16 @@ class Svg:
         """A line of text, its baseline beginning at p, or as `anchor` says; `halo` sets it off in white."""
         style = ' font-weight="bold"' if bold else ""
         style += ' font-style="italic"' if italic else ""
-        style += (
-            ' paint-order="stroke" stroke="#fff" stroke-width="4" stroke-linejoin="round"' if halo else ""
-        )
-        self.parts.append(
+        letters = (
             f'<text x="{_n(p[0])}" y="{_n(p[1])}" font-family="{escape(family)}" font-size="{_n(size)}" '
-            f'fill="{color}" text-anchor="{anchor}" xml:space="preserve"{style}>{escape(text)}</text>'
+            f'text-anchor="{anchor}" xml:space="preserve"{style}'
         )
+        if (
+            halo
+        ):  # an element of its own: not every program knows paint-order, and then the halo hides the letters
+            white = 'fill="#ffffff" stroke="#ffffff" stroke-width="4" stroke-linejoin="round"'
+            self.parts.append(f'{letters} {white} aria-hidden="true">{escape(text)}</text>')
+        self.parts.append(f'{letters} fill="{color}">{escape(text)}</text>')
 
     def png(self, x: float, y: float, width: float, height: float, png: bytes, pixelated: bool) -> None:
         """An embedded PNG file."""

@@ -11,6 +11,7 @@ from .. import _core
 from ..camera import Camera
 from ..errors import WorldError
 from ..io.glb import GlbBuilder
+from ..notices import warn_all
 from ..world import World
 
 __all__ = ["Array", "Up", "WorldCollector", "build_world", "default_material", "to_array", "to_linear"]
@@ -107,6 +108,7 @@ class WorldCollector:
         """Builds the world, named after `name`."""
         core = _core.world_from_gltf(self.glb.bytes(), name + ".glb", up, self.notices)
         world = World._of(core)
+        warn_all(world.notices)
         if camera is not None:
             world.add_camera(camera[1], camera[0])
         return world

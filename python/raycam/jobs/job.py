@@ -16,6 +16,7 @@ from typing import Any
 from ..errors import FormatError, JobError
 from ..io import atomic_files
 from ..io.file_lock import hold_lock, lock_holder
+from ..notices import warn_all
 from . import journal
 from .description import mismatch_message, read_description
 from .job_package import JobPackage
@@ -180,6 +181,7 @@ class Job:
         `shard` (i, n) renders only every n-th frame, from the i-th (counted from 1): n such runs, on any machines that
         see the folder, render all frames. Frames that failed before are skipped, unless `retry_failed`.
         `progress(done, total, failed)` counts the selected frames; `finished(result)` is called for each new frame.
+        The notices of the frames are warned at the end, once each.
 
         Raises `JobError` if another process runs the same frames, if the workers are lost, and at the end if any
         selected frame failed; `OSError` from the disk. Finished frames are kept after any error, and if the process is
@@ -192,6 +194,7 @@ class Job:
             self._read()
             if retry_failed:
                 self._failed.clear()
+            notices: dict[str, None] = {}
             todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
             failed = sum(frame in self._failed for frame in asked)
             done = len(asked) - len(todo) - failed
@@ -215,10 +218,12 @@ class Job:
                         place = book.add(JournalEntry(outcome.frame, stamps, seconds=outcome.seconds))
                         self._offsets[outcome.frame] = self._ledgers.index(path) << OFFSET_BITS | place
                         done += 1
+                        notices.update(dict.fromkeys(outcome.notices))
                         if finished is not None:
                             finished(outcome)
                     tell(done, len(asked), failed)
                     del outcome  # frees the files while the next frame is rendered
+        warn_all(notices)
         self._check(asked)
 
     @contextlib.contextmanager

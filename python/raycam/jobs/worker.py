@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from ..errors import FormatError, JobError
 from ..io.temp_stream import Piece, TempStream
+from ..notices import collected, distinct
 from .job_package import JobPackage
 from .kinds import FrameMaker, Progress, frame_maker
 
@@ -95,11 +96,12 @@ def render_frame(
     """
     if package is not None:
         cache_package(_read_package(package, "the package that came along", task.job))
-    maker = _cached_frame_maker(task)
-    start = time.perf_counter()
-    made, notices = maker(task.frame, progress)
-    files = {name: data if isinstance(data, bytes) else gather(data) for name, data in made.items()}
-    return FrameResult(task.frame, files, list(notices), time.perf_counter() - start)
+    with collected() as said:  # the process that runs the job warns
+        maker = _cached_frame_maker(task)
+        start = time.perf_counter()
+        made, notices = maker(task.frame, progress)
+        files = {name: data if isinstance(data, bytes) else gather(data) for name, data in made.items()}
+    return FrameResult(task.frame, files, distinct([*notices, *said]), time.perf_counter() - start)
 
 
 def cache_package(package: JobPackage) -> None:

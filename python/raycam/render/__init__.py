@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..arrays import whole
 from ..camera import Camera
+from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError, nearest
+from ..notices import warn_all
 from .frame import CHANNELS, VIEWS, Frame
 from .old_names import OLD_NAMES, current_names
+from .sight import blank_notices
 
 if TYPE_CHECKING:
     from ..world import World
@@ -35,8 +39,8 @@ Progress = Callable[[int, int], object]
 
 
 def render(
-    world: World,
-    camera: Camera | None = None,
+    world: World | str | os.PathLike[str],
+    camera: Camera | str | os.PathLike[str] | None = None,
     *,
     integrator: Integrator | None = None,
     samples: int | None = None,
@@ -60,6 +64,8 @@ def render(
     **old_names: Any,
 ) -> Frame:
     """Renders `world`, seen by `camera` (default: the world's first camera, or one that frames the whole world).
+
+    `world` may be the path of a world file, `camera` the name of a camera of the world or the path of a calibration.
 
     Arguments that are not given have the values of `[render]` of the world file, or else the defaults:
 
@@ -96,6 +102,8 @@ def render(
     Raises `SettingsError` for invalid arguments, with the nearest valid name, `WorldError`, and `CameraError` if the
     world has no camera and nothing to frame.
     """
+    world = world_of(world)
+    camera = camera_of(world, camera)
     renamed = current_names(
         {
             "noise_threshold": noise_threshold,
@@ -122,8 +130,6 @@ def render(
         "view": view,
     }
     chosen = {name: value for name, value in given.items() if value is not None}
-    if camera is None:
-        camera = world.default_camera()
     names = channel_names(channels)
     if transparent_background and "color" in names and "alpha" not in names:
         names.append("alpha")
@@ -134,6 +140,8 @@ def render(
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
+        if chosen.get("samples") == 1:
+            del chosen["samples"]  # what it does anyway
         unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
         unused |= {"surface"} if surface != "first" else set()
         unused |= {"transparent_background"} if transparent_background else set()
@@ -178,7 +186,18 @@ def render(
         "region": None if region is None else _region(region),
         "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
     }
+    world.prepare(threads=settings["threads"])
     planes, area, notices = world._core.render(camera._core, request, progress)
+    if region is None:
+
+        def truth() -> Any:
+            plain = {"integrator": "flat", "samples": 1, "channels": ["instance"], "noise_threshold": None}
+            plain |= {"time_limit": None, "ambient_occlusion": None, "clamp": None, "max_depth": None}
+            return world._core.render(camera._core, request | plain, None)[0]["instance"]
+
+        how = str(request["integrator"])
+        notices = [*notices, *blank_notices(world, camera, planes, how, stops, display, truth)]
+    warn_all(notices)
     return Frame(
         planes,
         camera=camera,
@@ -214,10 +233,17 @@ def _denoised(
     denoise.load()
     if "color" not in names:
         raise SettingsError(f"denoise is for the channel color, this has {', '.join(names)}")
-    wanted = list(dict.fromkeys([*names, *denoise.GUIDES]))
+    transparent = settings["transparent_background"]
+    wanted = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if transparent else [])]))
     seen = render(world, camera, channels=wanted, progress=progress, **settings)
-    color = denoise.denoise(seen["color"], *(seen[name] for name in denoise.GUIDES))
+    guides = [seen[name] for name in denoise.GUIDES]
+    if transparent:
+        color = denoise.denoise_premultiplied(seen["color"], seen["alpha"], *guides)
+    else:
+        color = denoise.denoise(seen["color"], *guides)
     planes = {name: color if name == "color" else seen[name] for name in names}
+    denoised = "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"
+    warn_all([denoised])
     return Frame(
         planes,
         camera=camera,
@@ -226,7 +252,7 @@ def _denoised(
         exposure=seen.exposure,
         view=seen.view,
         transparent=seen.transparent,
-        notices=[*seen.notices, "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"],
+        notices=[*seen.notices, denoised],
     )
 
 

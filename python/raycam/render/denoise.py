@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ..errors import SettingsError
 
-__all__ = ["GUIDES", "denoise"]
+__all__ = ["GUIDES", "denoise", "denoise_premultiplied"]
 
 GUIDES = ("albedo", "shading_normal")
 """The channels that guide the network."""
@@ -59,3 +59,17 @@ def denoise(color: Image, albedo: Image, normal: Image) -> Image:
     with device:
         guides = {"albedo": run(False, albedo=albedo), "normal": run(False, normal=normal)}
         return run(True, color=color, **guides)
+
+
+def denoise_premultiplied(color: Image, alpha: Image, albedo: Image, normal: Image) -> Image:
+    """Denoised linear radiance that is premultiplied by `alpha` [h, w], float32 [h, w, 3]; 0 where alpha is 0.
+
+    The network sees the colour itself, so that an edge is no noise to it, and the background in the mean colour of what
+    is there, since black beside an edge would darken it. `denoise` describes the other arguments and the errors.
+    """
+    there = (alpha > 0)[..., np.newaxis]
+    opacity = alpha[..., np.newaxis]
+    plain = np.where(there, color / np.where(there, opacity, 1), 0).astype(np.float32)
+    if there.any():
+        plain = np.where(there, plain, plain[alpha > 0].mean(axis=0)).astype(np.float32)
+    return np.asarray(np.where(there, denoise(plain, albedo, normal) * opacity, 0), dtype=np.float32)

@@ -16,8 +16,9 @@ from ..camera import Camera
 from ..errors import FormatError, SettingsError, nearest
 from ..io import atomic_files
 from ..io.npz import npz_bytes
+from .channel_picture import channel_picture, encode_jpeg
 
-__all__ = ["CHANNELS", "VIEWS", "Frame", "check_save"]
+__all__ = ["CHANNELS", "VIEWS", "Frame", "check_save", "encoded"]
 
 VIEWS = ["standard", "agx", "pbr_neutral"]
 
@@ -106,6 +107,20 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
                 ) from None
             raise KeyError(nearest("channel", name, list(CHANNELS))) from None
 
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        """The array of `numpy.asarray(frame)`: that of the channel `color`, or of the only channel.
+
+        Raises `SettingsError` for a frame of several channels without colour.
+        """
+        if "color" in self._channels or len(self._channels) == 1:
+            name = "color" if "color" in self._channels else next(iter(self._channels))
+            array = self._channels[name]
+            return np.array(array, dtype=dtype) if copy else np.asarray(array, dtype=dtype)
+        have = ", ".join(self._channels)
+        raise SettingsError(
+            f"this frame has {have}: choose one, as in frame[{next(iter(self._channels), '')!r}]"
+        )
+
     def __iter__(self) -> Iterator[str]:
         """Iterates over the names of the channels."""
         return iter(self._channels)
@@ -162,21 +177,25 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         half: bool | None = None,
         exposure: float | None = None,
         view: str | None = None,
+        channel: str | None = None,
         **page: Any,
     ) -> None:
-        """Writes the frame to a .png, .exr, .hdr, .npz or .html file atomically.
+        """Writes the frame to a .png, .jpg, .exr, .hdr, .npz or .html file atomically.
 
         PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
-        "pbr_neutral", see `to_srgb8`). HDR: the colour in linear light, four bytes a pixel. EXR: all channels as named
-        layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
-        `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
+        "pbr_neutral", see `to_srgb8`). JPEG: the same with 8 bits, without opacity. Either shows another channel, for
+        looking at, if the frame has no other or `channel` names it, by the rules of
+        `raycam.render.channel_picture.channel_picture`. HDR: the colour in linear light, four bytes a pixel. EXR: all
+        channels as named layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in
+        the header; `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region,
+        pixel_center.
         HTML: a page that shows all channels and every number, offline, with the options of `show`.
 
         Raises `FormatError` for other endings, `SettingsError` for options that the format does not have and for a PNG
         without colour, and `OSError` if the file cannot be written.
         """
         target = Path(path)
-        options = _options(bits=bits, half=half, exposure=exposure, view=view, **page)
+        options = _options(bits=bits, half=half, exposure=exposure, view=view, channel=channel, **page)
         _check(target, self._channels, options)
         atomic_files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
@@ -193,12 +212,44 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _html(self, **options: Any) -> bytes:
         return bytes(PAGES["page"](self, **options), "utf-8")
 
-    def to_png(self, bits: int = 8, exposure: float | None = None, view: str | None = None) -> bytes:
-        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`."""
+    def to_png(
+        self,
+        bits: int = 8,
+        exposure: float | None = None,
+        view: str | None = None,
+        channel: str | None = None,
+    ) -> bytes:
+        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`.
+
+        Another `channel` is a picture by the rules of `raycam.render.channel_picture`, 8 bits.
+        """
+        shown = self._shown(channel)
+        if shown != "color":
+            if bits != 8:
+                raise SettingsError(
+                    f"bits is {bits}: the picture of {shown} has 8; .exr and .npz hold its numbers"
+                )
+            return _core.encode_png(channel_picture(shown, self._channels[shown]))
         if bits not in (8, 16):
             raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
         pixels = self._srgba if self.transparent else self._srgb
         return _core.encode_png(pixels(bits, exposure, view))
+
+    def _shown(self, channel: str | None) -> str:
+        """The channel that a picture shows: the one asked for, colour, or the only one."""
+        if channel is not None:
+            self[channel]  # raises KeyError
+            return channel
+        return "color" if "color" in self._channels else next(iter(self._channels))
+
+    def to_jpeg(
+        self, exposure: float | None = None, view: str | None = None, channel: str | None = None
+    ) -> bytes:
+        """The bytes of a JPEG file (baseline, 4:2:0) of what `to_png` shows with 8 bits, without opacity."""
+        shown = self._shown(channel)
+        if shown == "color":
+            return encode_jpeg(self.to_srgb8(exposure, view))
+        return encode_jpeg(channel_picture(shown, self._channels[shown]))
 
     def _hdr(self) -> bytes:
         return _core.encode_hdr(np.ascontiguousarray(self._channels["color"], dtype=np.float32))
@@ -299,14 +350,26 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return f"Frame {width} x {height}{part}: {', '.join(self._channels)}"
 
 
+PICTURES = (".png", ".jpg", ".jpeg")
+"""Endings of pictures for looking at."""
+
 # File formats by ending: the encoder and its options.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
-    ".png": (Frame.to_png, {"bits", "exposure", "view"}),
+    ".png": (Frame.to_png, {"bits", "exposure", "view", "channel"}),
+    ".jpg": (Frame.to_jpeg, {"exposure", "view", "channel"}),
+    ".jpeg": (Frame.to_jpeg, {"exposure", "view", "channel"}),
     ".hdr": (Frame._hdr, set()),
     ".exr": (Frame._exr, {"half"}),
     ".npz": (Frame._npz, set()),
     ".html": (Frame._html, {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title"}),
 }
+
+
+def encoded(frame: Frame, name: str | os.PathLike[str], **options: Any) -> bytes:
+    """The bytes of a file of this name, as `Frame.save` writes it; raises its errors."""
+    target, given = Path(name), _options(**options)
+    _check(target, frame.channels, given)
+    return SAVERS[target.suffix.lower()][0](frame, **given)
 
 
 def check_save(
@@ -324,8 +387,8 @@ def check_save(
     target = Path(path)
     names = list(channels)
     _check(target, names, _options(bits=bits, half=half))
-    if target.suffix.lower() in (".png", ".hdr"):
-        names = ["color"]
+    if target.suffix.lower() in (*PICTURES, ".hdr"):
+        names = ["color"] if "color" in names else names[:1]
     each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
     atomic_files.check_writable(target, each * size[0] * size[1])
 
@@ -341,9 +404,15 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
     if ending not in SAVERS:
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
         raise FormatError(f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}")
-    if ending in (".png", ".hdr") and "color" not in channels:
+    names = list(channels)
+    if ending in PICTURES and "color" not in names and options.get("channel") is None and len(names) > 1:
         raise SettingsError(
-            f"{target}: {ending} files show the channel color, this has {', '.join(channels)}; save it as .exr or .npz"
+            f"{target}: a {ending} file shows one channel, this has {', '.join(names)}; choose one, or save it as .exr"
+            " or .npz"
+        )
+    if ending == ".hdr" and "color" not in names:
+        raise SettingsError(
+            f"{target}: {ending} files show the channel color, this has {', '.join(names)}; save it as .exr or .npz"
         )
     for name in options:
         if name not in SAVERS[ending][1]:

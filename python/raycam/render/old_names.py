@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from ..errors import Notice, SettingsError
+from ..errors import SettingsError
+from ..notices import warn
 
 __all__ = ["OLD_NAMES", "current_names"]
 
@@ -25,8 +25,6 @@ def current_names(settings: Mapping[str, Any]) -> dict[str, Any]:
         value = renamed.pop(old)
         if renamed.get(new) is not None:
             raise SettingsError(f"{old} and {new} are given, two names of one option: give {new}")
-        warnings.warn(
-            f"{old} is called {new} now; the old name is understood until 0.2", Notice, stacklevel=3
-        )
+        warn(f"{old} is called {new} now; the old name is understood until 0.2")
         renamed[new] = value
     return renamed

@@ -18,6 +18,7 @@ from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
+from ..notices import warn_all
 from ..render import render
 from ..render.frame import Frame
 from ..render.old_names import current_names
@@ -96,6 +97,7 @@ class VideoPlan:
                 f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames"
             )
         self._world, self._pace, self._settings = world, length / self.seconds, settings
+        warn_all(self.notices)
 
     @property
     def transparent(self) -> bool:

@@ -28,6 +28,8 @@ Add = Callable[[int, Picture], None]
 """Adds a picture: `add(frame number, picture)`."""
 
 GIF_MAX_FPS = 50
+OLDEST_AV = 17
+"""The oldest major version of PyAV that encodes all codecs of the table."""
 ENDINGS = [*dict.fromkeys(ending for ending, _, _ in CODECS), ".gif"]
 """Endings of video files; a path without an ending is a folder of PNG pictures."""
 
@@ -51,6 +53,8 @@ def check_video(
         raise SettingsError(
             f"{path.name}: a .gif file is never {what}; take .mov, .mkv or a folder of PNG pictures"
         )
+    if suffix:
+        require_av(path.name)
     if suffix and suffix != ".gif":
         codec_of(suffix, lossless=lossless, alpha=alpha)
     if audio is not None:
@@ -59,6 +63,22 @@ def check_video(
                 f"{path.name}: {suffix or 'a folder'} has no sound; take {', '.join(ENDINGS[:-1])}"
             )
         check_audio(audio)
+
+
+def require_av(name: str) -> None:
+    """Raises `SettingsError` if PyAV, which encodes video files, is missing or too old, before anything is rendered."""
+    try:
+        import av
+    except ImportError as error:
+        raise SettingsError(
+            f"{name}: video files need PyAV ({error}): pip install 'av>={OLDEST_AV}', or write a folder of PNG pictures"
+        ) from None
+    major = str(av.__version__).partition(".")[0]
+    if not major.isdecimal() or int(major) < OLDEST_AV:
+        raise SettingsError(
+            f"{name}: video files need PyAV {OLDEST_AV} or newer, this is {av.__version__}: pip install"
+            f" 'av>={OLDEST_AV}', or write a folder of PNG pictures"
+        )
 
 
 def open_video(

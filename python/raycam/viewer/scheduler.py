@@ -11,10 +11,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ..errors import Error
+from ..notices import collected
 from ..render import render
+from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
 from .session import Session
 from .stills import COLORS, truth
@@ -26,7 +26,6 @@ IN_FLIGHT = 2
 """Pictures that a client may not have acknowledged yet."""
 REST = 0.15  # seconds without a change after which a view rests
 TICK = 0.03  # seconds between two looks for work where nothing wakes the thread
-JPEG_QUANTIZER = 3  # of FFmpeg's encoder, 2 (best) to 31
 
 Work = Callable[[], None]
 
@@ -63,7 +62,8 @@ class Scheduler(threading.Thread):
                 continue
             session, work = chosen
             try:
-                work()
+                with collected():  # the page shows the notices
+                    work()
             except Superseded:
                 continue
             except (Error, MemoryError) as error:
@@ -131,7 +131,7 @@ class Scheduler(threading.Thread):
         session.pace.measured(size, seconds)
         if channel == "color":
             fields: dict[str, Any] = {"encoding": "jpeg"}
-            buffers = [jpeg(frame.to_srgb8(exposure, view))]
+            buffers = [encode_jpeg(frame.to_srgb8(exposure, view))]
         else:
             header, data = pack(channel, frame[channel], level=1)
             fields, buffers = {"encoding": "plane", "plane": header}, [data]
@@ -221,21 +221,3 @@ class Scheduler(threading.Thread):
             **fields,
         }
         session.send_message(message, buffers)
-
-
-def jpeg(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> bytes:
-    """The bytes of a JPEG file of sRGB [h, w, 3]."""
-    from fractions import Fraction
-
-    import av
-
-    height, width = rgb.shape[:2]
-    codec: Any = av.CodecContext.create("mjpeg", "w")
-    codec.width, codec.height, codec.pix_fmt = width, height, "yuvj420p"
-    codec.time_base = Fraction(1, 25)
-    codec.qmin = codec.qmax = JPEG_QUANTIZER
-    picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24").reformat(
-        format="yuvj420p", dst_colorspace="ITU601", dst_color_range="JPEG"
-    )
-    picture.pts = 0
-    return b"".join(bytes(packet) for packet in (*codec.encode(picture), *codec.encode(None)))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +17,11 @@ from ..camera import Camera
 from ..errors import SettingsError, WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
+from ..io.fork_guard import no_fork
+from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
+from .keys import LightKeys, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
 from .usd_files import add_usd_object, is_usd, usd_named
 
@@ -75,7 +79,9 @@ class World:
         """
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         with usd_named():
-            return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+            world = cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
+        warn_all(world.notices)
+        return world
 
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
@@ -89,7 +95,7 @@ class World:
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         return cls._of(
-            _core.world_from_bytes(data, memory_limits.parse_size("texture_memory", texture_memory))
+            _core.world_from_bytes(data, memory_limits.parse_size("texture_memory", texture_memory), "")
         )
 
     def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
@@ -101,12 +107,25 @@ class World:
         """
         data, notices = _core.world_to_gltf(self._core)
         write(path, data)
+        warn_all(notices)
         return notices
 
     def with_cameras(self, cameras: Mapping[str, Camera]) -> World:
         """A copy with more cameras, which shares the acceleration structures. Names that are taken get a number."""
         more = [(name, camera._core) for name, camera in cameras.items()]
-        return World._of(_core.world_with_cameras(self._core, more))
+        return self._derived(_core.world_with_cameras(self._core, more))
+
+    def __copy__(self) -> World:
+        """A copy, which shares the acceleration structures; changes of one do not reach the other."""
+        return self.with_cameras({})
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+        """A copy, as `copy.copy`: what both share never changes."""
+        return self.with_cameras({})
+
+    def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
+        """Pickles the world as `to_bytes` does; raises its errors."""
+        return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory)
 
     # Building ---------------------------------------------------------------------------------------------
 
@@ -148,30 +167,44 @@ class World:
             if twice:
                 raise WorldError(f"{', '.join(sorted(twice))}: given twice")
             description |= part
-        return _core.world_add_object(self._core, plain(description), None)
+        with self._warning():
+            return _core.world_add_object(self._core, plain(description), None)
 
-    def add_object(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+    def add_object(
+        self,
+        description: Mapping[str, Any] | str | os.PathLike[str] | None = None,
+        /,
+        **keys: Unpack[ObjectKeys],
+    ) -> int:
         """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
-        Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
+        Takes a dict, keywords, or both; the path of a mesh file, or the word for a shape:
+        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", color="tomato")`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
         A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
         `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
         """
-        given = {**(description or {}), **keys}
-        if is_usd(given.get("mesh")):
-            return add_usd_object(self._core, given, self._folder)
-        return _core.world_add_object(self._core, plain(given), None)
+        given = object_keys(description, dict(keys))
+        with self._warning():
+            if is_usd(given.get("mesh")):
+                return add_usd_object(self._core, given, self._folder)
+            return _core.world_add_object(self._core, plain(given), None)
 
-    def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+    def add_light(
+        self, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
+    ) -> int:
         """Adds a light, described as in `[[light]]` of a world file; returns its index.
 
-        Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
+        Takes a dict, keywords, or both; or the type and keywords; one number for a strength is grey:
+        `add_light("sun", direction=[-1, -1, -2], irradiance=3)`,
         `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
-        `{"type": "environment", "image": "/data/noon.hdr"}`, `{"type": "sky", "radiance": [1, 1, 1]}`.
+        `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may be an array [h, w, 3] (linear floats, or
+        sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`.
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
-        return _core.world_add_light(self._core, plain({**(description or {}), **keys}), None)
+        with self._warning():
+            return _core.world_add_light(self._core, plain(light_keys(description, dict(keys))), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
@@ -187,7 +220,8 @@ class World:
         Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
         `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. Raises `WorldError`.
         """
-        _core.world_set_video(self._core, plain({**(description or {}), **keys}))
+        with self._warning():
+            _core.world_set_video(self._core, plain({**(description or {}), **keys}))
 
     # Contents ---------------------------------------------------------------------------------------------
 
@@ -254,8 +288,26 @@ class World:
 
     @property
     def notices(self) -> list[str]:
-        """Notices from reading and building: parts that were skipped, repaired or assumed."""
+        """Notices from reading and building: parts that were skipped, repaired or assumed.
+
+        Each is also warned as a `raycam.Notice` when it arises.
+        """
         return self._core.notices
+
+    @contextlib.contextmanager
+    def _warning(self) -> Iterator[None]:
+        """Context of a change, which warns of the notices that it adds."""
+        before = len(self._core.notices)
+        yield
+        warn_all(self._core.notices[before:])
+
+    def _derived(self, core: _core.World) -> World:
+        """A world made of this one; warns of the notices that it has in addition."""
+        known = set(self._core.notices)
+        warn_all(notice for notice in core.notices if notice not in known)
+        world = World._of(core)
+        world._folder = self._folder
+        return world
 
     @property
     def render_settings(self) -> dict[str, Any]:
@@ -291,7 +343,7 @@ class World:
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
-        return World._of(self._core.at(float(time), animation))
+        return self._derived(self._core.at(float(time), animation))
 
     @property
     def variants(self) -> list[str]:
@@ -300,7 +352,7 @@ class World:
 
     def with_variant(self, name: str) -> World:
         """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
-        return World._of(self._core.with_variant(name))
+        return self._derived(self._core.with_variant(name))
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
         """`camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
@@ -342,6 +394,7 @@ class World:
         The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
         """
         starts, ways, shape = ray_pairs(origins, directions)
+        self.prepare(threads=threads)
         hits = self._core.cast_rays(starts, ways, coherent, threads)
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
 
@@ -389,7 +442,8 @@ class World:
 
     def prepare(self, *, threads: int | None = None) -> World:
         """Builds the acceleration structures now instead of at the first picture; returns the world."""
-        self._core.prepare(threads)
+        with no_fork():
+            self._core.prepare(threads)
         return self
 
     def __repr__(self) -> str:
@@ -399,3 +453,9 @@ class World:
             f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
             f"{counts['lights']} lights, {counts['cameras']} cameras"
         )
+
+
+def _from_pickle(data: bytes, folder: str | None, texture_memory: int | None) -> World:
+    world = World._of(_core.world_from_bytes(data, texture_memory, folder or ""))
+    world._folder = folder
+    return world

@@ -37,7 +37,19 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
         if value.ndim != 2 or value.shape[1] != columns:
             raise WorldError(f"{name} must have the shape [n, {columns}], not {list(value.shape)}")
         return value
-    return floats(name, value, ("n", columns), error=WorldError)
+    array = floats(name, value, ("n", columns), error=WorldError)
+    if (
+        name.endswith("colors")
+        and array.size
+        and array.max() > 1
+        and array.min() >= 0
+        and (array % 1 == 0).all()
+    ):
+        raise WorldError(
+            f"{name}: numbers are linear and lie in 0..=1; these go up to {array.max():g}: bytes in sRGB are given as"
+            f" numpy.uint8({name})"
+        )
+    return array
 
 
 def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:

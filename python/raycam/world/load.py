@@ -9,6 +9,7 @@ from .. import _core, usd
 from ..errors import SettingsError
 from ..io import memory_limits
 from ..io.folders import check_folder
+from ..notices import collected, warn_all
 from . import World
 from .usd_files import load_usd, usd_named
 
@@ -28,7 +29,7 @@ def load(
     USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a separate process.
 
     Vertices are used exactly as given, never rotated or scaled. The parts of a mesh file become objects.
-    `World.notices` lists parts that were skipped or repaired.
+    `World.notices` lists parts that were skipped or repaired, and each is warned as a `raycam.Notice`.
     `variant` is the name of a material variant of a glTF file.
 
     `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it,
@@ -55,4 +56,8 @@ def load(
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         with usd_named():
             world = World._of(_core.World.load(os.fspath(path), folder, limit))
-    return world if variant is None else world.with_variant(variant)
+    if variant is not None:
+        with collected():
+            world = world.with_variant(variant)
+    warn_all(world.notices)
+    return world

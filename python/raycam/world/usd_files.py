@@ -63,7 +63,7 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
         except FormatError as error:
             raise FormatError(_of_usd(str(error), path, folder, files)) from None
         if up is not None and up != found["up"]:
-            said.append(f"its up axis, {found['up']}, is turned to {up}: upright=False keeps it")
+            said.append(f"its up axis, {found['up']}, is turned to {up}: upright = false keeps it")
         notices = [_of_usd(notice, path, folder, files) for notice in core.notices[before:]]
         core.set_notices([*core.notices[:before], *notices, *(f"{path}: {notice}" for notice in said)])
     return number

@@ -25,6 +25,7 @@ THIRD_PARTY_PYTHON = {
     "dask",
     "distributed",
     "pxr",
+    "cairosvg",
     "pyoidn",
     "cv2",
     "embreex",

@@ -32,13 +32,18 @@ pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bo
     Ok(PyBytes::new(py, &bytes))
 }
 
-/// The world in such bytes.
+/// The world in such bytes; relative names of files that are added refer to `folder`.
 #[pyfunction]
-pub(crate) fn world_from_bytes(py: Python<'_>, bytes: &[u8], texture_memory: Option<u64>) -> PyResult<World> {
+pub(crate) fn world_from_bytes(
+    py: Python<'_>,
+    bytes: &[u8],
+    texture_memory: Option<u64>,
+    folder: PathBuf,
+) -> PyResult<World> {
     let budget = budget(texture_memory);
     let read = || bundle::read(bytes, Path::new("the world of the job"), budget);
     let world = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
-    Ok(World::from_inner(world, PathBuf::new()))
+    Ok(World::from_inner(world, folder))
 }
 
 /// The world as a GLB file, and what that does not say of it.

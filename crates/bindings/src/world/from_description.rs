@@ -9,6 +9,7 @@ use raycam_scene::{Light, World as Inner};
 
 use crate::error::{IntoPyErr, catch_panic};
 use crate::py_value::to_value;
+use crate::world::array_images::{ArrayImages, FilesAndArrays, NAME, is_array};
 use crate::world::state::{World, budget};
 
 /// The world of a description, whose files lie in `folder` and nowhere else.
@@ -18,10 +19,13 @@ pub(crate) fn world_from_dict(
     folder: PathBuf,
     texture_memory: Option<u64>,
 ) -> PyResult<World> {
-    let value = to_value(description, "")?;
+    let mut arrays = ArrayImages::default();
+    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
     let build = || -> Result<Inner, FormatError> {
         let mut files = AssetRoot::new(&folder, &budget(texture_memory));
-        let mut world = from_value::<WorldFile>(&value)?.build(&mut files)?;
+        let file = from_value::<WorldFile>(&value)?;
+        let mut world = file.build(&mut FilesAndArrays { files: &mut files, arrays: &arrays })?;
+        world.lights.iter_mut().for_each(name_array);
         files.finish_world(&mut world)?;
         Ok(world)
     };
@@ -36,8 +40,12 @@ pub(crate) fn world_add_object(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let spec: ObjectSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.add_description(description.py(), within, |inner, files| spec.build(inner, files))
+    let mut arrays = ArrayImages::default();
+    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
+    let spec: ObjectSpec = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    world.add_description(description.py(), within, |inner, files| {
+        spec.build(inner, &mut FilesAndArrays { files, arrays: &arrays })
+    })
 }
 
 /// Adds a light, whose files are those of [`world_add_object`].
@@ -47,11 +55,23 @@ pub(crate) fn world_add_light(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let mut light: Light = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let mut arrays = ArrayImages::default();
+    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
+    let mut light: Light = from_value(&value).map_err(IntoPyErr::into_py_err)?;
     world.add_description(description.py(), within, |inner, files| {
-        light.read(files)?;
+        light.read(&mut FilesAndArrays { files, arrays: &arrays })?;
+        name_array(&mut light);
         Ok(inner.add_light(light)?)
     })
+}
+
+/// Names the image of a light that was an array.
+fn name_array(light: &mut Light) {
+    if let Light::Environment { image, .. } = light
+        && is_array(&image.file)
+    {
+        image.file = NAME.into();
+    }
 }
 
 /// Gives the world a `[video]`, or another one.

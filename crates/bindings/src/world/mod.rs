@@ -1,5 +1,6 @@
 //! Worlds: built, asked, prepared once and rendered.
 
+mod array_images;
 pub(crate) mod bundle;
 pub(crate) mod from_description;
 mod light;

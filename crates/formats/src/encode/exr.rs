@@ -56,12 +56,12 @@ impl LayerSamples<'_> {
     }
 }
 
-/// The EXR channel names of a layer: `color` is R, G, B, A without prefix, so that every viewer shows it; `depth.Z`,
+/// The EXR channel names of a layer: `color` is R, G, B, A without prefix, so that every viewer shows it; `albedo.R`, `depth.Z`,
 /// `distance.Z`; ids `instance.id`; other single values `coverage.V`; two are U and V, more are X, Y, Z, W.
 pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>, FormatError> {
     let name = layer.name;
     let letters: &[&str] = match (name, layer.components, &layer.samples) {
-        ("color", 1..=4, _) => &["R", "G", "B", "A"],
+        ("color" | "albedo", 1..=4, _) => &["R", "G", "B", "A"],
         ("depth" | "distance", 1, _) => &["Z"],
         (_, 1, LayerSamples::Id(_)) => &["id"],
         (_, 1, _) => &["V"],

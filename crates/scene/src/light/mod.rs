@@ -2,17 +2,20 @@
 
 pub(crate) mod file_ref;
 pub(crate) mod ies_profile;
+mod strength;
 pub(crate) mod validate;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::light::strength::{Strength, optional_strength, strength};
 use crate::texture::Image;
 
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
 
-/// A light, which of the closed set its `type` says: `{ type = "sun", ... }`. All values are radiometric and linear.
+/// A light, which of the closed set its `type` says: `{ type = "sun", ... }`. All values are radiometric and linear;
+/// one number instead of red, green and blue is grey.
 ///
 /// A light has no mesh: it is seen where it has a size, directly and in mirrors, but casts no shadow and is in no ground
 /// truth. To make it block light, put an object there; to make an object shine, give it `emission`.
@@ -26,6 +29,8 @@ pub enum Light {
         /// The way the light travels, in the world; any length but zero.
         direction: [f64; 3],
         /// Linear RGB in W/m² on a surface that faces the sun.
+        #[serde(deserialize_with = "strength")]
+        #[schemars(with = "Strength")]
         irradiance: [f32; 3],
         /// In degrees, below 180. Earth's sun has 0.53: shadows get soft edges, and the sky has a bright disk.
         #[serde(default)]
@@ -38,10 +43,12 @@ pub enum Light {
         /// The centre, in the world.
         position: [f64; 3],
         /// Linear RGB in W, over the whole sphere of directions.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
         /// Linear RGB in W/sr.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         intensity: Option<[f32; 3]>,
         /// In metres.
         #[serde(default)]
@@ -56,10 +63,12 @@ pub enum Light {
         /// The axis of the cone, the way the light travels; any length but zero.
         direction: [f64; 3],
         /// Linear RGB in W, all that leaves it.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
         /// Linear RGB in W/sr, on the axis.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         intensity: Option<[f32; 3]>,
         /// In degrees from the axis, 0 <= inner <= outer.
         #[serde(default)]
@@ -78,6 +87,8 @@ pub enum Light {
         /// The other edge. It shines towards u x v.
         v: [f64; 3],
         /// Linear RGB in W/(m² sr).
+        #[serde(deserialize_with = "strength")]
+        #[schemars(with = "Strength")]
         radiance: [f32; 3],
         /// True if it emits to both sides.
         #[serde(default)]
@@ -92,6 +103,8 @@ pub enum Light {
         /// In metres.
         radius: f64,
         /// Linear RGB in W/(m² sr).
+        #[serde(deserialize_with = "strength")]
+        #[schemars(with = "Strength")]
         radiance: [f32; 3],
         /// True if it emits to both sides.
         #[serde(default)]
@@ -111,23 +124,28 @@ pub enum Light {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         front: Option<[f64; 3]>,
         /// Linear RGB in W, all that leaves it. Where not given, its candela as white light of 683 lm/W.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
     },
     /// The background, and light from everywhere: the same `radiance` in all directions, or from `zenith` to `horizon`.
     Sky {
         /// Linear RGB in W/(m² sr).
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         radiance: Option<[f32; 3]>,
         /// Straight up. Radiance is linear in the sine of the elevation: a horizon of a third of the zenith is the
         /// overcast sky of Moon and Spencer (1942), a CIE standard.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         zenith: Option<[f32; 3]>,
         /// At the horizon, and below unless there is `ground`.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         horizon: Option<[f32; 3]>,
         /// Below the horizon.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
+        #[schemars(with = "Option<Strength>")]
         ground: Option<[f32; 3]>,
     },
     /// A clear sky with its sun: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight",

@@ -44,6 +44,9 @@ impl ObjectSpec {
         if kind != "vertices" {
             keys.refuse(&["triangles"], "it goes with \"vertices\", which is missing")?;
         }
+        if kind != "mesh" {
+            keys.refuse(&["upright"], "it goes with \"mesh\", a file that says which axis is up")?;
+        }
         self.check_material(&keys)?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
         let name = self.object_name(kind)?;
@@ -54,14 +57,15 @@ impl ObjectSpec {
                 let file = self.mesh.clone();
                 let plain = keys.given(&GEOMETRY).is_empty();
                 let next = world.textures.len();
-                let (additions, read) = self.additions(&keys, next, files, known, plain)?;
+                let up = (self.upright != Some(false)).then_some(world.up);
+                let (additions, read) = self.additions(&keys, up, next, files, known, plain)?;
                 let Additions { mesh, index, materials, textures, notices } = additions;
                 let materials = add_materials(materials, textures, &name, world)?;
                 world.notices.extend(notices);
                 let index = index.unwrap_or_else(|| world.add_shared_mesh(mesh));
                 if let (Some(file), Some(mut read)) = (file, read) {
                     read.index = read.index.or(plain.then_some(index));
-                    known.insert(file, read);
+                    known.insert((file, up), read);
                 }
                 (index, materials)
             }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::keys::Keys;
 use crate::error::SceneError;
@@ -16,9 +16,11 @@ use crate::schema::build_failure::BuildFailure;
 use crate::schema::shorthand::{Refine, Scheme};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
+use crate::up::Up;
 
-/// The mesh files that were read so far, by name: one that several objects name is read once.
-pub type LoadedMeshes = HashMap<String, LoadedMesh>;
+/// The mesh files that were read so far, by name and the axis they are turned to: one that several objects name is read
+/// once.
+pub type LoadedMeshes = HashMap<(String, Option<Up>), LoadedMesh>;
 
 /// The contents of a mesh file.
 #[derive(Clone)]
@@ -44,10 +46,11 @@ pub(super) struct Additions {
 
 impl ObjectSpec {
     /// Its own mesh, refined and checked, with its materials and their textures, of which the first will be the world's
-    /// `next_texture`; and what its file gave, where it has one. `for_mesh` is a mesh as it is in the file.
+    /// `next_texture`; and what its file gave, where it has one, turned to `up`. `plain` is a mesh as it is in the file.
     pub(super) fn additions<F: AssetLoader>(
         &mut self,
         keys: &Keys<KEYS>,
+        up: Option<Up>,
         next_texture: usize,
         files: &mut F,
         known: &LoadedMeshes,
@@ -56,7 +59,7 @@ impl ObjectSpec {
         let (mut textures, mut notices) = (Vec::new(), Vec::new());
         let read = match &self.mesh {
             None => None,
-            Some(file) => Some(match known.get(file) {
+            Some(file) => Some(match known.get(&(file.clone(), up)) {
                 Some(known) => known.clone(),
                 None => {
                     let model = files.mesh(file).map_err(|error| BuildFailure::File("mesh".into(), error))?;
@@ -67,6 +70,16 @@ impl ObjectSpec {
                         material.texture_slots_mut().for_each(|slot| slot.texture += next_texture);
                     }
                     (textures, notices) = (model.textures, model.notices);
+                    let mesh = match (model.up, up) {
+                        (Some(from), Some(to)) if from != to => {
+                            let (from_name, to_name) = (from.name(), to.name());
+                            notices.push(format!(
+                                "{file}: its up axis, {from_name}, is turned to {to_name}: upright = false keeps it"
+                            ));
+                            mesh.transformed(DAffine3::from_mat3(to.rotation_from(from)))
+                        }
+                        _ => mesh,
+                    };
                     LoadedMesh { mesh: Arc::new(mesh), index: None, materials }
                 }
             }),

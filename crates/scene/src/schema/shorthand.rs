@@ -4,9 +4,11 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserialize, Deserializer, Error, Expected, MapAccess, SeqAccess, Visitor};
 
 use crate::color::{Rgb, linear_from_srgb8};
+use crate::error::suggestion;
+use crate::schema::color_names::{self, srgb8_of_name};
 use crate::texture::Wrap;
 
 /// `N` numbers, or one that stands for all of them.
@@ -104,6 +106,10 @@ impl<'de, const N: usize> Deserialize<'de> for Splat<N> {
                 Ok(Splat([v as f64; N]))
             }
 
+            fn visit_u64<E: Error>(self, v: u64) -> Result<Splat<N>, E> {
+                Ok(Splat([v as f64; N]))
+            }
+
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Splat<N>, A::Error> {
                 let mut values = [0.0; N];
                 for (i, value) in values.iter_mut().enumerate() {
@@ -142,28 +148,55 @@ impl<'de> Deserialize<'de> for Color {
             type Value = Color;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a list of 3 numbers (linear, 0..=1) or \"#rrggbb\" (8-bit sRGB)")
+                f.write_str("3 numbers (linear, 0..=1), one (grey), \"#rrggbb\" (8-bit sRGB) or a name (\"red\")")
+            }
+
+            fn visit_f64<E: Error>(self, v: f64) -> Result<Color, E> {
+                refuse_bytes([v; 3])?;
+                Ok(Color([v as f32; 3]))
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Color, E> {
+                self.visit_f64(v as f64)
             }
 
             fn visit_str<E: Error>(self, v: &str) -> Result<Color, E> {
-                let hex = v.strip_prefix('#').filter(|hex| hex.len() == 6);
+                let hex = v.strip_prefix('#').filter(|hex| hex.len() == 6 && !hex.contains('+'));
                 let byte = |i| hex.and_then(|hex| u8::from_str_radix(hex.get(i..i + 2)?, 16).ok());
-                match [byte(0), byte(2), byte(4)] {
-                    [Some(r), Some(g), Some(b)] if !v.contains('+') => Ok(Color(linear_from_srgb8([r, g, b]))),
-                    _ => Err(E::invalid_value(serde::de::Unexpected::Str(v), &self)),
+                if let [Some(r), Some(g), Some(b)] = [byte(0), byte(2), byte(4)] {
+                    return Ok(Color(linear_from_srgb8([r, g, b])));
                 }
+                if let Some(srgb) = srgb8_of_name(v) {
+                    return Ok(Color(linear_from_srgb8(srgb)));
+                }
+                let near = if v.starts_with('#') { String::new() } else { suggestion(v, color_names::names()) };
+                Err(E::custom(format_args!("{v:?}: expected {}{near}", &self as &dyn Expected)))
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
-                let mut rgb = [0.0; 3];
+                let mut rgb = [0.0_f64; 3];
                 for (i, value) in rgb.iter_mut().enumerate() {
                     *value = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
                 }
-                Ok(Color(rgb))
+                refuse_bytes(rgb)?;
+                Ok(Color(rgb.map(|value| value as f32)))
             }
         }
         deserializer.deserialize_any(ColorVisitor)
     }
+}
+
+/// Refuses what can only be bytes, with the way in which they are written.
+fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
+    let is_byte = |v: f64| (0.0..=255.0).contains(&v) && v.fract() == 0.0;
+    if !rgb.iter().all(|&v| is_byte(v)) || !rgb.iter().any(|&v| v > 1.0) {
+        return Ok(());
+    }
+    let [r, g, b] = rgb.map(|v| v as u8);
+    Err(E::custom(format_args!(
+        "[{r}, {g}, {b}]: numbers are linear and lie in 0..=1; these look like bytes, which are written \
+         \"#{r:02x}{g:02x}{b:02x}\" (in Python also numpy.uint8([{r}, {g}, {b}]))"
+    )))
 }
 
 impl JsonSchema for Color {
@@ -174,7 +207,8 @@ impl JsonSchema for Color {
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({ "anyOf": [
             { "type": "array", "items": { "type": "number", "minimum": 0, "maximum": 1 }, "minItems": 3, "maxItems": 3 },
-            { "type": "string", "pattern": "^#[0-9a-fA-F]{6}$" },
+            { "type": "number", "minimum": 0, "maximum": 1 },
+            { "type": "string", "pattern": "^(#[0-9a-fA-F]{6}|[a-zA-Z]+)$" },
         ] })
     }
 }

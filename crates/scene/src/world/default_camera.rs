@@ -7,6 +7,10 @@ use crate::error::SceneError;
 use crate::up::Up;
 use crate::world::World;
 
+/// The direction from the middle to the eye, to the right, to the front and up. No plane whose normal is of small whole
+/// numbers contains it, so that none of the slanted planes that people model is seen from its edge.
+const AWAY: [f64; 3] = [1.037, 1.983, 1.019];
+
 impl World {
     /// The first camera, or one of 45 degrees that frames everything from the front right above. `size` is for the
     /// latter.
@@ -23,8 +27,8 @@ impl World {
         let pixel_center = PixelCenter::default();
         let k = intrinsics_from_fov(45.0, size, pixel_center)?;
         let away = match self.up {
-            Up::Z => DVec3::new(1.0, -2.0, 1.0),
-            Up::Y => DVec3::new(1.0, 1.0, 2.0),
+            Up::Z => DVec3::new(AWAY[0], -AWAY[1], AWAY[2]),
+            Up::Y => DVec3::new(AWAY[0], AWAY[2], AWAY[1]),
         };
         let center = (low + high) / 2.0;
         let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;

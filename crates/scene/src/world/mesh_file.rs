@@ -16,6 +16,7 @@ impl MeshFile {
             textures: world.textures.iter().map(|t| (**t).clone()).collect(),
             materials: world.materials,
             notices: world.notices,
+            up: Some(world.up),
         }
     }
 }

@@ -80,10 +80,14 @@ impl Error for DeError {
     }
 }
 
-/// Our name for a word of other programs, or the nearest name of ours, or all of them.
+/// Our name for a word of other programs, or the nearest name of ours; and all of them.
 fn hint(given: &str, expected: &[&'static str]) -> String {
     let names = current_names(expected);
-    translation(given, &names).unwrap_or_else(|| suggestion(given, names))
+    let near = translation(given, &names).unwrap_or_else(|| suggestion(given, names.iter().copied()));
+    if names.is_empty() || near.contains("expected one of") {
+        return near;
+    }
+    format!("{near} (there are: {})", names.join(", "))
 }
 
 /// The given value, in people's words.

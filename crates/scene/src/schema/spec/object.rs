@@ -32,8 +32,11 @@ pub struct ObjectSpec {
     pub cone: Option<ConeShape>,
     /// A torus around the z axis.
     pub torus: Option<TorusShape>,
-    /// A mesh file beside the world file: OBJ, PLY, STL or OFF.
+    /// A mesh file beside the world file: OBJ, PLY, STL, OFF or glTF.
     pub mesh: Option<String>,
+    /// False if the axis that its format says is up (y of glTF) is not to be turned to that of the world; true where not
+    /// given.
+    pub upright: Option<bool>,
     /// Corner positions, with `triangles`.
     pub vertices: Option<Vec<[f64; 3]>>,
     /// Corner indices from 0, counter-clockwise seen from outside.
@@ -155,6 +158,7 @@ impl ObjectSpec {
             ("cone", self.cone.is_some()),
             ("torus", self.torus.is_some()),
             ("mesh", self.mesh.is_some()),
+            ("upright", self.upright.is_some()),
             ("vertices", self.vertices.is_some()),
             ("triangles", self.triangles.is_some()),
             ("instance_of", self.instance_of.is_some()),

@@ -50,8 +50,8 @@ fn wrong_types_and_lengths_say_what_was_expected() {
     assert_error(object(r#"{ "box": {}, "location": [1, 2] }"#), "location: a list of 2: expected a list of 3");
     assert_error(object(r#"{ "box": {}, "location": [1, 2, "3"] }"#), r#"location[2]: "3": expected a number"#);
     assert_error(
-        object(r#"{ "box": {}, "color": "red" }"#),
-        r##"color: "red": expected a list of 3 numbers (linear, 0..=1) or "#rrggbb" (8-bit sRGB)"##,
+        object(r#"{ "box": {}, "color": "redd" }"#),
+        r##"color: "redd": expected 3 numbers (linear, 0..=1), one (grey), "#rrggbb" (8-bit sRGB) or a name ("red"); did you mean "red"?"##,
     );
     assert_error(
         object(r#"{ "box": {}, "refine": -1 }"#),
@@ -96,7 +96,10 @@ fn wrong_types_and_lengths_say_what_was_expected() {
 fn values_that_make_no_sense_name_their_key() {
     assert_error(object(r#"{ "box": {}, "diffuse": 1.5 }"#), "diffuse: 1.5: expected 0..=1");
     assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]: expected 0..=1");
-    assert_error(object(r#"{ "box": {}, "color": [0, 0, 255] }"#), "color: [0.0, 0.0, 255.0]: expected 0..=1");
+    assert_error(
+        object(r#"{ "box": {}, "color": [0, 0, 255] }"#),
+        "color: [0, 0, 255]: numbers are linear and lie in 0..=1; these look like bytes, which are written \"#0000ff\" (in Python also numpy.uint8([0, 0, 255]))",
+    );
     assert_error(
         object(r#"{ "box": {}, "shininess": -1 }"#),
         "shininess: -1: expected a finite number >= 0, the Phong exponent",
@@ -193,4 +196,16 @@ fn errors_know_their_place_in_the_text() {
     assert_eq!(root.span_at("light[0].direction"), Some(20..29));
     assert_eq!(root.span_at("light[0].irradiance"), Some(10..60), "the nearest ancestor");
     assert_eq!(root.span_at(""), Some(0..100));
+}
+
+#[test]
+fn unknown_keys_list_those_that_there_are() {
+    for (key, near) in [("cube", "box"), ("rotation", "roll"), ("colour", "color"), ("zzz", "")] {
+        let error = object(&format!(r#"{{ "box": {{}}, "{key}": 1 }}"#)).expect_err("an unknown key").to_string();
+        let (said, list) = error.split_once(" (there are: ").expect("a list");
+        assert!(said.contains(near), "{said}");
+        for name in ["box", "mesh", "instance_of", "location", "upright", "color", "diffuse_transmission_color"] {
+            assert!(list.split([',', ' ', ')']).any(|word| word == name), "{name} is not in {list}");
+        }
+    }
 }

@@ -56,6 +56,7 @@ fn model() -> MeshFile {
         materials: vec![material("paint", Some(TextureSlot::plain(0))), material("chrome", None)],
         textures: vec![texture],
         notices: vec!["repaired".into()],
+        up: None,
     }
 }
 
@@ -88,7 +89,7 @@ fn a_failed_object_leaves_the_world_as_it_was() {
         r#"{ "sphere": {}, "diffuse": 3 }"#,
         r#"{ "sphere": {}, "scale": 0 }"#,
         r#"{ "sphere": {}, "refine": 20 }"#,
-        r#"{ "instance_of": "box", "color": [2, 0, 0] }"#,
+        r#"{ "instance_of": "box", "color": [2.5, 0, 0] }"#,
         r#"{ "sphere": {}, "texture": "x.png" }"#,
     ] {
         let spec = schema::from_value::<ObjectSpec>(&node(json)).unwrap();

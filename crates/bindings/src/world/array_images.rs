@@ -1,0 +1,147 @@
+//! Images that Python hands over as arrays: they are converted at once, and the description names them like files.
+
+use std::sync::Arc;
+
+use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_formats::{AssetRoot, FormatError};
+use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texels, Texture, TextureSampler, Wrap};
+
+use crate::error::world_error;
+
+/// Before the number of an array in its name: no file is called like that.
+const MARK: &str = "\0array ";
+/// The name that the image of a light has instead.
+pub(crate) const NAME: &str = "array";
+
+/// The images of a description by their numbers.
+#[derive(Default)]
+pub(crate) struct ArrayImages(Vec<Arc<Image>>);
+
+impl ArrayImages {
+    /// Takes the image arrays out of a description: of `texture`, `textures` and `image`, at any depth. Python's dicts are
+    /// left as they are; the copy that is returned has names in the place of arrays.
+    pub(crate) fn take_arrays<'py>(
+        &mut self,
+        description: &Bound<'py, PyAny>,
+        key: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = description.py();
+        if let Ok(dict) = description.cast::<PyDict>() {
+            let copy = PyDict::new(py);
+            for (name, value) in dict {
+                let is_image = |word: &str| word.starts_with("texture") || word == "image";
+                let inner = match name.extract::<String>() {
+                    Ok(word) if is_image(&word) => "image".to_owned(),
+                    Ok(word) if key != "image" => word,
+                    _ => key.to_owned(),
+                };
+                copy.set_item(name, self.take_arrays(&value, &inner)?)?;
+            }
+            return Ok(copy.into_any());
+        }
+        if let Ok(list) = description.cast::<pyo3::types::PyList>()
+            && matches!(key, "object" | "light")
+        {
+            let items = list.iter().map(|item| self.take_arrays(&item, key)).collect::<PyResult<Vec<_>>>()?;
+            return Ok(pyo3::types::PyList::new(py, items)?.into_any());
+        }
+        if key == "image"
+            && let Ok(array) = description.cast::<PyUntypedArray>()
+            && array.ndim() >= 2
+        {
+            self.0.push(Arc::new(image_of_array(array)?));
+            return Ok(format!("{MARK}{}", self.0.len() - 1).into_pyobject(py)?.into_any());
+        }
+        Ok(description.clone())
+    }
+
+    fn image_named(&self, name: &str) -> Option<Arc<Image>> {
+        self.0.get(name.strip_prefix(MARK)?.parse::<usize>().ok()?).cloned()
+    }
+}
+
+/// True for the name of an array.
+pub(crate) fn is_array(name: &str) -> bool {
+    name.starts_with(MARK)
+}
+
+/// The image of an array [h, w] or [h, w, 1..4] of uint8 (8-bit sRGB) or floats (linear).
+fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
+    let shape = array.shape().to_vec();
+    let (height, width, channels) = match shape[..] {
+        [height, width] => (height, width, 1),
+        [height, width, channels @ 1..=4] => (height, width, channels),
+        _ => return Err(world_error(format!("an image of shape {shape:?}: expected [h, w] or [h, w, 1..4]"))),
+    };
+    if height == 0 || width == 0 || height > 65_536 || width > 65_536 {
+        return Err(world_error(format!("an image of {width} x {height} texels: expected 1 to 65536 each way")));
+    }
+    let texels = if let Ok(bytes) = array.cast::<PyArrayDyn<u8>>() {
+        Texels::Srgb8(texels_of(bytes, channels, 255)?)
+    } else if array.dtype().kind() == b'f' {
+        let floats = array.call_method1("astype", ("float32",))?.cast_into::<PyArrayDyn<f32>>()?;
+        Texels::Float(texels_of(&floats, channels, 1.0)?)
+    } else {
+        return Err(world_error(format!("an image of dtype {}: expected uint8 or floats", array.dtype())));
+    };
+    Ok(Image { name: String::new(), size: [width as u32, height as u32], texels })
+}
+
+/// Grey, grey and alpha, RGB or RGBA as RGBA.
+fn texels_of<T: numpy::Element + Copy>(
+    array: &Bound<'_, PyArrayDyn<T>>,
+    channels: usize,
+    opaque: T,
+) -> PyResult<Vec<[T; 4]>> {
+    let view = array.readonly();
+    let copied: Vec<T>;
+    // `as_slice` takes Fortran's order as well.
+    let data = match view.as_slice().ok().filter(|_| view.is_c_contiguous()) {
+        Some(data) => data,
+        None => {
+            copied = view.as_array().iter().copied().collect(); // C order, whatever the strides
+            &copied[..]
+        }
+    };
+    Ok(match channels {
+        1 => data.iter().map(|&v| [v, v, v, opaque]).collect(),
+        2 => data.as_chunks().0.iter().map(|&[v, a]| [v, v, v, a]).collect(),
+        3 => data.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, opaque]).collect(),
+        _ => data.as_chunks().0.to_vec(),
+    })
+}
+
+/// The files of a description, and its arrays.
+pub(crate) struct FilesAndArrays<'a> {
+    pub(crate) files: &'a mut AssetRoot,
+    pub(crate) arrays: &'a ArrayImages,
+}
+
+impl AssetLoader for FilesAndArrays<'_> {
+    type Error = FormatError;
+
+    fn mesh(&mut self, file: &str) -> Result<MeshFile, FormatError> {
+        self.files.mesh(file)
+    }
+
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
+        match self.arrays.image_named(file) {
+            Some(image) => Ok(Texture { image, sampler: TextureSampler { wrap, ..TextureSampler::default() } }),
+            None => self.files.texture(file, wrap),
+        }
+    }
+
+    fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {
+        self.files.profile(file)
+    }
+
+    fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
+        AssetLoader::store_texture(self.files, image)
+    }
+
+    fn in_context(error: FormatError, key: &str) -> FormatError {
+        AssetRoot::in_context(error, key)
+    }
+}

@@ -1,0 +1,66 @@
+"""Worlds and cameras as people name them: objects, paths and names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..errors import SettingsError
+
+if TYPE_CHECKING:
+    from ..world import World
+    from . import Camera
+
+__all__ = ["OPENERS", "camera_of", "world_of"]
+
+OPENERS: dict[str, Callable[..., Any]] = {}
+"""The functions `load` and `load_cameras`, which stand above this module: the package puts them here."""
+
+
+def world_of(world: Any) -> World:
+    """The world itself, or the one in the file of this path; raises `SettingsError` for anything else."""
+    if hasattr(world, "_core") and hasattr(world, "default_camera"):
+        found: World = world
+        return found
+    if isinstance(world, str | os.PathLike):
+        loaded: World = OPENERS["load"](world)
+        return loaded
+    if hasattr(world, "world") and hasattr(world, "seed"):
+        raise SettingsError(
+            "this is a recipe, which makes many worlds: give one of them, recipe.world(0), or all of them to"
+            " raycam.dataset.write"
+        )
+    raise SettingsError(
+        f"world must be a raycam.World or the path of a world file, not {type(world).__name__}"
+    )
+
+
+def camera_of(world: World, camera: Any) -> Camera:
+    """The camera itself, the world's camera of this name, or the first one of a calibration file.
+
+    None is the world's first camera, or one that frames the whole world. Raises `SettingsError` for anything else,
+    `WorldError` with the nearest known name, and the errors of `load_cameras`.
+    """
+    if camera is None:
+        return world.default_camera()
+    if hasattr(camera, "_core") and hasattr(camera, "project"):
+        found: Camera = camera
+        return found
+    name = camera if isinstance(camera, str) else None
+    if name in world.cameras:
+        return world.camera(name)
+    if isinstance(camera, os.PathLike) or (name is not None and os.path.exists(name)):
+        first: Camera = next(iter(OPENERS["load_cameras"](camera).values()))
+        return first
+    if name is not None:
+        return world.camera(name)
+    if hasattr(camera, "values"):
+        raise SettingsError(
+            f"camera is a {type(camera).__name__} of {len(camera)} cameras: choose one of {', '.join(camera)}, as in"
+            f" cameras[{next(iter(camera), '')!r}]"
+        )
+    raise SettingsError(
+        "camera must be a raycam.Camera, the name of a camera of the world or the path of a calibration,"
+        f" not {type(camera).__name__}"
+    )

@@ -1,0 +1,106 @@
+"""Pictures of channels that are no colours, by fixed rules, and JPEG."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+__all__ = ["channel_picture", "encode_jpeg"]
+
+JPEG_QUANTIZER = 3
+"""The quantizer of FFmpeg's MJPEG encoder, 2 (best) to 31."""
+VIRIDIS = (
+    *(0x440154, 0x481B6D, 0x46327E, 0x3F4788, 0x365C8D, 0x2E6E8E, 0x277F8E, 0x21918C, 0x1FA187, 0x2DB27D),
+    *(0x4AC16D, 0x73D056, 0xA0DA39, 0xD0E11C, 0xFDE725),
+)
+"""15 even steps of the colour map viridis (S. van der Walt and N. Smith, 2015, CC0), 0xrrggbb."""
+UNIT = ("coverage", "alpha")
+"""Channels of fractions, 0 to 1."""
+VECTORS = ("normal", "normal_camera", "shading_normal", "shading_normal_camera")
+
+
+def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """A channel [h, w, ...] as an sRGB picture, uint8 [h, w, 3]; the background is black.
+
+    * `color` and `albedo`: sRGB, as in PNG.
+    * unit vectors: (x + 1) / 2, (y + 1) / 2, (z + 1) / 2, as in normal maps.
+    * ids: a colour each, which depends on the id alone: hue id * 0.618034 (modulo 1), saturation and value between 0.55
+      and 1.
+    * `barycentric`: the weights as red, green and blue. `uv`: u and v (modulo 1) as red and green.
+    * `position`: x, y and z from the lowest to the highest value of the picture as red, green and blue.
+    * other numbers: viridis from the lowest (dark) to the highest finite value of the picture; `depth` and `distance`
+      from the farthest (dark) to the nearest; `coverage` and `alpha` from 0 to 1.
+    """
+    if name in ("color", "albedo"):
+        return np.asarray(_core.srgb_from_linear(np.ascontiguousarray(plane, np.float32), 1.0, 8, "standard"))
+    if plane.dtype.kind == "i":
+        return _ids(plane)
+    valid = np.isfinite(plane) if plane.ndim == 2 else np.isfinite(plane).all(axis=2)
+    if name in VECTORS:
+        valid &= (plane != 0).any(axis=2)
+        shares = (plane + 1) / 2
+    elif name == "uv":
+        shares = np.dstack([np.mod(plane, 1), np.zeros(plane.shape[:2])])
+    elif plane.ndim == 3 and name != "position":
+        shares = plane
+    else:
+        ends = (0.0, 1.0) if name in UNIT else None
+        shares = _stretched(plane, valid, ends)
+        if plane.ndim == 2:
+            return _viridis(1 - shares if name in ("depth", "distance") else shares, valid)
+    bytes_ = np.where(valid[..., np.newaxis], np.clip(np.nan_to_num(shares), 0, 1) * 255, 0)
+    return np.ascontiguousarray(np.round(bytes_).astype(np.uint8))
+
+
+def _stretched(
+    plane: npt.NDArray[Any], valid: npt.NDArray[np.bool_], ends: tuple[float, float] | None
+) -> npt.NDArray[np.float64]:
+    """The values from the lowest as 0 to the highest as 1, each component by itself; 0 where not `valid`."""
+    values = np.where(valid if plane.ndim == 2 else valid[..., np.newaxis], plane, 0).astype(np.float64)
+    if not valid.any():
+        return values
+    low, high = (plane[valid].min(axis=0), plane[valid].max(axis=0)) if ends is None else ends
+    return np.asarray((values - low) / np.where(np.asarray(high) > low, np.asarray(high) - low, 1))
+
+
+def _viridis(shares: npt.NDArray[np.float64], valid: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint8]:
+    stops = np.array([[c >> 16, c >> 8 & 255, c & 255] for c in VIRIDIS], dtype=np.float64)
+    at = np.linspace(0, 1, len(stops))
+    shown = np.clip(np.where(valid, shares, 0), 0, 1)
+    colors = np.dstack([np.interp(shown, at, stops[:, i]) for i in range(3)])
+    return np.ascontiguousarray(np.where(valid[..., np.newaxis], np.round(colors), 0).astype(np.uint8))
+
+
+def _ids(plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """A colour for each id; black for -1."""
+    known, index = np.unique(plane, return_inverse=True)
+    hue = np.mod(known * 0.618034, 1) * 6
+    saturation = 0.55 + 0.45 * np.mod(known * 0.754878, 1)
+    value = 0.55 + 0.45 * np.mod(known * 0.569840 + 0.5, 1)
+    part = np.abs(np.mod(hue[:, np.newaxis] + np.array([3.0, 1.0, 5.0]), 6) - 3) - 1
+    share = 1 - saturation[:, np.newaxis] * (1 - np.clip(part, 0, 1))
+    colors = np.round(255 * value[:, np.newaxis] * share).astype(np.uint8)
+    colors[known < 0] = 0
+    return np.ascontiguousarray(colors[index.reshape(plane.shape)])
+
+
+def encode_jpeg(rgb: npt.NDArray[np.uint8]) -> bytes:
+    """The bytes of a JPEG file of sRGB [h, w, 3]."""
+    from fractions import Fraction
+
+    import av
+
+    height, width = rgb.shape[:2]
+    codec: Any = av.CodecContext.create("mjpeg", "w")
+    codec.width, codec.height, codec.pix_fmt = width, height, "yuvj420p"
+    codec.time_base = Fraction(1, 25)
+    codec.qmin = codec.qmax = JPEG_QUANTIZER
+    picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24").reformat(
+        format="yuvj420p", dst_colorspace="ITU601", dst_color_range="JPEG"
+    )
+    picture.pts = 0
+    return b"".join(bytes(packet) for packet in (*codec.encode(picture), *codec.encode(None)))

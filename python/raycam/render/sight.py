@@ -1,0 +1,94 @@
+"""Notices for pictures that show nothing: no object, no light, or nothing but white."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
+
+__all__ = ["blank_notices"]
+
+WHITE_SHARE = 0.98
+"""The fraction of pixels beyond white from which a notice says so."""
+GRID = 24
+"""Rays along each side by which a picture without ground truth is probed."""
+LIT = ("direct", "path")
+"""The integrators whose pictures show light."""
+
+Planes = Mapping[str, npt.NDArray[Any]]
+Bools = npt.NDArray[np.bool_]
+Truth = Callable[[], npt.NDArray[np.int32]]
+
+
+def blank_notices(
+    world: World, camera: Camera, planes: Planes, integrator: str, exposure: float, view: str, truth: Truth
+) -> Iterator[str]:
+    """Yields what to say of a whole picture in which nothing is seen, nothing is lit, or 98 % is beyond white.
+
+    `truth()` renders the channel `instance`; it is called if the picture lacks it and rays that probe the picture hit
+    nothing.
+    """
+    seen = _seen(world, camera, planes, truth)
+    if not seen.any():
+        yield (
+            "nothing is seen: no object covers the centre of a pixel; the camera is at "
+            f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
+        )
+        return
+    color = planes.get("color")
+    if color is None or integrator not in LIT:
+        return
+    if not color[seen].any():
+        yield (
+            "what is seen is black: no light reaches it, or its materials reflect none; see where the lights are, "
+            "where they shine, and colours of 0"
+        )
+        return
+    brightness = color.max(axis=2) * np.float32(2.0**exposure)
+    share = float((brightness > 1).mean())
+    if view == "standard" and share >= WHITE_SHARE:
+        stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
+        yield f"{100 * share:.0f} % of the picture is beyond white: --exposure {stops:g} (exposure={stops:g}) shows it"
+
+
+def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
+    """True [h, w] where the ray through a pixel's centre hits an object; of probed pixels alone if that is enough."""
+    for name in ("instance", "triangle"):
+        if name in planes:
+            return planes[name] >= 0
+    for name in ("depth", "distance"):
+        if name in planes:
+            return np.isfinite(planes[name])
+    width, height = camera.size
+    columns = np.unique(np.linspace(0, width - 1, GRID).round().astype(int))
+    rows = np.unique(np.linspace(0, height - 1, GRID).round().astype(int))
+    v, u = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing="ij"))
+    origins, directions = camera.rays(np.column_stack([u, v]) + camera.corner + 0.5)
+    valid = np.isfinite(directions).all(axis=-1) & np.isfinite(origins).all(axis=-1)
+    found = np.zeros((height, width), dtype=bool)
+    if valid.any():
+        hits = world.cast_rays(origins[valid], directions[valid])
+        found[v[valid], u[valid]] = hits["instance"] >= 0
+    # Few pixels may show an object between the probes, and a probe may be in a shadow.
+    color = planes.get("color")
+    return found if found.any() and (color is None or color[found].any()) else truth() >= 0
+
+
+def _place(camera: Camera) -> str:
+    return "infinity" if camera.is_parallel else _numbers(camera.location)
+
+
+def _bounds(world: World) -> str:
+    bounds = world.bounds
+    return "empty" if bounds is None else f"{_numbers(bounds[0])} to {_numbers(bounds[1])}"
+
+
+def _numbers(point: npt.NDArray[Any]) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in point) + ")"

@@ -1,0 +1,176 @@
+"""The front door: paths and words where objects are expected, data that comes along, and what objects print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+
+SIZE = (32, 24)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A world file with two cameras, a mesh and a calibration."""
+    path = tmp_path_factory.mktemp("door")
+    camera = "size = [32, 24]\nfocal = 30\npitch = 20\nlocation = [-3, 0, 1.2]\n"
+    (path / "box.toml").write_text(
+        f'[[camera]]\nname = "front"\n{camera}\n[[camera]]\nname = "far"\n{camera.replace("-3", "-6")}\n'
+        '[[object]]\nname = "box"\nbox = {}\ncategory = "thing"\n[[light]]\ntype = "sky"\nradiance = 1.0\n'
+    )
+    (path / "tri.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    return path
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_render_takes_paths_and_names(folder: Path, kind: type) -> None:
+    path = kind(folder / "box.toml")
+    world = raycam.load(path)
+    for name, camera in world.cameras.items():
+        seen = raycam.render(path, name, samples=1)
+        assert np.array_equal(seen["color"], raycam.render(world, camera, samples=1)["color"])
+    assert raycam.render(path, samples=1).camera == world.camera("front")
+
+
+def test_render_takes_the_path_of_a_calibration(folder: Path) -> None:
+    world = raycam.load(folder / "box.toml")
+    raycam.save_cameras(folder / "far.yaml", world.camera("far"), "opencv")
+    seen = raycam.render(world, folder / "far.yaml", samples=1)
+    assert seen.size == SIZE
+
+
+@pytest.mark.parametrize(
+    ("camera", "error", "said"),
+    [
+        ("frnt", raycam.WorldError, "front"),
+        (7, raycam.SettingsError, "camera must be"),
+        ([1, 2], raycam.SettingsError, "camera must be"),
+    ],
+)
+def test_what_is_no_camera_is_named(folder: Path, camera: object, error: type[Exception], said: str) -> None:
+    with pytest.raises(error, match=said):
+        raycam.render(folder / "box.toml", camera)  # type: ignore[arg-type]
+
+
+def test_cameras_for_a_camera_are_listed(folder: Path) -> None:
+    world = raycam.load(folder / "box.toml")
+    with pytest.raises(raycam.SettingsError, match="front, far"):
+        raycam.render(world, world.cameras)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("world", [None, 3, {"object": []}])
+def test_what_is_no_world_is_named(world: object) -> None:
+    with pytest.raises(raycam.SettingsError, match="world must be"):
+        raycam.render(world)  # type: ignore[arg-type]
+
+
+def test_label_explain_and_flow_need_no_camera(folder: Path) -> None:
+    path = folder / "box.toml"
+    world = raycam.load(path)
+    assert len(raycam.label(path)) == 1
+    explained = [
+        raycam.explain(path, pixel=(16, 12)),
+        raycam.explain(path, (16, 12)),
+        raycam.explain(world, "front", (16, 12)),
+    ]
+    assert len({str(item) for item in explained}) == 1
+    assert raycam.flow(path)["flow"].shape == (24, 32, 2)
+
+
+def test_objects_and_lights_take_words_and_paths(folder: Path) -> None:
+    world = raycam.World()
+    world.add_object(folder / "tri.obj")
+    world.add_object(str(folder / "tri.obj"), location=[0, 0, 1])
+    world.add_object("sphere", location=[2, 0, 0])
+    world.add_light("sun", direction=[0, 0, -1], irradiance=3)
+    assert [item.triangles for item in world.objects][:2] == [1, 1]
+    assert [item.name for item in world.objects][2] == "sphere"
+    assert world.lights == [
+        {"type": "sun", "direction": [0, 0, -1], "irradiance": [3, 3, 3], "angular_diameter": 0}
+    ]
+    with pytest.raises(raycam.WorldError, match="'sphere'"):
+        world.add_object("spere")
+    with pytest.raises(raycam.WorldError, match='"sun"'):
+        world.add_light("sunn")
+    with pytest.raises(raycam.WorldError, match="expected a dict"):
+        world.add_object(3)  # type: ignore[arg-type]
+
+
+def test_words_of_other_programs_are_understood_with_a_hint() -> None:
+    world = raycam.World()
+    with pytest.warns(raycam.Notice, match="position is understood as location"):
+        world.add_object(box={}, position=[1, 2, 3])  # type: ignore[call-arg]
+    assert world.objects[0].matrix[:3, 3].tolist() == [1, 2, 3]
+    with pytest.warns(raycam.Notice, match="location is understood as position"):
+        world.add_light(type="point", location=[0, 0, 3], power=1)  # type: ignore[call-arg]
+    assert world.lights[0]["position"] == [0, 0, 3]
+    for key, near in (("rotation", "yaw"), ("colr", "color"), ("zzz", "instance_of")):
+        with pytest.raises(raycam.WorldError, match=near) as found:
+            world.add_object(box={}, **{key: 1})  # type: ignore[arg-type]
+        assert "there are: " in str(found.value)
+
+
+@pytest.mark.parametrize("name", ["red", "Tomato", "rebeccapurple", "lightgoldenrodyellow", "#c83c28"])
+def test_colors_are_the_names_of_css(name: str) -> None:
+    image_color = pytest.importorskip("PIL.ImageColor")
+    world = raycam.World()
+    world.add_object(box={}, color=name)
+    bytes_ = np.array(image_color.getrgb(name)) / 255
+    linear = np.where(bytes_ <= 0.04045, bytes_ / 12.92, ((bytes_ + 0.055) / 1.055) ** 2.4)
+    assert world.triangle_colors()[0] == pytest.approx(linear, abs=1e-6)
+
+
+def test_every_name_of_css_is_known() -> None:
+    image_color = pytest.importorskip("PIL.ImageColor")
+    world = raycam.World()
+    for name in image_color.colormap:
+        world.add_object(box={}, color=name)
+    colors = world.triangle_colors()[::12]
+    bytes_ = np.array([image_color.getrgb(name) for name in image_color.colormap]) / 255
+    linear = np.where(bytes_ <= 0.04045, bytes_ / 12.92, ((bytes_ + 0.055) / 1.055) ** 2.4)
+    assert colors == pytest.approx(linear, abs=1e-6)
+
+
+@pytest.mark.parametrize("color", [[200, 60, 40], [0, 0, 2], (255, 255, 255), [128, 0, 1.0]])
+def test_bytes_as_colors_say_how_bytes_are_written(color: object) -> None:
+    hexed = "#{:02x}{:02x}{:02x}".format(*(int(value) for value in color))  # type: ignore[attr-defined]
+    world = raycam.World()
+    with pytest.raises(raycam.WorldError, match=hexed):
+        world.add_object(box={}, color=color)
+    world.add_object(box={}, color=hexed)
+    world.add_object(box={}, color=np.array(color, dtype=np.uint8))
+    assert np.array_equal(*world.triangle_colors()[[0, 12]])
+
+
+def test_grey_colors_and_bytes_of_vertices() -> None:
+    world = raycam.World()
+    world.add_object(box={}, color=0.25)
+    assert world.triangle_colors()[0].tolist() == [0.25] * 3
+    corners, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
+    with pytest.raises(raycam.WorldError, match=r"numpy\.uint8"):
+        world.add_mesh(corners, faces, face_colors=[[255, 0, 0]])
+
+
+def test_frames_are_arrays_and_print_well(folder: Path) -> None:
+    frame = raycam.render(folder / "box.toml", samples=1)
+    assert np.array_equal(np.asarray(frame), frame["color"])
+    depth = raycam.render(folder / "box.toml", samples=1, channels="depth")
+    assert np.array_equal(np.asarray(depth), depth["depth"])
+    with pytest.raises(raycam.SettingsError, match="choose one"):
+        np.asarray(raycam.render(folder / "box.toml", samples=1, channels=["depth", "uv"]))
+    for item in (raycam.label(folder / "box.toml")[0], raycam.explain(folder / "box.toml", (16, 12))):
+        assert len(repr(item)) < 200
+        assert "array(" not in repr(item)
+        assert "object at 0x" not in repr(item)
+        assert "box" in repr(item)
+
+
+def test_dir_has_the_public_names_alone() -> None:
+    names = dir(raycam)
+    assert set(raycam.__all__) <= set(names)
+    assert {"explain", "sample", "dataset", "selfcheck", "data", "jobs", "video"} <= set(names)
+    assert not {"TYPE_CHECKING", "Any", "_core", "annotations", "PAGES", "OPENERS"} & set(names)
+    for name in names:
+        getattr(raycam, name)

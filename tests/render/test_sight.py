@@ -1,0 +1,117 @@
+"""Notices for pictures in which nothing is seen, nothing is lit, or nearly all is beyond white."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+
+CAMERA = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], [0, 0, 1], size=(64, 48), fov=40)
+AWAY = raycam.Camera.look_at([3, -4, 2], [6, -8, 4], [0, 0, 1], size=(64, 48), fov=40)
+
+
+def lit_world(**keys: Any) -> raycam.World:
+    world = raycam.World()
+    world.add_object(sphere={}, **keys)
+    world.add_light("sun", direction=[-1, 1, -1], irradiance=1)
+    return world
+
+
+def said(world: raycam.World, camera: raycam.Camera = CAMERA, **options: Any) -> str:
+    return "\n".join(raycam.render(world, camera, samples=4, **options).notices)
+
+
+@pytest.mark.parametrize("channels", ["color", "depth", "instance", ["color", "triangle"], "normal"])
+@pytest.mark.parametrize("integrator", ["flat", "direct", "path"])
+def test_a_camera_that_sees_nothing(channels: Any, integrator: str) -> None:
+    assert "nothing is seen" in said(lit_world(), AWAY, channels=channels, integrator=integrator)
+    assert said(lit_world(), CAMERA, channels=channels, integrator=integrator) == ""
+
+
+def test_nothing_is_seen_of_an_empty_world_with_a_sky() -> None:
+    world = raycam.World()
+    world.add_light("sky", radiance=0.5)
+    assert "nothing is seen" in said(world, channels="color")
+
+
+def test_a_single_pixel_is_seen() -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 0.09})
+    world.add_light("sky", radiance=0.5)
+    counted = raycam.render(world, CAMERA, samples=1, channels="instance")["instance"] >= 0
+    assert 0 < counted.sum() < 12
+    assert said(world, channels="color") == ""
+
+
+@pytest.mark.parametrize("integrator", ["direct", "path"])
+def test_nothing_is_lit(integrator: str, tmp_path: Path) -> None:
+    dark: list[raycam.World] = []
+    below = raycam.World()
+    below.add_object(plane={"size": 8})
+    below.add_light("sun", direction=[0, 0, 1], irradiance=3)  # from below
+    dark.append(below)
+    turned = raycam.World()
+    turned.add_object(sphere={})
+    turned.add_light("area", position=[0, 0, 3], u=[1, 0, 0], v=[0, 1, 0], radiance=4)  # shines up
+    dark.append(turned)
+    dark.append(lit_world(color=[0, 0, 0]))
+    for world in dark:
+        assert "is black" in said(world, integrator=integrator)
+        assert "is black" in said(world, integrator=integrator, channels="color")
+    assert "is black" not in said(lit_world(color="black", specular=0.5), integrator=integrator)
+    assert said(lit_world(color="black"), integrator="flat") == ""
+
+
+def test_a_dark_side_is_not_all() -> None:
+    world = raycam.World()
+    world.add_object(sphere={})
+    world.add_light("sun", direction=[3, -4, 0.4], irradiance=3)  # from behind: a thin crescent is lit
+    assert said(world, integrator="direct", channels="color") == ""
+
+
+@pytest.mark.parametrize("power", [3, 7, 10])
+def test_beyond_white_says_which_exposure_shows_it(power: int) -> None:
+    world = raycam.World()
+    world.add_object(plane={"size": 80})
+    world.add_light("sky", radiance=0.5 * 2.0**power)
+    camera = raycam.Camera.look_at([0.1, 0, 5], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40)
+    notice = said(world, camera)
+    assert "100 % of the picture is beyond white" in notice
+    stops = float(notice.split("--exposure ")[1].split()[0])
+    shown = raycam.render(world, camera, samples=4, exposure=stops)
+    assert not shown.notices
+    assert 60 < np.median(shown.to_srgb8()) < 250
+    assert said(world, camera, view="agx") == ""
+
+
+def test_white_itself_is_not_beyond() -> None:
+    world = lit_world()
+    world.add_light("sky", radiance=1.0)
+    assert said(world) == ""
+
+
+def test_parts_of_a_picture_may_be_empty() -> None:
+    assert said(lit_world(), region=(0, 0, 4, 4)) == ""
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+def test_the_default_view_sees_slanted_planes(up: str) -> None:
+    """Planes through all small whole numbers: none is seen from its edge."""
+    for normal in np.ndindex(7, 7, 4):
+        n = np.array(normal, dtype=float) - [3, 3, 0]
+        if not n.any():
+            continue
+        n /= np.linalg.norm(n)
+        u = np.cross(n, [0.3, 0.5, 0.8])
+        u /= np.linalg.norm(u)
+        v = np.cross(n, u)
+        world = raycam.World(up)  # type: ignore[arg-type]
+        world.add_mesh([u + v, v - u, -u - v, u - v], [[0, 1, 2], [0, 2, 3]])
+        camera = world.default_camera((96, 72))
+        seen = (
+            raycam.render(world, camera, integrator="flat", samples=1, channels="instance")["instance"] >= 0
+        )
+        assert seen.sum() > 8, normal

@@ -1,0 +1,149 @@
+"""Notices are warnings at the user's line, once for each cause, and errors where they are asked to be."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import json
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import raycam
+from raycam import notices
+from raycam.cli import main
+
+
+@pytest.fixture
+def heard() -> Iterator[list[warnings.WarningMessage]]:
+    """What Python's own default filter lets through."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("default")
+        yield found
+
+
+def said(heard: list[warnings.WarningMessage]) -> list[str]:
+    assert all(issubclass(item.category, raycam.Notice) for item in heard)
+    return [str(item.message) for item in heard]
+
+
+@pytest.fixture
+def odd_obj(tmp_path: Path) -> Path:
+    """A mesh with a face of two corners, which is skipped with a notice."""
+    path = tmp_path / "odd.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n")
+    return path
+
+
+def line_of(words: str) -> int:
+    """The line of this file that ends in a comment."""
+    lines = Path(__file__).read_text().splitlines()
+    return next(number for number, line in enumerate(lines, 1) if line.endswith(f"# {words}"))
+
+
+def test_loading_warns_at_the_line_that_loads(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+    world = raycam.load(odd_obj)  # loads
+    assert said(heard) == world.notices != []
+    assert str(odd_obj) in said(heard)[0]
+    assert heard[0].filename == __file__
+    assert heard[0].lineno == line_of("loads")
+
+
+def test_adding_warns_of_what_is_added_alone(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+    world = raycam.load(odd_obj)
+    heard.clear()
+    world.add_object(mesh=odd_obj, name="again")  # adds
+    assert said(heard) == world.notices[1:] != []
+    assert heard[0].lineno == line_of("adds")
+    heard.clear()
+    world.add_object(box={})
+    assert heard == []
+
+
+def test_rendering_warns_once_for_one_line_and_cause(heard: list[warnings.WarningMessage]) -> None:
+    world = raycam.World()
+    world.add_object(box={})
+    for _ in range(3):
+        frame = raycam.render(world, samples=1)
+    assert len(frame.notices) == 1  # there are no lights
+    assert said(heard) == frame.notices
+
+
+def test_counts_are_no_causes(heard: list[warnings.WarningMessage]) -> None:
+    for count in (3, 14, 159):
+        notices.warn(f"room.toml: {count} of 1,000 samples are clamped")
+    assert said(heard) == ["room.toml: 3 of 1,000 samples are clamped"]
+    for name in ("part1.obj", "part2.obj", "a/1.obj", "a/2.obj"):
+        notices.warn(f"{name}: left out")
+    assert len(heard) == 5, "names differ by their numbers"
+
+
+def test_other_lines_are_warned_as_well(heard: list[warnings.WarningMessage]) -> None:
+    notices.warn("left out")
+    notices.warn("left out")
+    assert [item.lineno for item in heard] == [heard[0].lineno, heard[0].lineno + 1]
+
+
+@pytest.mark.parametrize("time", [0.0, 0.5])
+def test_load_cameras_warns(tmp_path: Path, time: float, heard: list[warnings.WarningMessage]) -> None:
+    path = tmp_path / "transforms.json"
+    frame = {
+        "file_path": "a.png",
+        "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, time], [0, 0, 0, 1]],
+    }
+    path.write_text(json.dumps({"w": 64, "h": 48, "fl_x": 50, "aabb_scale": 16, "frames": [frame]}))
+    cameras = raycam.load_cameras(path)
+    assert said(heard) == list(cameras.notices)
+
+
+def test_strict_raises_and_keeps_nothing_after(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+    with raycam.strict(), pytest.raises(raycam.Notice, match="odd"):
+        raycam.load(odd_obj)
+    assert heard == []
+    raycam.load(odd_obj)
+    assert len(heard) == 1
+    with raycam.strict(), pytest.raises(raycam.Notice, match="odd"):
+        raycam.load(odd_obj)  # although it has been warned of before
+
+
+def test_a_thread_of_the_user_warns(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        pool.submit(raycam.load, odd_obj).result()
+    assert len(heard) == 1
+
+
+@pytest.mark.parametrize("workers", [None, 1])
+def test_data_sets_warn_once_and_tell(
+    tmp_path: Path, workers: int | None, heard: list[warnings.WarningMessage]
+) -> None:
+    world = raycam.World()
+    world.add_object(box={})
+    for i in range(3):
+        world.add_camera(raycam.Camera.look_at([4, i, 2], [0, 0, 0], [0, 0, 1], size=(32, 24), fov=40))
+    written = raycam.dataset.write(world, tmp_path / "data", samples=1, workers=workers, threads=1)
+    assert [text for text in written.notices if "light" in text] == [
+        text for text in said(heard) if "light" in text
+    ]
+    assert sum("light" in text for text in said(heard)) == 1
+    assert {item.filename for item in heard} == {__file__}
+
+
+def test_commands_print_a_notice_once_and_warn_not(
+    odd_obj: Path, capsys: pytest.CaptureFixture[str], heard: list[warnings.WarningMessage], tmp_path: Path
+) -> None:
+    assert (
+        main(["render", str(odd_obj), "-o", str(tmp_path / "x.png"), "--samples", "1", "--size", "32x24"])
+        == 0
+    )
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(set(lines)) >= 2
+    assert all(line.startswith("raycam: notice: ") for line in lines)
+    assert heard == []
+
+
+def test_copies_warn_not(odd_obj: Path, heard: list[warnings.WarningMessage]) -> None:
+    world = raycam.load(odd_obj)
+    heard.clear()
+    raycam.World.from_bytes(world.to_bytes())
+    world.with_cameras({})
+    assert heard == []

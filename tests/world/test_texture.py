@@ -1,0 +1,82 @@
+"""Arrays as images of materials and environments: the same texels as those of the PNG file that Pillow writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+
+CAMERA = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], [0, 1, 0], size=(48, 36), fov=30)
+
+
+def picture(texture: Any, **keys: Any) -> bytes:
+    world = raycam.World()
+    world.add_object(plane={"size": 2}, type="unlit", texture=texture, **keys)
+    return raycam.render(world, CAMERA, samples=4)["color"].tobytes()
+
+
+@pytest.mark.parametrize("channels", [None, 1, 2, 3, 4])
+@pytest.mark.parametrize("kind", ["plain", "strided", "fortran", "texture"])
+def test_bytes_are_as_in_a_file(channels: int | None, kind: str, tmp_path: Path) -> None:
+    shape = (13, 9) if channels is None else (13, 9, channels)
+    texels = np.random.default_rng(5).integers(0, 256, shape, dtype=np.uint8)
+    Image.fromarray(texels if channels != 1 else texels[..., 0]).save(tmp_path / "x.png")
+    given: Any = {
+        "plain": texels,
+        "strided": np.repeat(texels, 2, axis=1)[:, ::2],
+        "fortran": np.asfortranarray(texels),
+        "texture": raycam.Texture(texels),
+    }[kind]
+    assert picture(given) == picture(str(tmp_path / "x.png"))
+
+
+def test_floats_are_linear() -> None:
+    texels = np.random.default_rng(6).uniform(0, 1, (8, 8, 3))
+    assert picture(texels) == picture(texels.astype(np.float32)) == picture(texels.tolist())
+
+
+@pytest.mark.parametrize("shape", [(4,), (4, 4, 5), (0, 4, 3), (2, 2, 2, 3)])
+def test_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(raycam.WorldError):
+        raycam.World().add_object(plane={}, texture=np.zeros(shape, np.uint8))
+
+
+def test_data_textures_are_linear_and_worlds_travel() -> None:
+    texels = np.full((4, 4), 128, np.uint8)
+    world = raycam.World()
+    world.add_object(plane={"size": 2}, type="principled", textures={"roughness": texels}, texture=texels)
+    description = {"object": [{"plane": {"size": 2}, "type": "unlit", "texture": {"image": texels}}]}
+    other = raycam.World.from_dict(description)
+    assert description["object"][0]["texture"] == {"image": texels}  # as it was
+    for each in (world, other):
+        assert raycam.World.from_bytes(each.to_bytes()).to_bytes() == each.to_bytes()
+
+
+@pytest.mark.parametrize("kind", ["float32", "float64", "uint8"])
+def test_an_environment_from_an_array(kind: str, tmp_path: Path) -> None:
+    texels = np.random.default_rng(7).uniform(0, 1, (8, 16, 3))
+    array = (texels * 255).astype(np.uint8) if kind == "uint8" else texels.astype(kind)
+    world = raycam.World()
+    world.add_object(sphere={})
+    world.add_light("environment", image=array)
+    flat = raycam.World()
+    flat.add_object(sphere={})
+    if kind == "uint8":
+        Image.fromarray(array).save(tmp_path / "sky.png")
+        flat.add_light("environment", image=tmp_path / "sky.png")
+    else:
+        even = raycam.World()
+        even.add_object(sphere={})
+        even.add_light("environment", image=np.full((4, 8, 3), 0.25, kind))
+        flat.add_light("sky", radiance=0.25)
+        world = even
+    seen, expected = (raycam.render(each, CAMERA, samples=64)["color"] for each in (world, flat))
+    if kind == "uint8":
+        assert np.array_equal(seen, expected)
+    else:
+        assert seen == pytest.approx(expected, abs=0.02)
+    assert world.lights[0]["image"] == "array"

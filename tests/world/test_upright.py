@@ -1,0 +1,89 @@
+"""glTF is y up: as an object of a z-up world it is turned upright, and says so. trimesh is the other reader."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+
+trimesh = pytest.importorskip("trimesh")
+
+
+@pytest.fixture(params=["glb", "gltf"])
+def tower(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A box 3 high along y, on the ground, farther in z than in x."""
+    mesh = trimesh.creation.box((0.5, 3.0, 1.0))
+    mesh.apply_translation((0, 1.5, 0.25))
+    path = tmp_path / f"tower.{request.param}"
+    if request.param == "glb":
+        mesh.export(path)
+    else:
+        for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(mesh)).items():
+            (tmp_path / (path.name if name.endswith(".gltf") else name)).write_bytes(data)
+    return path
+
+
+TURNED = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # x stays, y is up, z comes to the front
+
+
+def test_it_stands_in_a_z_up_world(tower: Path) -> None:
+    world = raycam.World("z")
+    with pytest.warns(raycam.Notice, match=r"up axis, y, is turned to z: upright = false"):
+        world.add_object(mesh=tower)
+    corners = np.asarray(trimesh.load(tower, force="mesh").triangles) @ TURNED.T
+    assert world.triangles() == pytest.approx(corners, abs=1e-6)
+    assert world.bounds == pytest.approx(np.array([[-0.25, -0.75, 0], [0.25, 0.25, 3]]))
+    assert np.array_equal(world.objects[0].matrix, np.eye(4))
+
+
+@pytest.mark.parametrize(("up", "keys"), [("z", {"upright": False}), ("y", {}), ("y", {"upright": True})])
+def test_it_stays(tower: Path, up: str, keys: dict[str, bool]) -> None:
+    world = raycam.World(up)  # type: ignore[arg-type]
+    world.add_object(mesh=tower, **keys)  # type: ignore[arg-type]
+    assert world.notices == []
+    assert world.triangles() == pytest.approx(
+        np.asarray(trimesh.load(tower, force="mesh").triangles), abs=1e-6
+    )
+
+
+def test_it_is_placed_after_it_is_turned(tower: Path) -> None:
+    world = raycam.World()
+    first = world.add_object(mesh=tower, location=[5, 0, 1], yaw=90, scale=2)
+    other = world.add_object(instance_of="tower", location=[0, 0, 2])
+    assert world.triangles(first).reshape(-1, 3).min(axis=0)[2] == pytest.approx(1)
+    assert world.triangles(first).reshape(-1, 3).max(axis=0)[2] == pytest.approx(7)
+    assert np.ptp(world.triangles(other).reshape(-1, 3), axis=0) == pytest.approx([0.5, 1, 3])
+
+
+def test_world_files_turn_it_as_well(tower: Path) -> None:
+    path = tower.with_name("world.toml")
+    path.write_text(
+        f'[[object]]\nname = "a"\nmesh = "{tower.name}"\n[[object]]\nname = "b"\nmesh = "{tower.name}"\n'
+        f'upright = false\n[[object]]\nname = "c"\nmesh = "{tower.name}"\nyaw = 90\n'
+    )
+    world = raycam.load(path)
+    heights = [np.ptp(world.triangles(i).reshape(-1, 3), axis=0) for i in range(3)]
+    assert heights == pytest.approx(np.array([[0.5, 1, 3], [0.5, 3, 1], [1, 0.5, 3]]))
+    assert sum("turned" in notice for notice in world.notices) == 1
+    path.write_text(f'up = "y"\n[[object]]\nmesh = "{tower.name}"\n')
+    assert raycam.load(path).notices == []
+
+
+def test_normals_turn_along(tmp_path: Path) -> None:
+    mesh = trimesh.creation.icosphere(2)
+    _ = mesh.vertex_normals
+    mesh.export(tmp_path / "ball.glb", include_normals=True)
+    world = raycam.World()
+    world.add_object(mesh=tmp_path / "ball.glb")
+    camera = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], [0, 0, 1], size=(40, 30), fov=40)
+    frame = raycam.render(world, camera, samples=1, channels=["position", "shading_normal", "instance"])
+    seen = frame["instance"] >= 0
+    unit = frame["position"][seen] / np.linalg.norm(frame["position"][seen], axis=1, keepdims=True)
+    assert (unit * frame["shading_normal"][seen]).sum(axis=1).min() > 0.999
+
+
+def test_upright_is_for_files() -> None:
+    with pytest.raises(raycam.WorldError, match=r"upright.*mesh"):
+        raycam.World().add_object(box={}, upright=True)
