@@ -261,13 +261,22 @@ class World:
         self, camera: Camera, request: dict[str, Any], progress: Callable[[int, int], object] | None
     ) -> _Parts: ...
     def cast_rays(
-        self, origins: _Floats, directions: _Floats, coherent: bool | None, threads: int | None
+        self,
+        origins: _Floats,
+        directions: _Floats,
+        t_min: _Floats,
+        t_max: _Floats,
+        exact: bool,
+        coherent: bool | None,
+        threads: int | None,
     ) -> dict[str, npt.NDArray[Any]]: ...
     def occluded(
         self,
         origins: _Floats,
         directions: _Floats,
+        t_min: _Floats,
         t_max: _Floats,
+        exact: bool,
         coherent: bool | None,
         threads: int | None,
     ) -> npt.NDArray[np.bool_]: ...

@@ -189,6 +189,7 @@ fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) 
         .map(|ray| ExactRay {
             origin: ray.origin.map(f64::from),
             direction: ray.direction.map(f64::from),
+            t_min: 0.0,
             t_max: f64::from(ray.t_max),
         })
         .collect();

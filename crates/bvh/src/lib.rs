@@ -7,6 +7,7 @@
 //! ```text
 //! src/
 //! ├── error  ray  limits  aabb   errors, rays and hits, limits, the AABB
+//! ├── exact/                     error-free arithmetic, exact signs of rays and triangles
 //! ├── node                       wide nodes and leaves in 256-byte blocks
 //! ├── platform/                  instruction set dispatch, huge pages, streaming stores
 //! ├── simd/                      vectors of 8 and 16 floats: portable, AVX2, AVX-512, NEON
@@ -43,6 +44,7 @@ mod aabb;
 mod blas;
 mod build;
 mod error;
+mod exact;
 mod limits;
 mod node;
 mod platform;

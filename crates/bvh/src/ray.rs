@@ -1,5 +1,7 @@
 //! Rays and hits of all queries.
 
+use crate::exact::predicates::RayPredicates;
+
 /// The instance and triangle id of a miss.
 pub const INVALID_ID: u32 = u32::MAX;
 
@@ -65,6 +67,8 @@ pub struct ExactRay {
     pub origin: [f64; 3],
     /// Direction, any length but zero.
     pub direction: [f64; 3],
+    /// The smallest valid `t`, also negative; minus infinity for the whole line.
+    pub t_min: f64,
     /// The largest valid `t`; infinity for no limit.
     pub t_max: f64,
 }
@@ -87,6 +91,12 @@ pub struct ExactHit {
 }
 
 impl ExactHit {
+    /// The hit with t and weights off by one unit in the last place at most, from the corners of its triangle.
+    pub fn refined(self, ray: &ExactRay, corners: [[f64; 3]; 3]) -> ExactHit {
+        let [t, u, v] = RayPredicates { origin: ray.origin, direction: ray.direction }.intersection(corners);
+        ExactHit { t, u, v, ..self }
+    }
+
     /// The hit of a ray that misses.
     pub const MISS: ExactHit =
         ExactHit { t: f64::INFINITY, u: 0.0, v: 0.0, instance: INVALID_ID, triangle: INVALID_ID, normal: [0.0; 3] };

@@ -180,8 +180,10 @@ def _measure(
 
         def trace(threads: int) -> npt.NDArray[Any]:
             if kind == "shadow":
-                return ours.occluded(origins, directions, t_max, coherent=coherent, threads=threads)
-            return ours.cast_rays(origins, directions, coherent=coherent, threads=threads)["t"]
+                return ours.occluded(
+                    origins, directions, t_max, exact=False, coherent=coherent, threads=threads
+                )
+            return ours.cast_rays(origins, directions, exact=False, coherent=coherent, threads=threads)["t"]
 
         n = len(origins)
         theirs, differ = None, None

@@ -6,7 +6,7 @@ stands above `traverse`, and all else of `scene` below.
 
 ORDER = {
     "bvh": """
-        error simd platform aabb ray node limits
+        error exact simd platform aabb ray node limits
         build blas scene
         traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
         traverse/stream traverse/exact traverse/closest traverse/occluded traverse/mod

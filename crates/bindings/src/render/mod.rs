@@ -8,7 +8,7 @@ pub(crate) mod settings;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::annotations::ray_queries;
+use raycam_render::annotations::ray_queries::{self, Kernel, RayArrays};
 use raycam_render::{checked_region, render_into};
 
 use crate::arrays::{Floats, array, hits_to_dict, rows};
@@ -23,6 +23,8 @@ use crate::world::state::World;
 /// How rays are traced.
 #[derive(Clone, Copy)]
 pub(crate) struct RayOptions {
+    /// True if exact signs decide, false if float32 does.
+    pub(crate) exact: bool,
     /// True if neighbouring rays run alike; decided from the rays without.
     pub(crate) coherent: Option<bool>,
     /// All of the machine's without.
@@ -52,34 +54,50 @@ pub(crate) fn render<'py>(
     Ok((planes, region.into(), notices))
 }
 
+/// Arrays of rays from Python: [n, 3] and, for the limits, [1, 1] or [n, 1].
+pub(crate) struct PyRays<'py> {
+    pub(crate) origins: Floats<'py>,
+    pub(crate) directions: Floats<'py>,
+    pub(crate) t_min: Floats<'py>,
+    pub(crate) t_max: Floats<'py>,
+}
+
+impl PyRays<'_> {
+    fn arrays(&self, RayOptions { exact, coherent, .. }: RayOptions) -> PyResult<RayArrays<'_>> {
+        Ok(RayArrays {
+            origins: rows(&self.origins, "origins")?,
+            directions: rows(&self.directions, "directions")?,
+            t_min: rows::<f64, 1>(&self.t_min, "t_min")?.as_flattened(),
+            t_max: rows::<f64, 1>(&self.t_max, "t_max")?.as_flattened(),
+            kernel: if exact { Kernel::Exact } else { Kernel::Float32 { coherent } },
+        })
+    }
+}
+
 /// The closest hits of rays, by the names of `World.cast_rays`.
 pub(crate) fn cast_rays<'py>(
     py: Python<'py>,
     world: &World,
-    origins: &Floats<'py>,
-    directions: &Floats<'py>,
-    RayOptions { coherent, threads }: RayOptions,
+    rays: &PyRays<'py>,
+    options: RayOptions,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (origins, directions) = (rows(origins, "origins")?, rows(directions, "directions")?);
-    let prepared = world.prepared(py, threads)?;
-    let hits = run_interruptible(py, None, |control| {
-        ray_queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
-    })?;
+    let arrays = rays.arrays(options)?;
+    let prepared = world.prepared(py, options.threads)?;
+    let hits =
+        run_interruptible(py, None, |control| ray_queries::cast_rays(&prepared, &arrays, options.threads, control))?;
     hits_to_dict(py, hits)
 }
 
-/// For each ray, true if anything lies before its `t_max`.
+/// For each ray, true if anything lies in its range of t.
 pub(crate) fn occluded<'py>(
     py: Python<'py>,
     world: &World,
-    [origins, directions, t_max]: [&Floats<'py>; 3],
-    RayOptions { coherent, threads }: RayOptions,
+    rays: &PyRays<'py>,
+    options: RayOptions,
 ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-    let (origins, directions) = (rows(origins, "origins")?, rows(directions, "directions")?);
-    let t_max = rows::<f64, 1>(t_max, "t_max")?.as_flattened();
-    let prepared = world.prepared(py, threads)?;
-    let occluded = run_interruptible(py, None, |control| {
-        ray_queries::occluded(&prepared, origins, directions, t_max, coherent, threads, control)
-    })?;
-    array(py, occluded, &[origins.len()])
+    let arrays = rays.arrays(options)?;
+    let prepared = world.prepared(py, options.threads)?;
+    let occluded =
+        run_interruptible(py, None, |control| ray_queries::occluded(&prepared, &arrays, options.threads, control))?;
+    array(py, occluded, &[arrays.origins.len()])
 }

@@ -23,7 +23,7 @@ use crate::camera::{Camera, up, up_name};
 use crate::error::{IntoPyErr, catch_panic, world_error};
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
-use crate::render::{self, RayOptions};
+use crate::render::{self, PyRays, RayOptions};
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
@@ -248,30 +248,37 @@ impl World {
         render::render(py, self, camera, &request, progress.as_ref())
     }
 
-    #[pyo3(signature = (origins, directions, coherent, threads))]
+    #[pyo3(signature = (origins, directions, t_min, t_max, exact, coherent, threads))]
+    #[allow(clippy::too_many_arguments)]
     fn cast_rays<'py>(
         &self,
         py: Python<'py>,
         origins: Floats<'py>,
         directions: Floats<'py>,
+        t_min: Floats<'py>,
+        t_max: Floats<'py>,
+        exact: bool,
         coherent: Option<bool>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let options = RayOptions { coherent, threads };
-        render::cast_rays(py, self, &origins, &directions, options)
+        let rays = PyRays { origins, directions, t_min, t_max };
+        render::cast_rays(py, self, &rays, RayOptions { exact, coherent, threads })
     }
 
-    #[pyo3(signature = (origins, directions, t_max, coherent, threads))]
+    #[pyo3(signature = (origins, directions, t_min, t_max, exact, coherent, threads))]
+    #[allow(clippy::too_many_arguments)]
     fn occluded<'py>(
         &self,
         py: Python<'py>,
         origins: Floats<'py>,
         directions: Floats<'py>,
+        t_min: Floats<'py>,
         t_max: Floats<'py>,
+        exact: bool,
         coherent: Option<bool>,
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let options = RayOptions { coherent, threads };
-        render::occluded(py, self, [&origins, &directions, &t_max], options)
+        let rays = PyRays { origins, directions, t_min, t_max };
+        render::occluded(py, self, &rays, RayOptions { exact, coherent, threads })
     }
 }

@@ -1,6 +1,6 @@
 //! Ray queries of a scene: closest hit, any hit, and closest hit in float64.
 
-use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
+use crate::ray::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
@@ -21,15 +21,29 @@ impl Scene {
         traverse::occluded(self.dispatch, self, rays, occluded, coherence);
     }
 
-    /// The closest hit of every ray by float64 arithmetic on float64 corners: ties and edges are those of exact
-    /// geometry, up to float64 rounding. On the calling thread; `hits` is as long as `rays`.
+    /// The closest hit of every ray, decided exactly for the float64 corners: edges, corners and both ends of the range of t
+    /// belong to it, and the order is that of (t, instance, triangle). On the calling thread; `hits` is as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
+        self.trace_exact(rays, triangles, false, hits);
+    }
+
+    /// True for every ray that hits anything, decided as by [`Scene::closest_exact`].
+    pub fn occluded_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
+        let mut hits = vec![ExactHit::MISS; rays.len()];
+        self.trace_exact(rays, triangles, true, &mut hits);
+        for (occluded, hit) in occluded.iter_mut().zip(hits) {
+            *occluded = hit.instance != INVALID_ID;
+        }
+    }
+
+    fn trace_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, any_hit: bool, hits: &mut [ExactHit]) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         match &self.mesh_ranges {
-            None => traverse::closest_exact(self.dispatch, self, rays, triangles, hits),
+            None => traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits),
             Some(mesh_ranges) => {
                 let all = FlattenedTriangles(mesh_ranges, triangles);
-                traverse::closest_exact(self.dispatch, self, rays, &all, hits);
+                traverse::closest_exact(self.dispatch, self, rays, &all, any_hit, hits);
                 mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
             }
         }

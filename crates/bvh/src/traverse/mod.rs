@@ -41,8 +41,8 @@ kernel! {
     fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
-    /// The closest hits in float64.
+    /// The closest or any hits in float64.
     fn closest_exact(
-        scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit],
+        scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, hits: &mut [ExactHit],
     ) = closest_exact_batch
 }

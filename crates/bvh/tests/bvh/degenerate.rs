@@ -82,6 +82,7 @@ fn rounding_makes_no_flat_triangle_hit() {
         let ray = ExactRay {
             origin: std::array::from_fn(|i| target[i] + from[i]),
             direction: from.map(|x| -x),
+            t_min: 0.0,
             t_max: f64::INFINITY,
         };
         let mut hit = [ExactHit::MISS];

@@ -48,6 +48,7 @@ fn meshes_in_one_tree_answer_as_instances_do() {
         .map(|ray| ExactRay {
             origin: ray.origin.map(f64::from),
             direction: ray.direction.map(f64::from),
+            t_min: 0.0,
             t_max: f64::INFINITY,
         })
         .collect();

@@ -175,6 +175,7 @@ fn exact_packets_are_brute_force() {
                     ExactRay {
                         origin: eye,
                         direction: std::array::from_fn(|x| target[x] - eye[x]),
+                        t_min: 0.0,
                         t_max: if i % 7 == 0 { 0.99 } else { f64::INFINITY },
                     }
                 })
@@ -225,6 +226,7 @@ fn exact_packets_through_instances_are_brute_force() {
                 rays.push(ExactRay {
                     origin: eye,
                     direction: std::array::from_fn(|x| target[x] - eye[x]),
+                    t_min: 0.0,
                     t_max: if k % 7 == 0 { 0.99 } else { f64::INFINITY },
                 });
             }

@@ -1,7 +1,7 @@
-//! Ray queries: nearest hits and occlusion of the caller's rays.
+//! Ray queries: nearest hits and occlusion of the caller's rays, decided exactly for the float64 numbers given.
 
 use glam::DVec3;
-use raycam_bvh::{Coherence, Hit, INVALID_ID, Ray};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
 use rayon::prelude::*;
 
 use crate::control::Control;
@@ -14,6 +14,67 @@ use crate::thread_pool::with_pool;
 /// Rays of one task.
 const RAYS_PER_TASK: usize = 4096;
 
+/// Rays of a query, in world coordinates; directions need not be normalised.
+#[derive(Clone, Copy, Debug)]
+pub struct RayArrays<'a> {
+    /// Origins, one for each ray.
+    pub origins: &'a [[f64; 3]],
+    /// Directions, one for each ray.
+    pub directions: &'a [[f64; 3]],
+    /// Smallest valid t, in lengths of the direction: one for all rays, or one for each.
+    pub t_min: &'a [f64],
+    /// Largest valid t, in lengths of the direction: one for all rays, or one for each.
+    pub t_max: &'a [f64],
+    /// Arithmetic that decides hits.
+    pub kernel: Kernel,
+}
+
+/// Arithmetic that decides hits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kernel {
+    /// Exact signs of the float64 numbers given.
+    Exact,
+    /// float32, relative to the centre of the world: several times as fast for incoherent rays. Rays start at
+    /// t = 0.
+    Float32 {
+        /// True if neighbouring rays are similar; detected without. For speed only.
+        coherent: Option<bool>,
+    },
+}
+
+impl RayArrays<'_> {
+    fn check(&self) -> Result<(), RenderError> {
+        let (o, d) = (self.origins.len(), self.directions.len());
+        if o != d {
+            return Err(RenderError::Settings(format!("{o} origins and {d} directions; expected one of each per ray")));
+        }
+        for (name, values) in [("t_min", self.t_min), ("t_max", self.t_max)] {
+            if values.len() != 1 && values.len() != o {
+                let given = values.len();
+                return Err(RenderError::Settings(format!("{given} values of {name} for {o} rays; expected 1 or {o}")));
+            }
+            if let Some(at) = values.iter().position(|t| t.is_nan()) {
+                return Err(RenderError::Settings(format!("{name}[{at}] is NaN; expected a number or an infinity")));
+            }
+        }
+        if self.kernel != Kernel::Exact && self.t_min.iter().any(|t| *t != 0.0) {
+            let message = "t_min needs the exact kernel: leave out exact=False, or move the origins";
+            return Err(RenderError::Settings(message.into()));
+        }
+        Ok(())
+    }
+
+    fn ray(&self, i: usize) -> ExactRay {
+        let of = |limits: &[f64]| if limits.len() == 1 { limits[0] } else { limits[i] };
+        ExactRay {
+            origin: self.origins[i],
+            direction: self.directions[i],
+            t_min: of(self.t_min),
+            t_max: of(self.t_max),
+        }
+    }
+}
+
 /// Nearest hit of each ray, one entry per ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RayHits {
@@ -24,31 +85,30 @@ pub struct RayHits {
     /// Index of the triangle in its mesh; -1 for a miss.
     pub triangle: Vec<i32>,
     /// Barycentric coordinates, of sum 1; 0 for a miss.
-    pub barycentric: Vec<[f32; 3]>,
+    pub barycentric: Vec<[f64; 3]>,
     /// Unit geometric normal in world coordinates, on the ray's side; 0 for a miss.
-    pub normal: Vec<[f32; 3]>,
+    pub normal: Vec<[f64; 3]>,
     /// Surface point in world coordinates; NaN for a miss.
     pub position: Vec<[f64; 3]>,
 }
 
-/// Nearest hit of each ray `origin + t * direction`, t >= 0, in world coordinates.
+/// Nearest hit of each ray `origin + t * direction`, `t_min <= t <= t_max`, in world coordinates.
 ///
-/// Directions need not be normalised. A ray that is not finite or has a zero direction misses. `coherent` states if
-/// neighbouring rays are similar (`None`: detected); it affects speed alone. The kernel finds the triangle in
-/// float32; t, position, weights and normal are computed in float64.
+/// A triangle is closed: its edges and corners belong to it; seen edge on it is not met. Signs are exact, t is off by one
+/// unit in the last place at most, and the position is weighted from the corners, so far origins lose nothing. First is
+/// the smallest (t, instance, triangle). A ray that is not finite or has a zero direction misses.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if the arrays differ in length, [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors of
+/// [`with_pool`].
 pub fn cast_rays(
     world: &PreparedWorld,
-    origins: &[[f64; 3]],
-    directions: &[[f64; 3]],
-    coherent: Option<bool>,
+    rays: &RayArrays,
     threads: Option<usize>,
     control: &Control,
 ) -> Result<RayHits, RenderError> {
-    check_lengths(origins, directions)?;
-    let n = origins.len();
+    rays.check()?;
+    let n = rays.origins.len();
     let mut found = RayHits {
         t: vec![f64::INFINITY; n],
         instance: vec![-1; n],
@@ -58,6 +118,7 @@ pub fn cast_rays(
         position: vec![[f64::NAN; 3]; n],
     };
     control.start(n.div_ceil(RAYS_PER_TASK));
+    world.geometry.note_exact_rays(n as u64);
     let RayHits { t, instance, triangle, barycentric, normal, position } = &mut found;
     with_pool(threads, || {
         let results = (
@@ -68,24 +129,22 @@ pub fn cast_rays(
             normal.par_chunks_mut(RAYS_PER_TASK),
             position.par_chunks_mut(RAYS_PER_TASK),
         );
-        let rays = (origins.par_chunks(RAYS_PER_TASK), directions.par_chunks(RAYS_PER_TASK));
-        rays.into_par_iter().zip(results.into_par_iter()).try_for_each(|((origins, directions), out)| {
+        results.into_par_iter().enumerate().try_for_each(|(chunk, out)| {
             control.check()?;
             let (t, instance, triangle, barycentric, normal, position) = out;
-            let ray = |(o, d): (&[f64; 3], &[f64; 3])| {
-                world.geometry.local_ray(DVec3::from(*o), DVec3::from(*d), f64::INFINITY).0
-            };
-            let rays: Vec<Ray> = origins.iter().zip(directions).map(ray).collect();
-            let mut hits = vec![Hit::MISS; rays.len()];
-            world.geometry.scene.closest(&rays, &mut hits, coherence(coherent));
+            let first = chunk * RAYS_PER_TASK;
+            let kernel = rays.kernel;
+            let rays: Vec<ExactRay> = (first..first + t.len()).map(|i| rays.ray(i)).collect();
+            let hits = closest_hits(world, &rays, kernel);
             for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
-                let exact = refine_f64(world, hit, origins[i].into(), directions[i].into());
-                t[i] = exact.t;
+                let corners = world.geometry.corners(hit.instance, hit.triangle);
+                let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+                t[i] = hit.t;
                 instance[i] = signed_id(hit.instance);
                 triangle[i] = signed_id(hit.triangle);
-                barycentric[i] = exact.barycentric.map(|weight| weight as f32);
-                normal[i] = exact.normal.as_vec3().to_array();
-                position[i] = exact.position.to_array();
+                barycentric[i] = weights;
+                normal[i] = face_forward(unit_normal(corners), rays[i].direction.into()).to_array();
+                position[i] = (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]).to_array();
             }
             control.advance();
             Ok::<(), RenderError>(())
@@ -94,36 +153,32 @@ pub fn cast_rays(
     Ok(found)
 }
 
-/// True for each ray with any hit at `0 <= t <= t_max` (`t_max` has one entry for all rays, or one per ray).
+/// True for each ray with any hit at `t_min <= t <= t_max`, decided as by [`cast_rays`].
 ///
 /// # Errors
-/// As [`cast_rays`], and for a `t_max` of another length.
+/// As [`cast_rays`].
 pub fn occluded(
     world: &PreparedWorld,
-    origins: &[[f64; 3]],
-    directions: &[[f64; 3]],
-    t_max: &[f64],
-    coherent: Option<bool>,
+    rays: &RayArrays,
     threads: Option<usize>,
     control: &Control,
 ) -> Result<Vec<bool>, RenderError> {
-    check_lengths(origins, directions)?;
-    if t_max.len() != 1 && t_max.len() != origins.len() {
-        let (given, rays) = (t_max.len(), origins.len());
-        return Err(RenderError::Settings(format!("{given} values of t_max for {rays} rays; expected 1 or {rays}")));
-    }
-    let mut occluded = vec![false; origins.len()];
-    control.start(origins.len().div_ceil(RAYS_PER_TASK));
+    rays.check()?;
+    let mut occluded = vec![false; rays.origins.len()];
+    control.start(occluded.len().div_ceil(RAYS_PER_TASK));
+    world.geometry.note_exact_rays(occluded.len() as u64);
     with_pool(threads, || {
         occluded.par_chunks_mut(RAYS_PER_TASK).enumerate().try_for_each(|(chunk, occluded)| {
             control.check()?;
             let first = chunk * RAYS_PER_TASK;
-            let ray = |i: usize| {
-                let limit = if t_max.len() == 1 { t_max[0] } else { t_max[i] };
-                world.geometry.local_ray(origins[i].into(), directions[i].into(), limit).0
-            };
-            let rays: Vec<Ray> = (first..first + occluded.len()).map(ray).collect();
-            world.geometry.scene.occluded(&rays, occluded, coherence(coherent));
+            let kernel = rays.kernel;
+            let rays: Vec<ExactRay> = (first..first + occluded.len()).map(|i| rays.ray(i)).collect();
+            match kernel {
+                Kernel::Exact => world.geometry.occluded_exact(&rays, occluded),
+                Kernel::Float32 { coherent } => {
+                    world.geometry.scene.occluded(&local_rays(world, &rays), occluded, coherence(coherent));
+                }
+            }
             control.advance();
             Ok::<(), RenderError>(())
         })
@@ -131,12 +186,28 @@ pub fn occluded(
     Ok(occluded)
 }
 
-fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<(), RenderError> {
-    if origins.len() == directions.len() {
-        return Ok(());
+/// Nearest hits with precise t and weights.
+fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], kernel: Kernel) -> Vec<ExactHit> {
+    let mut hits = vec![ExactHit::MISS; rays.len()];
+    match kernel {
+        Kernel::Exact => {
+            world.geometry.closest_exact(rays, &mut hits);
+            for (hit, ray) in hits.iter_mut().zip(rays).filter(|(hit, _)| hit.instance != INVALID_ID) {
+                let corners = world.geometry.corners(hit.instance, hit.triangle);
+                *hit = hit.refined(ray, corners.map(|corner| corner.to_array()));
+            }
+        }
+        Kernel::Float32 { coherent } => {
+            let mut found = vec![Hit::MISS; rays.len()];
+            world.geometry.scene.closest(&local_rays(world, rays), &mut found, coherence(coherent));
+            for ((hit, found), ray) in hits.iter_mut().zip(&found).zip(rays) {
+                if found.instance != INVALID_ID {
+                    *hit = refine_f64(world, found, ray);
+                }
+            }
+        }
     }
-    let (o, d) = (origins.len(), directions.len());
-    Err(RenderError::Settings(format!("{o} origins and {d} directions; expected one of each per ray")))
+    hits
 }
 
 fn coherence(coherent: Option<bool>) -> Coherence {
@@ -147,20 +218,16 @@ fn coherence(coherent: Option<bool>) -> Coherence {
     }
 }
 
-/// Hit in float64.
-struct RefinedHit {
-    t: f64,
-    barycentric: [f64; 3],
-    normal: DVec3,
-    position: DVec3,
+fn local_rays(world: &PreparedWorld, rays: &[ExactRay]) -> Vec<Ray> {
+    let local = |ray: &ExactRay| world.geometry.local_ray(ray.origin.into(), ray.direction.into(), ray.t_max).0;
+    rays.iter().map(local).collect()
 }
 
 /// Intersection of a ray with the plane of the triangle found in float32, clamped to the triangle: near an edge
 /// float64 may miss it.
-fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> RefinedHit {
-    let corners = world.geometry.corners(hit.instance, hit.triangle);
-    let [a, b, c] = corners.map(|corner| corner - origin);
-    let normal = face_forward(unit_normal(corners), direction);
+fn refine_f64(world: &PreparedWorld, hit: &Hit, ray: &ExactRay) -> ExactHit {
+    let (origin, direction) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
+    let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle).map(|corner| corner - origin);
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
     let determinant = e1.dot(p);
@@ -174,5 +241,5 @@ fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3)
     let (u, v) = (u / sum, v / sum);
     let point = a + e1 * u + e2 * v;
     let t = (point.dot(direction) / direction.length_squared()).max(0.0);
-    RefinedHit { t, barycentric: [1.0 - u - v, u, v], normal, position: origin + point }
+    ExactHit { t, u, v, instance: hit.instance, triangle: hit.triangle, normal: e1.cross(e2).to_array() }
 }

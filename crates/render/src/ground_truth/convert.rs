@@ -15,7 +15,7 @@ pub(crate) fn to_float_hit(&ExactHit { t, u, v, instance, triangle, .. }: &Exact
 
 /// Camera ray as an exact ray.
 pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
-    ExactRay { origin: origin.to_array(), direction: direction.to_array(), t_max: f64::INFINITY }
+    ExactRay { origin: origin.to_array(), direction: direction.to_array(), t_min: 0.0, t_max: f64::INFINITY }
 }
 
 /// Id as stored in a frame: -1 for a miss.

@@ -66,6 +66,12 @@ impl Geometry {
         merged.unwrap_or(&self.scene).closest_exact(rays, self, hits);
     }
 
+    /// True for every ray that hits anything, in float64.
+    pub(crate) fn occluded_exact(&self, rays: &[ExactRay], occluded: &mut [bool]) {
+        let merged = self.flattened.scene.get().and_then(Option::as_ref);
+        merged.unwrap_or(&self.scene).occluded_exact(rays, self, occluded);
+    }
+
     /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many
     /// instances.
     fn instances_are_close(&self) -> bool {

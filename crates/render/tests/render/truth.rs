@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::common::*;
 use glam::{DAffine3, DMat3, DVec3};
-use raycam_render::annotations::ray_queries;
+use raycam_render::annotations::ray_queries::{self, Kernel, RayArrays};
 use raycam_render::{Channel, Control, Filter, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Light, Mesh, PixelCenter, Texture, TextureSlot, World, Wrap};
@@ -219,10 +219,14 @@ fn cast_rays_agrees_with_the_picture() {
     let prepared = prepare(&world);
     let rays = (0..80 * 60).map(|i| camera.ray(camera.pixel_center_of(i % 80, i / 80)));
     let (origins, directions): (Vec<_>, Vec<_>) = rays.map(|(o, d)| (o.to_array(), d.to_array())).unzip();
-    let cast = |coherent, threads| {
-        ray_queries::cast_rays(&prepared, &origins, &directions, coherent, threads, &Control::new()).unwrap()
+    let cast = |kernel, threads| {
+        let rays = RayArrays { kernel, ..all_of(&origins, &directions) };
+        ray_queries::cast_rays(&prepared, &rays, threads, &Control::new()).unwrap()
     };
-    let hits = cast(None, None);
+    let hits = cast(Kernel::Exact, None);
+    let exactly = |i: usize| hits.instance[i] == i32s(&frame, Channel::Instance)[i];
+    assert!((0..80 * 60).all(exactly), "queries and ground truth are decided by one function");
+    let hits = cast(Kernel::Float32 { coherent: None }, None);
     // Float32 and float64 may differ on a silhouette, hardly ever.
     let same: Vec<usize> = (0..80 * 60)
         .filter(|&i| {
@@ -242,13 +246,19 @@ fn cast_rays_agrees_with_the_picture() {
         assert!((hits.t[i] - t).abs() <= 1e-6 * t);
         let position = DVec3::from_slice(&f64s(&frame, Channel::Position)[3 * i..3 * i + 3]);
         assert!((DVec3::from(hits.position[i]) - position).length() < 1e-6);
-        assert_eq!(hits.normal[i], f32s(&frame, Channel::Normal)[3 * i..3 * i + 3]);
+        assert_eq!(hits.normal[i].map(|x| x as f32), f32s(&frame, Channel::Normal)[3 * i..3 * i + 3]);
     }
     for (coherent, threads) in [(Some(true), Some(1)), (Some(false), Some(3))] {
-        let other = cast(coherent, threads);
+        let other = cast(Kernel::Float32 { coherent }, threads);
         assert_eq!(other.instance, hits.instance);
         assert_eq!(other.t, hits.t);
     }
+    assert_eq!(cast(Kernel::Exact, Some(1)).t, cast(Kernel::Exact, Some(3)).t);
+}
+
+/// Rays from t = 0 on.
+fn all_of<'a>(origins: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> RayArrays<'a> {
+    RayArrays { origins, directions, t_min: &[0.0], t_max: &[f64::INFINITY], kernel: Kernel::Exact }
 }
 
 #[test]
@@ -275,10 +285,11 @@ fn queries_take_any_ray() {
     let origins = rays.map(|ray| ray.0);
     let directions = rays.map(|ray| ray.1);
     let control = Control::new();
-    let hits = ray_queries::cast_rays(&prepared, &origins, &directions, None, None, &control).unwrap();
+    let all = all_of(&origins, &directions);
+    let hits = ray_queries::cast_rays(&prepared, &all, None, &control).unwrap();
     let limit = |factor: f64| {
         let t_max = rays.map(|ray| if ray.2 > 0.0 { ray.2 * factor } else { ray.2 });
-        ray_queries::occluded(&prepared, &origins, &directions, &t_max, None, None, &control).unwrap()
+        ray_queries::occluded(&prepared, &RayArrays { t_max: &t_max, ..all }, None, &control).unwrap()
     };
     let (beyond, before) = (limit(1.001), limit(0.999));
     for (i, &(_, _, t)) in rays.iter().enumerate().take(rays.len() - 1) {
@@ -288,13 +299,15 @@ fn queries_take_any_ray() {
         assert_eq!(beyond[i], t.is_finite(), "ray {i}");
         assert_eq!(before[i], t == 0.0, "ray {i}");
     }
-    let all = ray_queries::occluded(&prepared, &origins, &directions, &[f64::INFINITY], None, None, &control).unwrap();
-    assert_eq!(all[..13], beyond[..13]);
-    let error = ray_queries::cast_rays(&prepared, &origins, &directions[1..], None, None, &control).unwrap_err();
-    assert!(error.to_string().contains("14 origins and 13 directions"), "{error}");
-    let error = ray_queries::occluded(&prepared, &origins, &directions, &[1.0; 3], None, None, &control).unwrap_err();
-    assert!(error.to_string().contains("3 values of t_max for 14 rays"), "{error}");
-    let none = ray_queries::cast_rays(&prepared, &[], &[], None, None, &control).unwrap();
+    assert_eq!(ray_queries::occluded(&prepared, &all, None, &control).unwrap()[..13], beyond[..13]);
+    let error = |rays: RayArrays| ray_queries::occluded(&prepared, &rays, None, &control).unwrap_err().to_string();
+    let message = error(RayArrays { directions: &directions[1..], ..all });
+    assert!(message.contains("14 origins and 13 directions"), "{message}");
+    let message = error(RayArrays { t_max: &[1.0; 3], ..all });
+    assert!(message.contains("3 values of t_max for 14 rays"), "{message}");
+    let message = error(RayArrays { t_min: &[nan], ..all });
+    assert!(message.contains("t_min[0] is NaN"), "{message}");
+    let none = ray_queries::cast_rays(&prepared, &all_of(&[], &[]), None, &control).unwrap();
     assert!(none.t.is_empty());
     assert!(!hits.t[13].is_nan());
 }

@@ -3,3 +3,4 @@
 pub(crate) mod packet;
 pub(crate) mod rays;
 pub(crate) mod single;
+pub(crate) mod triangle;

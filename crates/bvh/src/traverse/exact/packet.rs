@@ -30,10 +30,12 @@ pub fn closest_exact_batch<I: Isa>(
     scene: &Scene,
     rays: &[ExactRay],
     triangles: &dyn ExactTriangles,
+    any_hit: bool,
     hits: &mut [ExactHit],
 ) {
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
     let mut exact = RaySoa64::EMPTY;
+    exact.any_hit = any_hit;
     for (rays, hits) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)) {
         let room = (&mut packets, &mut near, &mut exact);
         closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
@@ -66,6 +68,7 @@ pub fn closest_exact_chunk<I: Isa>(
             }
             OriginClass::Far => {
                 if let Some(mut clipped) = ClippedRay::new(scene, ray) {
+                    clipped.any_hit = exact.any_hit;
                     intersect_tlas::<I>(scene, &mut clipped, triangles);
                     *hit = clipped.to_hit();
                 }
@@ -203,7 +206,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
                 let (id, corners) = triangles[candidates.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 candidates &= candidates - 1;
                 let triangle = (instance, id);
-                closer |= query.rays.intersect_many(rays, corners, triangle, query.hits);
+                closer |= query.rays.intersect_many(rays, corners, triangle, query.hits, query.triangles);
             }
             some = if closer { active } else { 0 };
         }
@@ -216,7 +219,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             while near != 0 {
                 let (id, corners) = triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 near &= near - 1;
-                query.rays.intersect_one(number, corners, (instance, id), query.hits);
+                query.rays.intersect_one(number, corners, (instance, id), query.hits, query.triangles);
             }
             sooner |= query.clip(lane, packet, indices);
         }

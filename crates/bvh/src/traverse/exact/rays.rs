@@ -1,9 +1,9 @@
 //! Float64 rays in SoA, with their closest hits so far.
 
-use crate::node::cross;
 use crate::ray::{ExactHit, ExactRay, Ray};
-use crate::scene::Scene;
-use crate::traverse::exact::single::{ClippedRay, F64_ERROR, t_max_f32};
+use crate::scene::{ExactTriangles, Scene};
+use crate::traverse::exact::single::{ClippedRay, DONE, F64_ERROR, t_max_f32};
+use crate::traverse::exact::triangle::{EDGE_ERROR, HitSoFar, NEXT_AXES, ShearedRay, max_f64, same_sign};
 use crate::traverse::packet::soa::PACKET_SIZE;
 
 /// One value per ray.
@@ -16,8 +16,12 @@ pub struct RaySoa64 {
     direction: [RayRow; 3],
     /// The given t is the t along `direction` divided by this power of two.
     direction_scale: RayRow,
+    /// The smallest valid t; 0 for all rays near the scene.
+    t_min: RayRow,
     /// The t of the closest hit so far, along `direction`.
     t_hit: RayRow,
+    /// The error bound of `t_hit`.
+    t_error: RayRow,
     /// Shear of x and y per unit of the main axis.
     shear: [RayRow; 2],
     /// The main axis, of the largest component of the direction.
@@ -30,6 +34,11 @@ pub struct RaySoa64 {
     origin_class: [u8; PACKET_SIZE],
     /// The main axis that all rays share, if they do.
     shared_major_axis: Option<usize>,
+    /// True if any hit will do: a ray with one is done.
+    pub any_hit: bool,
+    /// An origin, and the largest distance along an axis from it to any other.
+    reference: [f64; 3],
+    spread: f64,
 }
 
 /// The class of a ray by its origin. Rows hold the discriminants, for vectorised code.
@@ -44,15 +53,14 @@ pub enum OriginClass {
     Far,
 }
 
-/// The axis after each axis.
-const NEXT_AXES: [usize; 3] = [1, 2, 0];
-
 impl RaySoa64 {
     pub const EMPTY: RaySoa64 = RaySoa64 {
         origin: [[0.0; PACKET_SIZE]; 3],
         direction: [[0.0; PACKET_SIZE]; 3],
         direction_scale: [0.0; PACKET_SIZE],
+        t_min: [0.0; PACKET_SIZE],
         t_hit: [0.0; PACKET_SIZE],
+        t_error: [0.0; PACKET_SIZE],
         shear: [[0.0; PACKET_SIZE]; 2],
         major_axis: [0; PACKET_SIZE],
         origin_f32: [[0.0; PACKET_SIZE]; 3],
@@ -60,6 +68,9 @@ impl RaySoa64 {
         max_abs_origin: [0.0; PACKET_SIZE],
         origin_class: [OriginClass::Misses as u8; PACKET_SIZE],
         shared_major_axis: None,
+        any_hit: false,
+        reference: [0.0; 3],
+        spread: 0.0,
     };
 
     /// Loads rays. A ray is near if its origin is within `reach` of the scene's origin, in scaled scene coordinates.
@@ -71,6 +82,8 @@ impl RaySoa64 {
                 self.direction[axis][i & (PACKET_SIZE - 1)] = ray.direction[axis];
             }
             self.t_hit[i & (PACKET_SIZE - 1)] = ray.t_max;
+            self.t_error[i & (PACKET_SIZE - 1)] = 0.0;
+            self.t_min[i & (PACKET_SIZE - 1)] = ray.t_min;
         }
         let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &mut self.direction);
         let [sx, sy] = &mut self.shear;
@@ -87,7 +100,7 @@ impl RaySoa64 {
                 & (oy[i].abs() <= f64::MAX)
                 & (oz[i].abs() <= f64::MAX);
             // Excludes subnormal directions, whose scaling would not be exact, and a NaN t_max.
-            let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.t_hit[i] >= 0.0);
+            let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.t_hit[i] >= self.t_min[i]);
             let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
             let d = [dx[i] / power, dy[i] / power, dz[i] / power];
             (dx[i], dy[i], dz[i]) = (d[0], d[1], d[2]);
@@ -119,13 +132,27 @@ impl RaySoa64 {
             let start = [(ox[i] - wx) * scale, (oy[i] - wy) * scale, (oz[i] - wz) * scale];
             let farthest = max_f64(max_f64(start[0].abs(), start[1].abs()), start[2].abs());
             self.max_abs_origin[i] = farthest;
-            self.origin_class[i] = (sane as u8) * (2 - (farthest <= reach) as u8);
+            let near = (farthest <= reach) & (self.t_min[i] == 0.0);
+            self.origin_class[i] = (sane as u8) * (2 - near as u8);
             (px[i], py[i], pz[i]) = (start[0] as f32, start[1] as f32, start[2] as f32);
             (ax[i], ay[i], az[i]) = ((d[0] * scale) as f32, (d[1] * scale) as f32, (d[2] * scale) as f32);
         }
         let first = self.major_axis[0];
         let same = self.major_axis[..rays.len()].iter().all(|main| *main == first);
         self.shared_major_axis = same.then_some(usize::from(first));
+        let near = (0..rays.len()).filter(|&i| self.origin_class(i) == OriginClass::Near);
+        let mut ends: Option<([f64; 3], [f64; 3])> = None;
+        for i in near {
+            let at = rays[i].origin;
+            let (low, high) = ends.get_or_insert((at, at));
+            for axis in 0..3 {
+                low[axis] = if at[axis] < low[axis] { at[axis] } else { low[axis] };
+                high[axis] = max_f64(high[axis], at[axis]);
+            }
+        }
+        let (low, high) = ends.unwrap_or_default();
+        self.reference = low;
+        self.spread = (0..3).fold(0.0, |most, axis| max_f64(most, high[axis] - low[axis]));
     }
 
     /// The class of ray `i`.
@@ -179,6 +206,9 @@ impl RaySoa64 {
             local_origin: start,
             t_offset: 0.0,
             origin_error: origin_error(scene, self.max_abs_origin[i]),
+            t_min: 0.0,
+            t_error: self.t_error[i],
+            any_hit: self.any_hit,
             best: ExactHit { t: self.t_hit[i], ..*hit },
         }
     }
@@ -186,6 +216,7 @@ impl RaySoa64 {
     /// Takes over the hit of a single ray.
     pub fn commit(&mut self, i: usize, ray: &ClippedRay, hit: &mut ExactHit) {
         self.t_hit[i & (PACKET_SIZE - 1)] = ray.best.t;
+        self.t_error[i & (PACKET_SIZE - 1)] = ray.t_error;
         *hit = ray.best;
     }
 
@@ -198,15 +229,29 @@ impl RaySoa64 {
         }
     }
 
-    /// Intersects one ray with a triangle.
+    /// Intersects one ray with a triangle; keeps the hit if it is closer.
     #[inline(always)]
-    pub fn intersect_one(&mut self, i: usize, corners: [[f64; 3]; 3], triangle: (u32, u32), hits: &mut [ExactHit]) {
+    pub fn intersect_one(
+        &mut self,
+        i: usize,
+        corners: [[f64; 3]; 3],
+        triangle: (u32, u32),
+        hits: &mut [ExactHit],
+        triangles: &dyn ExactTriangles,
+    ) -> bool {
+        let ray = self.sheared_ray(i);
         let i = i & (PACKET_SIZE - 1);
-        let normal = cross(corners);
-        let [u, v, w] = self.edge_functions(i, usize::from(self.major_axis[i]) % 3, &corners);
-        if same_sign(u, v, w) && normal != [0.0; 3] {
-            self.accept_hit(i, [u, v, w], &corners, normal, triangle, hits);
+        let Some(found) = ray.intersect(corners) else {
+            return false;
+        };
+        let so_far = HitSoFar::new(0.0, self.t_hit[i], self.t_error[i], &hits[i]);
+        if !ray.precedes(&found, corners, triangle, &so_far, triangles) {
+            return false;
         }
+        (self.t_hit[i], self.t_error[i]) = if self.any_hit { (DONE, 0.0) } else { (found.t, found.t_error) };
+        let (instance, triangle) = triangle;
+        hits[i] = ExactHit { t: found.t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
+        true
     }
 
     /// Intersects many rays with a triangle; hits are those of [`RaySoa64::intersect_one`]. True if any hit is closer.
@@ -217,12 +262,8 @@ impl RaySoa64 {
         corners: [[f64; 3]; 3],
         triangle: (u32, u32),
         hits: &mut [ExactHit],
+        triangles: &dyn ExactTriangles,
     ) -> bool {
-        let normal = cross(corners);
-        // Rounding may give collinear corners a determinant.
-        if normal == [0.0; 3] {
-            return false;
-        }
         let mut inside = match self.shared_major_axis {
             Some(0) => self.edge_test::<0>(&corners),
             Some(1) => self.edge_test::<1>(&corners),
@@ -233,21 +274,38 @@ impl RaySoa64 {
         while inside != 0 {
             let i = inside.trailing_zeros() as usize;
             inside &= inside - 1;
-            let [u, v, w] = self.edge_functions(i, usize::from(self.major_axis[i]) % 3, &corners);
-            if same_sign(u, v, w) {
-                closer |= self.accept_hit(i, [u, v, w], &corners, normal, triangle, hits);
-            }
+            closer |= self.intersect_one(i, corners, triangle, hits, triangles);
         }
         closer
     }
 
-    /// Bit i: ray i, whose main axis is `Z`, passes the edge test.
+    #[inline(always)]
+    fn sheared_ray(&self, i: usize) -> ShearedRay {
+        let i = i & (PACKET_SIZE - 1);
+        ShearedRay {
+            origin: std::array::from_fn(|axis| self.origin[axis][i]),
+            direction: std::array::from_fn(|axis| self.direction[axis][i]),
+            major_axis: usize::from(self.major_axis[i]),
+            shear: [self.shear[0][i], self.shear[1][i]],
+        }
+    }
+
+    /// Bit i: ray i, whose main axis is `Z`, may pass the edge test of [`ShearedRay::intersect`].
     #[inline(always)]
     fn edge_test<const Z: usize>(&self, corners: &[[f64; 3]; 3]) -> u64 {
         let (x, y) = (NEXT_AXES[Z], NEXT_AXES[NEXT_AXES[Z]]);
         let (ox, oy, oz) = (&self.origin[x], &self.origin[y], &self.origin[Z]);
         let [sx, sy] = &self.shear;
         let [a, b, c] = *corners;
+        let mut largest = 0.0;
+        for corner in corners {
+            for axis in 0..3 {
+                largest = max_f64(largest, (corner[axis] - self.reference[axis]).abs());
+            }
+        }
+        largest += self.spread;
+        // Twice: the sum is rounded.
+        let error = 2.0 * EDGE_ERROR * largest * largest;
         let mut inside = [0u8; PACKET_SIZE];
         for i in 0..PACKET_SIZE {
             let (za, zb, zc) = (a[Z] - oz[i], b[Z] - oz[i], c[Z] - oz[i]);
@@ -257,61 +315,10 @@ impl RaySoa64 {
             let u = cx * by - cy * bx;
             let v = ax * cy - ay * cx;
             let w = bx * ay - by * ax;
-            inside[i] = same_sign(u, v, w) as u8;
+            inside[i] = same_sign(u, v, w, error) as u8;
         }
         bits(&inside)
     }
-
-    /// The edge functions of [`crate::traverse::packet::triangle`] in float64, sheared so that ray `i` is the main axis
-    /// `z`.
-    #[inline(always)]
-    fn edge_functions(&self, i: usize, z: usize, corners: &[[f64; 3]; 3]) -> [f64; 3] {
-        let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
-        let i = i & (PACKET_SIZE - 1);
-        let (sx, sy) = (self.shear[0][i], self.shear[1][i]);
-        let (ox, oy, oz) = (self.origin[x][i], self.origin[y][i], self.origin[z][i]);
-        let [a, b, c] = corners.map(|p| {
-            let along = p[z] - oz;
-            [p[x] - ox - sx * along, p[y] - oy - sy * along]
-        });
-        [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
-    }
-
-    /// Accepts a triangle that ray `i` passes through, if it is closer than the closest hit so far.
-    #[inline(always)]
-    fn accept_hit(
-        &mut self,
-        i: usize,
-        [u, v, w]: [f64; 3],
-        corners: &[[f64; 3]; 3],
-        normal: [f64; 3],
-        (instance, triangle): (u32, u32),
-        hits: &mut [ExactHit],
-    ) -> bool {
-        let i = i & (PACKET_SIZE - 1);
-        let z = usize::from(self.major_axis[i]) % 3;
-        let det = u + v + w;
-        if det == 0.0 {
-            return false;
-        }
-        let (wa, wb, wc) = (u / det, v / det, w / det);
-        let [a, b, c] = corners.map(|p| (p[z] - self.origin[z][i]) / self.direction[z][i]);
-        let t = wa * a + wb * b + wc * c;
-        let (best, hit) = (self.t_hit[i], &mut hits[i]);
-        let first = hit.triangle == crate::INVALID_ID || (instance, triangle) < (hit.instance, hit.triangle);
-        if !(t >= 0.0 && (t < best || t == best && first)) {
-            return false;
-        }
-        self.t_hit[i] = t;
-        *hit = ExactHit { t, u: wb, v: wc, instance, triangle, normal };
-        true
-    }
-}
-
-/// True if edge functions do not differ in sign.
-#[inline(always)]
-fn same_sign(u: f64, v: f64, w: f64) -> bool {
-    ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
 }
 
 /// The error bound of a ray's origin, in scaled scene coordinates.
@@ -320,11 +327,6 @@ fn origin_error(scene: &Scene, farthest: f64) -> f64 {
     let world = scene.origin().map(|x| (x * scene.scale).abs());
     let offset = farthest.max(world[0]).max(world[1]).max(world[2]);
     F64_ERROR * (offset + f64::from(scene.max_abs_coord))
-}
-
-#[inline(always)]
-fn max_f64(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Bit i: byte i is 1; the others are 0.

@@ -5,11 +5,12 @@
 //! first clipped, in float64, to the bounds of the scene: the error bound counts from there.
 
 use crate::limits::MACHINE_EPSILON;
-use crate::node::{LeafNode, NodeRef, cross, leaf, node};
+use crate::node::{LeafNode, NodeRef, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
+use crate::traverse::exact::triangle::{HitSoFar, ShearedRay};
 use crate::traverse::node_test::intersect_children;
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::TravRay;
@@ -18,6 +19,9 @@ use crate::traverse::triangle::single::{RayView, shear_vertices};
 
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
+
+/// The t of a ray that needs no more hits.
+pub const DONE: f64 = f64::NEG_INFINITY;
 
 /// A ray clipped to the bounds of the scene.
 #[derive(Clone, Copy)]
@@ -32,6 +36,12 @@ pub struct ClippedRay {
     pub t_offset: f64,
     /// The error bound of `local_origin`.
     pub origin_error: f64,
+    /// The smallest valid t, along `direction`.
+    pub t_min: f64,
+    /// The error bound of the t of `best`.
+    pub t_error: f64,
+    /// True if any hit will do: a ray with one is done.
+    pub any_hit: bool,
     /// The closest hit so far, its `t` along `direction`.
     pub best: ExactHit,
 }
@@ -40,13 +50,10 @@ impl ClippedRay {
     pub fn new(scene: &Scene, ray: &ExactRay) -> Option<ClippedRay> {
         let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let finite = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
-        // Also excludes subnormal directions, whose scaling would not be exact, and a NaN t_max.
-        if !finite
-            || steepest < f64::MIN_POSITIVE
-            || ray.t_max.is_nan()
-            || ray.t_max < 0.0
-            || scene.root == NodeRef::EMPTY
-        {
+        // False for a limit that is NaN.
+        let ordered = ray.t_min <= ray.t_max;
+        // Also excludes subnormal directions, whose scaling would not be exact.
+        if !finite || steepest < f64::MIN_POSITIVE || !ordered || scene.root == NodeRef::EMPTY {
             return None;
         }
         let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
@@ -57,7 +64,7 @@ impl ClippedRay {
         // In scaled scene coordinates the direction is `scale` times as long, and t the same.
         let along = direction.map(|d| d * scale);
         let fat = f64::from(scene.box_padding(scene.max_abs_coord)) * 2.0 + 1e-5 * f64::from(scene.max_abs_coord);
-        let (mut enter, mut leave) = (0.0f64, ray.t_max * power);
+        let (mut enter, mut leave) = (ray.t_min * power, ray.t_max * power);
         let offset = (0..3).fold(0.0, |m: f64, a| m.max(far[a].abs()).max((world[a] * scale).abs()));
         let drift = F64_ERROR * (offset + f64::from(scene.max_abs_coord));
         for axis in 0..3 {
@@ -86,6 +93,9 @@ impl ClippedRay {
             local_origin: start,
             t_offset: enter,
             origin_error: drift,
+            t_min: ray.t_min * power,
+            t_error: 0.0,
+            any_hit: false,
             best,
         })
     }
@@ -106,16 +116,17 @@ impl ClippedRay {
 
     /// Intersects a triangle in float64; keeps the hit if it is the closest.
     #[inline(always)]
-    pub fn intersect_exact(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
-        let Some(TriangleIntersection64 { t, u, v, normal }) =
-            intersect_triangle_f64(self.origin, self.direction, corners)
-        else {
+    pub fn intersect_exact(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles) {
+        let corners = triangles.corners(instance, triangle);
+        let ray = ShearedRay::new(self.origin, self.direction);
+        let Some(found) = ray.intersect(corners) else {
             return;
         };
-        let best = &self.best;
-        let first = best.triangle == crate::INVALID_ID || (instance, triangle) < (best.instance, best.triangle);
-        if t < best.t || t == best.t && first {
-            self.best = ExactHit { t, u, v, instance, triangle, normal };
+        let so_far = HitSoFar::new(self.t_min, self.best.t, self.t_error, &self.best);
+        if ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
+            let t = if self.any_hit { DONE } else { found.t };
+            self.t_error = if self.any_hit { 0.0 } else { found.t_error };
+            self.best = ExactHit { t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
         }
     }
 }
@@ -123,7 +134,10 @@ impl ClippedRay {
 /// The t up to which boxes must be visited for hits before `t`, from `t_offset`.
 #[inline(always)]
 pub fn t_max_f32(t: f64, forward: f64) -> f32 {
-    let limit = t - forward + F64_ERROR * forward;
+    if t == DONE {
+        return -1.0;
+    }
+    let limit = t - forward + F64_ERROR * forward.abs();
     (limit as f32).next_up().max(0.0)
 }
 
@@ -211,7 +225,7 @@ pub fn intersect_subtree<I: Isa>(
                 let lane = near.trailing_zeros();
                 near &= near - 1;
                 let triangle = mesh.prim_id(leaf.first_prim + lane);
-                ray.intersect_exact(triangles.corners(instance, triangle), instance, triangle);
+                ray.intersect_exact(instance, triangle, triangles);
             }
         }
         match stack.pop(0, local.to_local_t(ray.t_max_f32()).next_up()) {
@@ -268,47 +282,4 @@ fn edge_bounds<I: Isa>(
     let value = x[b].mul(y[a]).sub(y[b].mul(x[a]));
     let slack = e.mul(size[a].add(size[b])).add(square);
     (value.add(slack), value.sub(slack))
-}
-
-/// The intersection of a ray and a triangle; fields as of [`ExactHit`].
-struct TriangleIntersection64 {
-    t: f64,
-    u: f64,
-    v: f64,
-    normal: [f64; 3],
-}
-
-/// The watertight test of [`crate::traverse::packet::triangle`] in float64.
-fn intersect_triangle_f64(
-    origin: [f64; 3],
-    direction: [f64; 3],
-    corners: [[f64; 3]; 3],
-) -> Option<TriangleIntersection64> {
-    let size = direction.map(f64::abs);
-    let z = if size[0] >= size[1] && size[0] >= size[2] {
-        0
-    } else if size[1] >= size[2] {
-        1
-    } else {
-        2
-    };
-    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-    let (sx, sy) = (direction[x] / direction[z], direction[y] / direction[z]);
-    let [a, b, c] = corners.map(|p| {
-        let r: [f64; 3] = std::array::from_fn(|k| p[k] - origin[k]);
-        [r[x] - sx * r[z], r[y] - sy * r[z], r[z] / direction[z]]
-    });
-    let u = c[0] * b[1] - c[1] * b[0];
-    let v = a[0] * c[1] - a[1] * c[0];
-    let w = b[0] * a[1] - b[1] * a[0];
-    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-    let det = u + v + w;
-    if !inside || det == 0.0 {
-        return None;
-    }
-    let (wa, wb, wc) = (u / det, v / det, w / det);
-    let t = wa * a[2] + wb * b[2] + wc * c[2];
-    let normal = cross(corners);
-    // Rounding may have given collinear corners a determinant.
-    (t >= 0.0 && normal != [0.0; 3]).then_some(TriangleIntersection64 { t, u: wb, v: wc, normal })
 }

@@ -316,6 +316,7 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
         let in_float64 = rays.iter().map(|ray| ExactRay {
             origin: ray.origin.map(f64::from),
             direction: ray.direction.map(f64::from),
+            t_min: 0.0,
             t_max: f64::from(ray.t_max),
         });
         let in_float64: Vec<_> = in_float64.collect();

@@ -182,6 +182,7 @@ impl Closed {
             let in_float64 = rays[..BATCH / 16].iter().map(|ray| ExactRay {
                 origin: ray.origin.map(f64::from),
                 direction: ray.direction.map(f64::from),
+                t_min: 0.0,
                 t_max: f64::from(ray.t_max),
             });
             scene.closest_exact(&in_float64.collect::<Vec<_>>(), self, &mut exact);

@@ -110,7 +110,12 @@ pub fn rays(n: usize, size: f32, rng: &mut Rng) -> Vec<Ray> {
 }
 
 pub fn exact(ray: &Ray) -> ExactRay {
-    ExactRay { origin: ray.origin.map(f64::from), direction: ray.direction.map(f64::from), t_max: f64::from(ray.t_max) }
+    ExactRay {
+        origin: ray.origin.map(f64::from),
+        direction: ray.direction.map(f64::from),
+        t_min: 0.0,
+        t_max: f64::from(ray.t_max),
+    }
 }
 
 pub fn available() -> impl Iterator<Item = InstructionSet> {

@@ -145,7 +145,7 @@ pub struct ObjectSpec {
 }
 
 /// How many optional keys [`ObjectSpec`] has, besides name and category.
-pub(crate) const KEYS: usize = 54;
+pub(crate) const KEYS: usize = 55;
 
 impl ObjectSpec {
     /// Which keys were written.

@@ -1,0 +1,220 @@
+//! Exact signs of a ray and a triangle, and their intersection in twice the precision.
+//!
+//! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The edge function T(a, b) = d . (A x B) is the
+//! side on which the ray passes the edge, V = A . (B x C) the side of the plane on which it starts, and t is V by the sum
+//! of the three edge functions. Signs are those of the given float64 numbers: a float64 filter, then twice the precision,
+//! then expansions decide (Shewchuk 1997).
+//!
+//! Exact for coordinates whose size lies between 1e-70 and 1e70, and 0; beyond, float64 rounding decides.
+
+use crate::exact::expansion::{DoubleDouble, Expansion, two_diff};
+
+type Point = [f64; 3];
+
+/// The rounding unit of float64.
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// The error of an edge function in float64, as a fraction of the sum of its products' sizes; twice the bound.
+const FLOAT_ERROR: f64 = 16.0 * UNIT;
+
+/// The same in twice the precision.
+const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
+
+/// The axes of the products of a determinant: first, second, third; the last two are subtracted in turn.
+const AXES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
+
+/// The exact differences of the components.
+fn differences(a: Point, b: Point) -> [(f64, f64); 3] {
+    std::array::from_fn(|k| two_diff(a[k], b[k]))
+}
+
+fn double(parts: [(f64, f64); 3]) -> [DoubleDouble; 3] {
+    parts.map(|(high, low)| DoubleDouble { high, low })
+}
+
+/// The triple product x . (y x z) in twice the precision, and the sum of its products' sizes.
+fn triple_product(x: [DoubleDouble; 3], y: [DoubleDouble; 3], z: [DoubleDouble; 3]) -> (DoubleDouble, f64) {
+    let (mut sum, mut size) = (DoubleDouble::ZERO, 0.0);
+    for [i, j, k] in AXES {
+        let (first, second) = (y[j].mul(z[k]), y[k].mul(z[j]));
+        sum = sum.add(x[i].mul(first.sub(second)));
+        size += x[i].high.abs() * (first.high.abs() + second.high.abs());
+    }
+    (sum, size)
+}
+
+/// The triple product of three vectors of two-part components, exactly.
+fn exact_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> Expansion {
+    let mut sum = Expansion::ZERO;
+    for [i, j, k] in AXES {
+        for factor in [x[i].1, x[i].0] {
+            if factor != 0.0 {
+                sum.add_triple_product(factor, y[j], z[k]);
+                sum.add_triple_product(-factor, y[k], z[j]);
+            }
+        }
+    }
+    sum
+}
+
+/// A triple product in twice the precision or, where that does not tell its sign, rounded from its exact value.
+fn sure_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> DoubleDouble {
+    let (value, size) = triple_product(double(x), double(y), double(z));
+    if value.high.abs() > DOUBLE_ERROR * (1u64 << 53) as f64 * size {
+        return value;
+    }
+    exact_triple_product(x, y, z).to_double_double()
+}
+
+fn sign(value: f64) -> i32 {
+    i32::from(value > 0.0) - i32::from(value < 0.0)
+}
+
+/// The sign of a triple product whose value in float64 tells nothing.
+fn exact_sign(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> i32 {
+    let (value, size) = triple_product(double(x), double(y), double(z));
+    if value.high.abs() > DOUBLE_ERROR * size {
+        return sign(value.high);
+    }
+    exact_triple_product(x, y, z).sign()
+}
+
+/// A ray against the planes and edges of triangles.
+#[derive(Clone, Copy)]
+pub struct RayPredicates {
+    pub origin: Point,
+    pub direction: Point,
+}
+
+impl RayPredicates {
+    fn exact_direction(&self) -> [(f64, f64); 3] {
+        self.direction.map(|component| (component, 0.0))
+    }
+
+    /// The sign of the edge function of an edge from a to b: -1, 0 or 1.
+    #[inline]
+    pub fn edge_sign(&self, a: Point, b: Point) -> i32 {
+        let d = self.direction;
+        let (x, y): (Point, Point) =
+            (std::array::from_fn(|k| a[k] - self.origin[k]), std::array::from_fn(|k| b[k] - self.origin[k]));
+        let (mut value, mut size) = (0.0, 0.0);
+        for [i, j, k] in AXES {
+            let (first, second) = (x[j] * y[k], x[k] * y[j]);
+            value += d[i] * (first - second);
+            size += d[i].abs() * (first.abs() + second.abs());
+        }
+        if value.abs() > FLOAT_ERROR * size {
+            return sign(value);
+        }
+        exact_sign(self.exact_direction(), differences(a, self.origin), differences(b, self.origin))
+    }
+
+    /// The sign of V, A . (B x C): with that of the edge functions, the ray starts before the plane; 0: on it.
+    #[inline]
+    pub fn start_sign(&self, [a, b, c]: [Point; 3]) -> i32 {
+        let [x, y, z]: [Point; 3] = [a, b, c].map(|p| std::array::from_fn(|k| p[k] - self.origin[k]));
+        let (mut value, mut size) = (0.0, 0.0);
+        for [i, j, k] in AXES {
+            let (first, second) = (y[j] * z[k], y[k] * z[j]);
+            value += x[i] * (first - second);
+            size += x[i].abs() * (first.abs() + second.abs());
+        }
+        if value.abs() > FLOAT_ERROR * size {
+            return sign(value);
+        }
+        exact_sign(differences(a, self.origin), differences(b, self.origin), differences(c, self.origin))
+    }
+
+    /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the last
+    /// place at most. The plane is not parallel to the ray.
+    pub fn intersection(&self, [a, b, c]: [Point; 3]) -> [f64; 3] {
+        let direction = self.exact_direction();
+        let [x, y, z] = [a, b, c].map(|p| differences(p, self.origin));
+        let (edge_ab, edge_ca) = (sure_triple_product(direction, x, y), sure_triple_product(direction, z, x));
+        let normal_side = edge_ab.add(sure_triple_product(direction, y, z)).add(edge_ca);
+        let t = sure_triple_product(x, y, z).quotient(normal_side);
+        [t, edge_ca.quotient(normal_side), edge_ab.quotient(normal_side)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A generator of 64 random bits (xorshift64*).
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> u64 {
+            self.0 ^= self.0 >> 12;
+            self.0 ^= self.0 << 25;
+            self.0 ^= self.0 >> 27;
+            self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+        }
+
+        /// An integer from -`size` to `size`.
+        fn integer(&mut self, size: i64) -> i64 {
+            (self.next() >> 16) as i64 % (2 * size + 1) - size
+        }
+    }
+
+    fn det(x: [i128; 3], y: [i128; 3], z: [i128; 3]) -> i128 {
+        (0..3).map(|i| x[i] * (y[(i + 1) % 3] * z[(i + 2) % 3] - y[(i + 2) % 3] * z[(i + 1) % 3])).sum()
+    }
+
+    /// Signs against integers: coordinates of 40 bits, whose products float64 rounds, on lines and planes of few points.
+    #[test]
+    fn signs_are_those_of_integers() {
+        let mut random = Random(7);
+        let mut zeros = 0;
+        for round in 0..20_000 {
+            let size = [2, 100, 1 << 39][round % 3];
+            let mut point = || -> [i64; 3] { std::array::from_fn(|_| random.integer(size)) };
+            let [o, d, a, b, mut c] = [point(), point(), point(), point(), point()];
+            if round % 2 == 0 {
+                // Nearly in a plane with the origin.
+                c = std::array::from_fn(|k| a[k] + b[k] - o[k]);
+            }
+            let relative = |p: [i64; 3]| -> [i128; 3] { std::array::from_fn(|k| i128::from(p[k]) - i128::from(o[k])) };
+            let float = |p: [i64; 3]| p.map(|x| x as f64);
+            let ray = RayPredicates { origin: float(o), direction: float(d) };
+            let expected = det(d.map(i128::from), relative(a), relative(b)).signum() as i32;
+            assert_eq!(ray.edge_sign(float(a), float(b)), expected);
+            assert_eq!(ray.edge_sign(float(b), float(a)), -expected);
+            let expected = det(relative(a), relative(b), relative(c)).signum() as i32;
+            assert_eq!(ray.start_sign([a, b, c].map(float)), expected);
+            zeros += usize::from(expected == 0);
+        }
+        assert!(zeros > 5_000, "{zeros}");
+    }
+
+    /// The same signs where all numbers are multiplied by powers of two, and by factors that float64 rounds.
+    #[test]
+    fn signs_do_not_depend_on_the_scale() {
+        let ray = RayPredicates { origin: [0.1, 0.2, 0.3], direction: [1.0, 1.0, 1.0] };
+        let (a, b) = ([1.1, 1.2, 1.3], [2.1, 2.2, 2.3 + 4.0 * f64::EPSILON]);
+        let plain = ray.edge_sign(a, b);
+        assert_ne!(plain, 0);
+        for power in [-200, -60, 60, 200] {
+            let scale = 2f64.powi(power);
+            let by = |p: Point| p.map(|x| x * scale);
+            let scaled = RayPredicates { origin: by(ray.origin), direction: ray.direction };
+            assert_eq!(scaled.edge_sign(by(a), by(b)), plain, "2^{power}");
+        }
+    }
+
+    /// A grazing ray: t from integers.
+    #[test]
+    fn the_intersection_is_rounded_once() {
+        let big = (1i64 << 30) as f64;
+        let ray = RayPredicates { origin: [0.0; 3], direction: [big, 1.0, 0.0] };
+        // The plane y = 1 - x / 2^60, seen at a slope of 2^-30.
+        let (low, high) = (1.0 - 1.0 / (1i64 << 30) as f64, 1.0 + 1.0 / (1i64 << 30) as f64);
+        let corners = [[-big, high, -big], [3.0 * big, 1.0 - 3.0 / (1i64 << 30) as f64, 0.0], [-big, high, big]];
+        let [t, u, v] = ray.intersection(corners);
+        // t + t 2^30 / 2^60 = 1.
+        let expected = 1.0 / (1.0 + 1.0 / (1i64 << 30) as f64);
+        assert!((t - expected).abs() <= f64::EPSILON / 2.0, "{t} {expected} {low}");
+        assert!((u - (1.0 + t) / 4.0).abs() < 1e-15 && v > 0.0);
+    }
+}

@@ -1,0 +1,219 @@
+//! Float64 intersection of a ray and a closed triangle: edges and corners belong to it. Sheared edge functions with a bound
+//! of their error decide; where they do not, the exact signs of [`crate::exact::predicates`] do.
+
+use crate::exact::predicates::RayPredicates;
+use crate::node::cross;
+use crate::ray::{ExactHit, INVALID_ID};
+use crate::scene::ExactTriangles;
+
+/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin: sheared
+/// coordinates are at most 2 and off by 8 units, so products are off by 64 units, and rounded by 24 more.
+pub const EDGE_ERROR: f64 = 128.0 * (f64::EPSILON / 2.0);
+
+/// The same for corners near the ray, as a fraction of the largest coordinate times the sum of all sheared ones, and the
+/// product of two errors.
+const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
+const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
+
+/// The relative error of t and of the weights beyond which they are computed in twice the precision.
+const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// The axis after each axis.
+pub const NEXT_AXES: [usize; 3] = [1, 2, 0];
+
+/// A ray with its shear along the main axis, that of the largest component of its direction.
+#[derive(Clone, Copy)]
+pub struct ShearedRay {
+    pub origin: [f64; 3],
+    pub direction: [f64; 3],
+    pub major_axis: usize,
+    pub shear: [f64; 2],
+}
+
+/// An intersection of a line and a triangle.
+#[derive(Clone, Copy)]
+pub struct Intersection {
+    pub t: f64,
+    /// The error bound of `t`.
+    pub t_error: f64,
+    /// Weights of the second and third corner.
+    pub u: f64,
+    pub v: f64,
+    /// (b - a) x (c - a).
+    pub normal: [f64; 3],
+}
+
+/// The range of t of a ray, ending at its closest hit so far.
+#[derive(Clone, Copy)]
+pub struct HitSoFar {
+    pub t_min: f64,
+    pub t: f64,
+    /// The error bound of `t`; 0 for a limit.
+    pub t_error: f64,
+    /// Instance and triangle.
+    pub id: Option<(u32, u32)>,
+}
+
+impl HitSoFar {
+    #[inline(always)]
+    pub fn new(t_min: f64, t: f64, t_error: f64, hit: &ExactHit) -> HitSoFar {
+        let id = (hit.triangle != INVALID_ID).then_some((hit.instance, hit.triangle));
+        HitSoFar { t_min, t, t_error, id }
+    }
+}
+
+impl ShearedRay {
+    #[inline(always)]
+    pub fn new(origin: [f64; 3], direction: [f64; 3]) -> ShearedRay {
+        let size = direction.map(f64::abs);
+        let z = if size[0] >= size[1] && size[0] >= size[2] {
+            0
+        } else if size[1] >= size[2] {
+            1
+        } else {
+            2
+        };
+        let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
+        let shear = [direction[x] / direction[z], direction[y] / direction[z]];
+        ShearedRay { origin, direction, major_axis: z, shear }
+    }
+
+    #[inline(always)]
+    pub fn predicates(&self) -> RayPredicates {
+        RayPredicates { origin: self.origin, direction: self.direction }
+    }
+
+    /// The intersection of the line with a closed triangle; none edge on and with a triangle of no area. The watertight
+    /// test of [`crate::traverse::packet::triangle`] in float64, made exact.
+    #[inline(always)]
+    pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
+        let z = self.major_axis % 3;
+        let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
+        let mut largest = 0.0;
+        let [a, b, c] = corners.map(|p| {
+            let [rx, ry, rz] = [p[x] - self.origin[x], p[y] - self.origin[y], p[z] - self.origin[z]];
+            largest = max_f64(largest, max_f64(max_f64(rx.abs(), ry.abs()), rz.abs()));
+            [rx - self.shear[0] * rz, ry - self.shear[1] * rz, rz / self.direction[z]]
+        });
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let sum = a[0].abs() + a[1].abs() + b[0].abs() + b[1].abs() + c[0].abs() + c[1].abs();
+        let error = largest * (NEAR_EDGE_ERROR * sum + SQUARED_ERROR * largest);
+        if !same_sign(u, v, w, error) {
+            return None;
+        }
+        let normal = cross(corners);
+        let det = u + v + w;
+        let least = min_f64(min_f64(u.abs(), v.abs()), w.abs());
+        if least <= error && !self.is_inside(corners) {
+            return None;
+        }
+        // A ray through an edge: a weight that rounding made negative is 0.
+        let relative = 3.0 * error / det.abs();
+        let sure = relative <= MAX_RELATIVE_ERROR;
+        if !sure || min_f64(u * det, min_f64(v * det, w * det)) < 0.0 {
+            return Some(self.intersect_precisely(corners, normal));
+        }
+        let (wa, wb, wc) = (u / det, v / det, w / det);
+        let t = wa * a[2] + wb * b[2] + wc * c[2];
+        let farthest = max_f64(max_f64(a[2].abs(), b[2].abs()), c[2].abs());
+        Some(Intersection { t, t_error: (relative + 8.0 * f64::EPSILON) * farthest, u: wb, v: wc, normal })
+    }
+
+    /// True if the line passes through the closed triangle, by exact signs.
+    #[cold]
+    #[inline(never)]
+    fn is_inside(&self, [a, b, c]: [[f64; 3]; 3]) -> bool {
+        let ray = self.predicates();
+        let signs = [ray.edge_sign(a, b), ray.edge_sign(b, c), ray.edge_sign(c, a)];
+        signs.contains(&1) != signs.contains(&-1)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn intersect_precisely(&self, corners: [[f64; 3]; 3], normal: [f64; 3]) -> Intersection {
+        let [t, u, v] = self.predicates().intersection(corners);
+        Intersection { t, t_error: f64::EPSILON * t.abs(), u, v, normal }
+    }
+
+    /// True if the intersection is ahead of the origin or at it.
+    #[inline(always)]
+    fn is_ahead(&self, found: &Intersection, corners: [[f64; 3]; 3]) -> bool {
+        if found.t.abs() > found.t_error { found.t > 0.0 } else { self.is_ahead_exactly(corners) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn is_ahead_exactly(&self, [a, b, c]: [[f64; 3]; 3]) -> bool {
+        let ray = self.predicates();
+        let start = ray.start_sign([a, b, c]);
+        let side = ray.edge_sign(a, b) + ray.edge_sign(b, c) + ray.edge_sign(c, a);
+        start == 0 || (start > 0) == (side > 0)
+    }
+
+    /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle). Both t
+    /// are computed precisely where float64 does not tell; what is kept of a hit is a function of ray and triangle alone.
+    #[inline(always)]
+    pub fn precedes(
+        &self,
+        found: &Intersection,
+        corners: [[f64; 3]; 3],
+        triangle: (u32, u32),
+        so_far: &HitSoFar,
+        triangles: &dyn ExactTriangles,
+    ) -> bool {
+        let HitSoFar { t_min, t, t_error, .. } = *so_far;
+        if found.t - found.t_error > t + t_error {
+            return false;
+        }
+        let starts = if t_min == 0.0 {
+            self.is_ahead(found, corners)
+        } else if (found.t - t_min).abs() > found.t_error {
+            found.t > t_min
+        } else {
+            self.precise_t(corners) >= t_min
+        };
+        starts
+            && (found.t + found.t_error < t - t_error || self.precedes_precisely(corners, triangle, so_far, triangles))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn precedes_precisely(
+        &self,
+        corners: [[f64; 3]; 3],
+        triangle: (u32, u32),
+        so_far: &HitSoFar,
+        triangles: &dyn ExactTriangles,
+    ) -> bool {
+        let t = self.precise_t(corners);
+        let Some((other_instance, other_triangle)) = so_far.id else {
+            return t <= so_far.t;
+        };
+        let other = self.precise_t(triangles.corners(other_instance, other_triangle));
+        t < other || t == other && triangle < (other_instance, other_triangle)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn precise_t(&self, corners: [[f64; 3]; 3]) -> f64 {
+        self.predicates().intersection(corners)[0]
+    }
+}
+
+/// True if edge functions that are off by an error may have one sign.
+#[inline(always)]
+pub fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
+    ((u >= -error) & (v >= -error) & (w >= -error)) | ((u <= error) & (v <= error) & (w <= error))
+}
+
+#[inline(always)]
+pub fn max_f64(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn min_f64(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}

@@ -1,0 +1,224 @@
+"""Exact ray queries: rays through vertices and edges, starts beside surfaces, ranges of t, against fractions."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import raycam
+
+Floats = npt.NDArray[np.float64]
+
+
+def icosphere(subdivisions: int) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """A unit sphere of triangles."""
+    golden = (1 + 5**0.5) / 2
+    corners = [(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0)]
+    vertices = [np.array(p) for k in range(3) for p in (np.roll(c, k) for c in corners)]
+    points = np.array(vertices, dtype=float)
+    length = np.linalg.norm(points[:, None] - points, axis=2)
+    near = np.abs(length - 2) < 1e-9
+    faces = [
+        (a, b, c)
+        for a in range(12)
+        for b in range(a + 1, 12)
+        for c in range(b + 1, 12)
+        if near[a, b] and near[b, c] and near[c, a]
+    ]
+    triangles = np.array(faces)
+    inward = (
+        np.einsum(
+            "ij,ij->i", np.cross(*np.diff(points[triangles], axis=1).swapaxes(0, 1)), points[triangles[:, 0]]
+        )
+        < 0
+    )
+    triangles[inward] = triangles[inward][:, ::-1]
+    for _ in range(subdivisions):
+        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+        unique, number = np.unique(edges, axis=0, return_inverse=True)
+        middle = number.reshape(-1, 3) + len(points)
+        points = np.concatenate([points, points[unique].mean(axis=1)])
+        a, b, c = triangles.T
+        ab, bc, ca = middle.T
+        triangles = np.concatenate(
+            [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        )
+    return points / np.linalg.norm(points, axis=1, keepdims=True), triangles
+
+
+def ball(subdivisions: int = 4, matrix: npt.ArrayLike | None = None) -> raycam.World:
+    """A world with one sphere."""
+    vertices, triangles = icosphere(subdivisions)
+    world = raycam.World()
+    world.add_mesh(vertices, triangles) if matrix is None else world.add_mesh(
+        vertices, triangles, matrix=matrix
+    )
+    return world
+
+
+def closest_by_fractions(corners: Floats, origin: Floats, direction: Floats) -> tuple[Fraction, int] | None:
+    """The smallest (t, triangle) at t >= 0 of closed triangles, by rational arithmetic."""
+
+    def exact(values: Floats) -> list[Fraction]:
+        return [Fraction(float(x)) for x in values]
+
+    def cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+    def dot(a: list[Fraction], b: list[Fraction]) -> Fraction:
+        return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+
+    d, o = exact(direction), exact(origin)
+    best: tuple[Fraction, int] | None = None
+    for number, triangle in enumerate(corners):
+        a, b, c = ([x - y for x, y in zip(exact(p), o, strict=True)] for p in triangle)
+        sides = [dot(d, cross(a, b)), dot(d, cross(b, c)), dot(d, cross(c, a))]
+        if any(s > 0 for s in sides) == any(s < 0 for s in sides):
+            continue
+        t = dot(a, cross(b, c)) / sum(sides, Fraction(0))
+        if t >= 0 and (best is None or (t, number) < best):
+            best = (t, number)
+    return best
+
+
+def agree(world: raycam.World, origins: Floats, directions: Floats) -> int:
+    """Asserts that hits are those of fractions; the number of hits."""
+    hits = world.cast_rays(origins, directions)
+    corners = world.triangles()
+    count = 0
+    for i, (origin, direction) in enumerate(zip(origins, directions, strict=True)):
+        expected = closest_by_fractions(corners, origin, direction)
+        if expected is None:
+            assert hits["instance"][i] == -1
+            assert hits["t"][i] == np.inf
+            continue
+        t, triangle = expected
+        count += 1
+        assert hits["triangle"][i] == triangle, (i, t, hits["t"][i])
+        assert abs(Fraction(hits["t"][i]) - t) <= abs(t) * Fraction(np.finfo(float).eps)
+    return count
+
+
+def test_rays_through_every_vertex_and_edge_hit() -> None:
+    vertices, triangles = icosphere(4)
+    world = ball(4)
+    middles = (vertices[triangles] + vertices[np.roll(triangles, 1, axis=1)]).reshape(-1, 3) / 2
+    for aims in (vertices, middles):
+        for eye in ([0.0, 0.0, 0.0], [0.1, 0.2, -0.3], [3.0, 4.0, 5.0], [1e6, 2e6, -3e6]):
+            hits = world.cast_rays(eye, aims - np.array(eye))
+            if np.linalg.norm(eye) < 1:
+                assert (hits["instance"] == 0).all()
+                assert np.allclose(hits["t"], 1.0, rtol=1e-12, atol=0)
+
+
+def test_hits_are_those_of_fractions() -> None:
+    random = np.random.default_rng(5)
+    vertices, triangles = icosphere(1)
+    world = ball(1)
+    aims = np.concatenate(
+        [vertices, vertices[triangles].mean(axis=1), vertices[triangles[:, :2]].mean(axis=1)]
+    )
+    origins = np.concatenate(
+        [
+            np.round(random.uniform(-2, 2, (len(aims) // 2, 3)), 1),
+            random.normal(size=(len(aims) - len(aims) // 2, 3)),
+        ]
+    )
+    assert agree(world, origins, aims - origins) > len(aims) // 2
+
+
+def test_hits_of_grids_and_of_coplanar_triangles_are_those_of_fractions() -> None:
+    world = raycam.World()
+    for location in ([0, 0, 0], [1, 0, 0], [0.5, 0.5, 1], [0.1, 0.3, 1]):
+        world.add_object(box={"size": [1, 1, 1]}, location=location)
+    corners = world.triangles()
+    ids = world.triangle_ids()
+    grid = np.array([[x, y, 3.0] for x in np.arange(-1, 2.1, 0.25) for y in np.arange(-1, 2.1, 0.25)])
+    down = np.tile([0.0, 0.0, -1.0], (len(grid), 1))
+    slanted = np.tile([0.25, -0.5, -1.0], (len(grid), 1))
+    for directions in (down, slanted):
+        hits = world.cast_rays(grid, directions)
+        for i, (origin, direction) in enumerate(zip(grid, directions, strict=True)):
+            expected = closest_by_fractions(corners, origin, direction)
+            if expected is None:
+                assert hits["instance"][i] == -1
+            else:
+                assert [hits["instance"][i], hits["triangle"][i]] == ids[expected[1]].tolist()
+
+
+@pytest.mark.parametrize("distance", [1e-8, 1e-10, 1e-12])
+def test_rays_that_start_beyond_a_surface_do_not_hit_it(distance: float) -> None:
+    world = ball(4)
+    random = np.random.default_rng(11)
+    directions = random.normal(size=(2000, 3))
+    inside = world.cast_rays([0, 0, 0], directions)
+    outwards = -inside["normal"]
+    assert not world.occluded(inside["position"] + distance * outwards, outwards).any()
+    before = world.cast_rays(inside["position"] - distance * outwards, outwards)
+    assert (before["triangle"] == inside["triangle"]).mean() > 0.999
+    assert np.allclose(before["t"], distance, rtol=1e-3 * (1e-10 / distance) + 1e-6, atol=1e-15)
+
+
+def test_a_point_on_a_surface_is_seen_up_to_rounding() -> None:
+    world = ball(4)
+    random = np.random.default_rng(3)
+    eye = np.array([3.0, 2.0, 1.0])
+    targets = random.normal(size=(2000, 3)) * 0.3
+    hits = world.cast_rays(eye, targets - eye)
+    seen = hits["position"][np.isfinite(hits["t"])]
+    assert not world.occluded(eye, seen - eye, 1 - 1e-9).any()
+    assert world.occluded(eye, seen - eye, 1 + 1e-9).all()
+
+
+def test_ranges_of_t() -> None:
+    world = raycam.World()
+    for z in (1.0, 2.0, 3.0):
+        world.add_object(plane={"size": [2, 2]}, location=[0, 0, z])
+    origin, up = [0.1, 0.2, 0.0], [0.0, 0.0, 1.0]
+
+    def first(t_min: float, t_max: float = np.inf) -> float:
+        return float(world.cast_rays(origin, up, t_min=t_min, t_max=t_max)["t"])
+
+    assert [first(0), first(1), first(np.nextafter(1, 2)), first(2.5), first(3), first(3.1)] == [
+        1,
+        1,
+        2,
+        3,
+        3,
+        np.inf,
+    ]
+    assert first(0, 1) == 1
+    assert first(0, np.nextafter(1, 0)) == np.inf
+    above = [0.1, 0.2, 10.0]
+    whole = world.cast_rays(above, up, t_min=-np.inf)
+    assert whole["t"] == -9
+    assert whole["position"].tolist() == [0.1, 0.2, 1.0]
+    assert world.cast_rays(above, up, t_min=-7.5, t_max=-7)["t"] == -7
+    assert world.occluded(above, up, -7.5, t_min=-8).tolist() is True
+    assert world.occluded(above, up, -8.5, t_min=-8.9).tolist() is False
+    limits = world.occluded([origin] * 3, up, [0.5, 1.0, 9.0], t_min=[0.0, 0.0, 3.5])
+    assert limits.tolist() == [False, True, False]
+    with pytest.raises(raycam.SettingsError, match="t_min"):
+        world.cast_rays(origin, up, t_min=np.nan)
+    with pytest.raises(raycam.SettingsError, match="exact"):
+        world.cast_rays(origin, up, t_min=1, exact=False)
+
+
+def test_hits_are_the_same_in_any_order_and_batch() -> None:
+    matrix = np.array([[0.3, -0.9, 0.1, 5], [1.1, 0.2, 0.4, -3], [0.2, 0.1, -0.8, 1], [0, 0, 0, 1]])
+    world = ball(3, matrix)
+    random = np.random.default_rng(2)
+    vertices = world.triangles().reshape(-1, 3)
+    origins = random.normal(size=(4000, 3)) * 3 + [5, -3, 1]
+    directions = vertices[random.integers(len(vertices), size=4000)] - origins
+    hits = world.cast_rays(origins, directions)
+    order = random.permutation(4000)
+    other = world.cast_rays(origins[order], directions[order], threads=1)
+    for name, values in hits.items():
+        assert np.array_equal(values[order], other[name], equal_nan=values.dtype.kind == "f"), name
+    for i in range(50):
+        alone = world.cast_rays(origins[i], directions[i])
+        assert all(np.array_equal(alone[name], hits[name][i], equal_nan=True) for name in hits)
+    assert np.array_equal(world.occluded(origins, directions), hits["instance"] >= 0)
