@@ -425,6 +425,7 @@ class World:
     ) -> Bools:
         """True [...] for rays that hit anything at `t_min` <= t <= `t_max`, decided as by `cast_rays`."""
         starts, ways, shape = ray_pairs(origins, directions)
+        self.prepare(threads=threads)
         limits = (_ray_limits("t_min", t_min, shape), _ray_limits("t_max", t_max, shape))
         return self._core.occluded(starts, ways, *limits, exact, coherent, threads).reshape(shape)
 

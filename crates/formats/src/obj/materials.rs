@@ -58,8 +58,7 @@ impl Materials {
                 Some(((library, material), other_case)) => {
                     differing.extend(name.filter(|_| other_case));
                     let slots = slots(library, material, &mut textures, assets, model)?;
-                    let material = material.material(library, &slots, &mut model.notices);
-                    material
+                    material.material(library, &slots, &mut model.notices)
                 }
                 None => {
                     undefined.extend(name.filter(|name| !name.is_empty()));
