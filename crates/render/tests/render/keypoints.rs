@@ -1,4 +1,4 @@
-//! Keypoints of a world that stands; those of worlds that move are in `tests/test_keypoints.py`, beside SciPy.
+//! Keypoints of a world that stands; those of worlds that move are in `tests/annotations/test_keypoints.py`, beside SciPy.
 
 use crate::common::*;
 use glam::{DVec2, DVec3};
