@@ -10,6 +10,7 @@ world = raycam.World()
 world.add_object(torus={"radius": 1, "tube": 0.35}, name="ring", color="#b03a2e")
 world.add_object(sphere={"radius": 0.5}, name="ball", location=[0, 0, 0.2], color="#f5b041")
 world.add_object(plane={"size": [6, 6]}, name="floor", location=[0, 0, -0.4])
+world.add_light("sun", direction=[-1, 1, -2], irradiance=3)
 
 camera = raycam.Camera.look_at([2.5, -3, 2.5], [0, 0, 0], [0, 0, 1], size=(640, 480), fov=35)
 frame = raycam.render(world, camera, channels="all")

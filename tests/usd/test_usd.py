@@ -355,7 +355,7 @@ def test_a_unit_of_single_precision(tmp_path: Path) -> None:
     assert any("its unit of length is 0.5 m" in notice for notice in world.notices)
 
 
-@pytest.mark.parametrize("left", [None, 30], ids=["notice", "error"])
+@pytest.mark.parametrize("left", [None, 30], ids=["no image", "cut off"])
 def test_images_are_called_what_the_file_calls_them(tmp_path: Path, left: int | None) -> None:
     made = stage(tmp_path / "a.usda")
     painted, paint = square(made), surface(made)
@@ -366,13 +366,10 @@ def test_images_are_called_what_the_file_calls_them(tmp_path: Path, left: int | 
     image = tmp_path / "wood.png"
     if left is None:
         image.write_text("no image")
-        said = raycam.load(tmp_path / "a.usda").notices[0]
     else:
         png(image, (0, 255, 0))
         image.write_bytes(image.read_bytes()[:left])
-        with pytest.raises(raycam.FormatError) as error:
-            raycam.load(tmp_path / "a.usda")
-        said = str(error.value)
+    said = raycam.load(tmp_path / "a.usda").notices[0]
     assert said.startswith(f"{tmp_path / 'a.usda'}: ")
     assert "./wood.png: " in said
     assert "raycam-usd" not in said

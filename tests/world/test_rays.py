@@ -194,7 +194,7 @@ def test_ranges_of_t() -> None:
     above = [0.1, 0.2, 10.0]
     whole = world.cast_rays(above, up, t_min=-np.inf)
     assert whole["t"] == -9
-    assert whole["position"].tolist() == [0.1, 0.2, 1.0]
+    np.testing.assert_allclose(whole["position"], [0.1, 0.2, 1.0], rtol=1e-15)
     assert world.cast_rays(above, up, t_min=-7.5, t_max=-7)["t"] == -7
     assert world.occluded(above, up, -7.5, t_min=-8).tolist() is True
     assert world.occluded(above, up, -8.5, t_min=-8.9).tolist() is False

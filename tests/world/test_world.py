@@ -250,8 +250,8 @@ def test_cast_rays_agrees_with_a_closed_form() -> None:
         "t": (np.float64, (2,)),
         "instance": (np.int32, (2,)),
         "triangle": (np.int32, (2,)),
-        "barycentric": (np.float32, (2, 3)),
-        "normal": (np.float32, (2, 3)),
+        "barycentric": (np.float64, (2, 3)),
+        "normal": (np.float64, (2, 3)),
         "position": (np.float64, (2, 3)),
     }
     np.testing.assert_allclose(hits["t"], [2.25, np.inf])

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::film::channel::Channel;
 use crate::film::estimator::PixelEstimator;
 use crate::film::film::Film;
 use crate::film::frame::Frame;
@@ -127,7 +128,8 @@ impl RenderRequest<'_> {
                 Tile::for_threads(region, rayon::current_num_threads()),
             )
         })?;
-        let mut notices = settings.integrator.notices(world);
+        let lit = settings.channels.iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
+        let mut notices = if lit { settings.integrator.notices(world) } else { vec![] };
         match settings.time {
             Some(seconds) if renderer.needs.samples => {
                 let samples =
