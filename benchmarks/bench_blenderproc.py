@@ -21,7 +21,7 @@ WORKER = Path(__file__).with_name("blenderproc_worker.py")
 
 
 def described(world: raycam.World, seen: list[raycam.Camera], path: Path) -> None:
-    """What BlenderProc is given: triangles in the world, and cameras with OpenGL's axes."""
+    """The input of BlenderProc: triangles in the world, and cameras with OpenGL's axes."""
     numbers = {name: number for number, name in world.categories.items()}
     poses = np.tile(np.eye(4), (len(seen), 1, 1))
     for pose, camera in zip(poses, seen, strict=True):

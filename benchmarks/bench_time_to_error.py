@@ -62,7 +62,7 @@ def reference(picture: Any) -> Array:
 
 
 def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]]:
-    """Of each renderer so many pictures of every rung, and the best time of each: in turn, so that all have the same
+    """For each renderer so many pictures of every rung, and the best time of each: in turn, so that all have the same
     machine, and with a pause before each, in which the threads of the one before fall asleep."""
 
     def rested(picture: Any, samples: int, seed: int) -> Any:

@@ -32,7 +32,7 @@ IMAGES = {".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".exr", ".hdr", ".tga", ".b
 
 
 def apart(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """What work finds in a fork of this process, with its time and the memory that it takes on top."""
+    """The result of work in a fork of this process, with its time and the memory that it takes on top."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:

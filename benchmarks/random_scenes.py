@@ -35,7 +35,7 @@ def turned(random: np.random.Generator) -> Array:
 
 
 def box() -> tuple[Array, Array]:
-    """Of size 1, faces outwards."""
+    """A body of size 1, faces outwards."""
     axes = np.eye(3)
     sides = []
     for axis in range(3):

@@ -1,4 +1,4 @@
-"""What every benchmark tells beside its figures: the machine, the day, the command; and how it is kept."""
+"""The frame of every benchmark's report: the machine, the day, the command; and how it is kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a second thread brings to rays: raycam and Embree, each on one thread and on two in turn.
+"""The gain of a second thread for rays: raycam and Embree, each on one thread and on two in turn.
 
     python benchmarks/two_threads.py [--seed 1] [--size 2896 2172] [--rounds 3]
 

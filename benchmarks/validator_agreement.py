@@ -1,4 +1,4 @@
-"""What glTF-Validator says of files, and what raycam says: a table for docs/gltf.md.
+"""The reports of glTF-Validator and of raycam on files: a table for docs/gltf.md.
 
 python benchmarks/validator_agreement.py FOLDER
 

@@ -50,7 +50,7 @@ def stand_in(folder: Path, name: str, line: str) -> None:
 
 
 def check(tools: Path) -> str:
-    """What the check says on stderr."""
+    """The messages of the check on stderr."""
     done = subprocess.run(
         [str(tools / "bash"), str(PREREQUISITES), str(tools.parent / "venv")],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""What `raycam doctor` says."""
+"""The report of `raycam doctor`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `raycam info` says."""
+"""The report of `raycam info`."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from raycam.cli import main
 
 @pytest.fixture
 def heard() -> Iterator[list[warnings.WarningMessage]]:
-    """What Python's own default filter lets through."""
+    """The warnings that Python's own default filter lets through."""
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("default")
         yield found

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .errors import Error, SettingsError
 
-__all__ = ["Bools", "Floats", "floats", "ray_pairs", "size_of", "whole"]
+__all__ = ["Bools", "Floats", "floats", "ray_limits", "ray_pairs", "size_of", "whole"]
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -82,6 +82,19 @@ def ray_pairs(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats
     shape = starts.shape[:-1]
     flat = [np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3) for array in (starts, ways)]
     return flat[0], flat[1], shape
+
+
+def ray_limits(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """Limits of t of rays as a float64 array [1, 1] or [n, 1]; `shape` is that of the rays.
+
+    Raises `SettingsError` for values that are neither one number nor one for each ray.
+    """
+    limits = np.asarray(values)
+    if limits.dtype.kind not in "fiu" or limits.shape not in ((), shape):
+        raise SettingsError(
+            f"{name} must be a number or have the shape of the rays {list(shape)}, not {list(limits.shape)}"
+        )
+    return np.ascontiguousarray(limits, dtype=np.float64).reshape(-1, 1)
 
 
 def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:

@@ -218,7 +218,7 @@ EYE = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.3, 
 
 
 def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Of a camera that reads its rows for 0.4 s around 0.5 s: the points, how fast they are, row and column."""
+    """For a camera that reads its rows for 0.4 s around 0.5 s: the points, how fast they are, row and column."""
     frame = raycam.render(sliding().at(0.5), camera, samples=1, channels=["position", "instance"])
     seen = frame["instance"] >= 0
     row, column = np.nonzero(seen)
@@ -290,7 +290,7 @@ def test_flow_to_a_picture_that_is_read_line_by_line(
 
 
 def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """Where a camera shows a point when the line at a fraction of the picture is in the middle of its exposure."""
+    """The pixel of a point when the line at a fraction of the picture is in the middle of its exposure."""
     track = camera.shutter["track"] if camera.shutter is not None else []
     if len(track) < 2:
         return np.asarray(camera.still().project(point)[0])

@@ -95,7 +95,7 @@ def box_at(points: np.ndarray, time: float) -> np.ndarray:
 
 
 def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """Where a camera shows a point when the line at a fraction of the picture is in the middle of its exposure."""
+    """The pixel of a point when the line at a fraction of the picture is in the middle of its exposure."""
     track = camera.shutter["track"] if camera.shutter is not None else []
     if len(track) < 2:
         return np.asarray(camera.still().project(point)[0])

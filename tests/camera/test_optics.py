@@ -44,7 +44,7 @@ def moments(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("blades", "spread"), [(0, 1 / 4), (6, 5 / 24), (4, 1 / 6)])
 def test_circle_of_confusion(blades: int, spread: float) -> None:
-    """What is at depth d blurs over the opening, as large as f R |1/d - 1/focus|: a uniform disc of radius r has the
+    """A point at depth d blurs over the opening, as large as f R |1/d - 1/focus|: a uniform disc of radius r has the
     variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
     """
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])

@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(command: str) -> int:
-    """What a shell would run after `raycam`."""
+    """The arguments that a shell would pass to `raycam`."""
     return main(shlex.split(command))
 
 

@@ -1,4 +1,4 @@
-"""Where frames are made: the same bytes everywhere."""
+"""Frames of any worker have the same bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What glTF-Validator calls an error, and what comes of it here: the table in `docs/gltf.md`."""
+"""Files that glTF-Validator calls wrong, and their treatment here: the table in `docs/gltf.md`."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def test_smooth_shading_is_asked_for() -> None:
 
 
 class Legacy(SimpleNamespace):
-    """What an `open3d.geometry.TriangleMesh` has."""
+    """The attributes of an `open3d.geometry.TriangleMesh`."""
 
     def has_vertex_normals(self) -> bool:
         return hasattr(self, "vertex_normals")
@@ -149,7 +149,7 @@ def test_a_mesh_of_open3d() -> None:
 
 
 class Held(np.ndarray):
-    """What an `open3d.core.Tensor` or an `open3d.t.geometry.Image` has."""
+    """The methods of an `open3d.core.Tensor` or an `open3d.t.geometry.Image`."""
 
     def cpu(self) -> Any:
         return self
@@ -165,7 +165,7 @@ class Held(np.ndarray):
 
 
 class Tensor:
-    """What an `open3d.t.geometry.TriangleMesh` has: its maps can be turned into a `dict`, and have no more."""
+    """The maps of an `open3d.t.geometry.TriangleMesh`: they can be turned into a `dict`, and have no more."""
 
     def __init__(self, triangle: dict[str, Any], material: SimpleNamespace | None, **legacy: Any) -> None:
         self.triangle, self.material, self.legacy = triangle, material, legacy

@@ -23,7 +23,7 @@ COUNT = 8
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """What an uninterrupted run makes."""
+    """The files of an uninterrupted run."""
     folder = tmp_path_factory.mktemp("whole")
     Job(folder, package()).run(Pool())
     return results(folder)

@@ -78,7 +78,7 @@ def merged(corners: np.ndarray[Any, Any]) -> tuple[Any, Any]:
 
 
 def inside(one: trimesh.Trimesh, two: trimesh.Trimesh) -> bool:
-    """Whether any of many points on the surface of the one is inside of the other."""
+    """True if any of many points on the surface of the one is inside of the other."""
     points = np.concatenate([one.vertices, trimesh.sample.sample_surface(one, 1000, seed=1)[0]])
     return bool(two.contains(points).any())
 

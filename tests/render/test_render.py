@@ -300,7 +300,7 @@ for _ in range(4):
 
 
 def test_the_first_pictures_of_a_process_may_begin_together(tmp_path: Path) -> None:
-    """What is imported for the first picture runs code of Python, and with it the other threads."""
+    """Imports for the first picture run code of Python, and with it the other threads."""
     world = tmp_path / "world.toml"
     world.write_text("[[object]]\nbox = { size = 1 }\n")
     command = [sys.executable, "-c", FIRST, str(world)]

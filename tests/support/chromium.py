@@ -31,7 +31,7 @@ class Tab:
         self._socket = socket
         self._numbers = itertools.count(1)
         self.said: list[str] = []
-        """What the page wrote to its console, errors included."""
+        """The lines that the page wrote to its console, errors included."""
         self.requests: list[str] = []
         """The addresses that it asked for."""
         for domain in ("Page", "Runtime", "Network", "Log"):

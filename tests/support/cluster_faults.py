@@ -1,4 +1,4 @@
-"""What can go wrong with a cluster, done to one: for the tests of Dask, and longer in `benchmarks/bench_cluster.py`.
+"""Faults of a cluster, done to one: for the tests of Dask, and longer in `benchmarks/bench_cluster.py`.
 
 Each function makes a job on one machine and on the cluster, and raises where a byte differs or a frame is lost.
 """
@@ -32,7 +32,7 @@ from raycam.jobs.worker import FrameResult, FrameTask
 from support.job_frames import Pool, check_intact, film, results
 
 SHARE = 0.3
-"""Of the workers, killed in one storm."""
+"""The share of the workers killed in one storm."""
 
 
 class Twice(Future):  # type: ignore[type-arg]
@@ -81,14 +81,14 @@ class Stormy:
 
 @dataclass
 class Storm:
-    """What happened."""
+    """The outcome."""
 
     frames: int
     killed: int
     paused: float
     """Seconds, of one worker."""
     returned: bool
-    """Whether the job was still going on when it came back."""
+    """True if the job was still going on when it came back."""
     asked: int
     """Frames handed over: more than there are, where some were lost or late."""
     seconds: float

@@ -121,7 +121,7 @@ def parse(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def values(document: dict[str, Any], binary: bytes, index: int) -> npt.NDArray[Any]:
-    """What a plain accessor of a GLB file holds, [n, ...]."""
+    """The values of a plain accessor of a GLB file, [n, ...]."""
     accessor = document["accessors"][index]
     view = document["bufferViews"][accessor["bufferView"]]
     kinds = {kind: shape for shape, kind in KINDS.items()}

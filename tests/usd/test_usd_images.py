@@ -57,7 +57,7 @@ def seen(
     corners: tuple[float, float] = (-1.5, 2.5),
     size: int = 48,
 ) -> tuple[npt.NDArray[np.float64], Any, Any, raycam.World]:
-    """What a square shows that is seen from above, and the coordinates of its pixels, between `corners`."""
+    """The colours of a square that is seen from above, and the coordinates of its pixels, between `corners`."""
     write_image(folder / "image.png", PIXELS)
     made = stage(folder / "a.usda")
     mesh, paint = square(made), material(made, "/paint")

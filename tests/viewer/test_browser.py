@@ -123,7 +123,7 @@ def test_six_digits_fit_their_column(client: Tab) -> None:
 
 
 def place_of(tab: Tab, column: int, row: int, size: tuple[int, int]) -> tuple[float, float]:
-    """Where the middle of a pixel of the fitted picture is in the window."""
+    """The place in the window of the middle of a pixel of the fitted picture."""
     box = tab.evaluate(
         "(({x, y, width, height}) => [x, y, width, height])(document.getElementById('picture').getBoundingClientRect())"
     )

@@ -27,10 +27,10 @@ def altered(monkeypatch: pytest.MonkeyPatch):
 
 def test_every_module_is_in_it_after_its_imports() -> None:
     names = bundling.modules()
-    assert sorted(names) == sorted(path.name for path in CLIENT.glob("*.js"))
+    assert sorted(names) == sorted(path.relative_to(CLIENT).as_posix() for path in CLIENT.rglob("*.js"))
     for name in names:
-        for _, imported in bundling.IMPORT.findall(bundling.client_file(name)):
-            assert names.index(imported) < names.index(name)
+        for _, source in bundling.IMPORT.findall(bundling.client_file(name)):
+            assert names.index(bundling.beside(name, source)) < names.index(name)
 
 
 def test_no_import_is_left_and_nothing_is_loaded() -> None:
@@ -41,7 +41,7 @@ def test_no_import_is_left_and_nothing_is_loaded() -> None:
     )
 
 
-@pytest.mark.parametrize("path", sorted(CLIENT.glob("*.*")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sorted(CLIENT.rglob("*.*")), ids=lambda path: path.name)
 def test_files_are_short_and_begin_with_a_comment(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.count("\n") <= LONGEST_FILE

@@ -49,7 +49,7 @@ TAKEN = {
     ("camera", "name"): (PATH,),  # a name that no camera has
     ("hello", "session"): (PATH,),  # a session that is not there
 }
-"""What of these a field may be."""
+"""Which of these values a field may have."""
 CASES = [(kind, field) for kind, fields in MESSAGES.items() for field in fields]
 
 

@@ -1,4 +1,4 @@
-"""What is rendered next."""
+"""The order of rendering."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ Open = Callable[..., ClientConnection]
 
 
 def raw(server: Server, request: bytes, *, wait: float = 10) -> bytes:
-    """What comes back for bytes on the port."""
+    """The answer to bytes on the port."""
     with socket.create_connection(server.address, timeout=wait) as made:
         made.sendall(request)
         answer = b""

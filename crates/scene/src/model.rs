@@ -44,25 +44,25 @@ pub trait AssetLoader {
     /// The mesh file of this name.
     ///
     /// # Errors
-    /// Where it is missing, unreadable, too large or malformed.
+    /// A file that is missing, unreadable, too large or malformed.
     fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
 
     /// The image file of this name.
     ///
     /// # Errors
-    /// Where it is missing, unreadable, too large or malformed.
+    /// A file that is missing, unreadable, too large or malformed.
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, Self::Error>;
 
     /// The IES file of this name.
     ///
     /// # Errors
-    /// Where it is missing, unreadable, too large or malformed.
+    /// A file that is missing, unreadable, too large or malformed.
     fn profile(&mut self, file: &str) -> Result<IesProfile, Self::Error>;
 
     /// An image of a material as the world keeps it, which may bound the memory of them.
     ///
     /// # Errors
-    /// Where it does not fit and cannot be put elsewhere.
+    /// An image that does not fit and cannot be put elsewhere.
     fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, Self::Error> {
         Ok(image)
     }
@@ -160,7 +160,7 @@ impl Light {
     /// Reads the file that it names, unless that was done.
     ///
     /// # Errors
-    /// What `files` says.
+    /// Those of `files`.
     pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         match self {
             Light::Environment { image, .. } => image.load(|file| {

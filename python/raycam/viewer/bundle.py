@@ -1,7 +1,7 @@
 """The client's modules as one text, which pages and the server give to the browser.
 
 The modules share one scope afterwards. That is safe because they keep to a dialect, which `bundle` checks: imports of
-names from modules beside them, named exports of declarations, and no top-level name twice.
+names from modules beside or below them, named exports of declarations, and no top-level name twice.
 """
 
 from __future__ import annotations
@@ -9,18 +9,24 @@ from __future__ import annotations
 import functools
 import re
 from importlib.resources import files
+from pathlib import PurePosixPath
 
-__all__ = ["bundle", "client_file", "modules"]
+__all__ = ["beside", "bundle", "client_file", "modules"]
 
-IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "\./(\w+\.js)";\n', re.M)
+IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "\./((?:\w+/)?\w+\.js)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?function |const |class )", re.M)
 DECLARATION = re.compile(r"^(?:export )?(?:async )?(?:function|const|let|class) (\[.*?\]|\w+)", re.M)
 
 
 @functools.cache
 def client_file(name: str) -> str:
-    """The text of a file of the client."""
+    """The text of a file of the client, by its path from the client's folder."""
     return (files(__package__) / "client" / name).read_text(encoding="utf-8")
+
+
+def beside(name: str, source: str) -> str:
+    """The path of a module that the module `name` imports as "./source"."""
+    return str(PurePosixPath(name).parent / source)
 
 
 @functools.cache
@@ -33,7 +39,8 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
         if name in entered:
             raise ValueError(f"{' -> '.join([*entered, name])}: modules of the client import in a circle")
         entered.append(name)
-        for _, imported in IMPORT.findall(client_file(name)):
+        for _, source in IMPORT.findall(client_file(name)):
+            imported = beside(name, source)
             if imported not in ordered:
                 enter(imported)
         entered.pop()
@@ -57,7 +64,7 @@ def bundle() -> str:
                 owner[word] = name
         for imported, source in IMPORT.findall(text):
             for word in imported.split(", "):
-                if owner.get(word) != source:
+                if owner.get(word) != beside(name, source):
                     raise ValueError(f"{name} imports {word}, which {source} does not declare")
         body = EXPORT.sub("", IMPORT.sub("", text))
         if re.search(r"^(?:import|export)\b", body, re.M):

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, floats, ray_pairs, size_of, whole
+from ..arrays import Bools, Floats, floats, ray_limits, ray_pairs, size_of, whole
 from ..camera import Camera
-from ..errors import SettingsError, WorldError
+from ..errors import WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
@@ -408,7 +408,7 @@ class World:
         """
         starts, ways, shape = ray_pairs(origins, directions)
         self.prepare(threads=threads)
-        limits = (_ray_limits("t_min", t_min, shape), _ray_limits("t_max", t_max, shape))
+        limits = (ray_limits("t_min", t_min, shape), ray_limits("t_max", t_max, shape))
         hits = self._core.cast_rays(starts, ways, *limits, exact, coherent, threads)
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
 
@@ -426,7 +426,7 @@ class World:
         """True [...] for rays that hit anything at `t_min` <= t <= `t_max`, decided as by `cast_rays`."""
         starts, ways, shape = ray_pairs(origins, directions)
         self.prepare(threads=threads)
-        limits = (_ray_limits("t_min", t_min, shape), _ray_limits("t_max", t_max, shape))
+        limits = (ray_limits("t_min", t_min, shape), ray_limits("t_max", t_max, shape))
         return self._core.occluded(starts, ways, *limits, exact, coherent, threads).reshape(shape)
 
     # Plain triangles --------------------------------------------------------------------------------------
@@ -471,13 +471,3 @@ def _from_pickle(data: bytes, folder: str | None, texture_memory: int | None) ->
     world = World._of(_core.world_from_bytes(data, texture_memory, folder or ""))
     world._folder = folder
     return world
-
-
-def _ray_limits(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """Limits of t as [1, 1] or [n, 1]."""
-    limits = np.asarray(values)
-    if limits.dtype.kind not in "fiu" or limits.shape not in ((), shape):
-        raise SettingsError(
-            f"{name} must be a number or have the shape of the rays {list(shape)}, not {list(limits.shape)}"
-        )
-    return np.ascontiguousarray(limits, dtype=np.float64).reshape(-1, 1)

@@ -24,7 +24,7 @@ class Recipe:
 
     @property
     def ticked(self) -> list[str]:
-        """What stands in backticks."""
+        """The words in backticks."""
         return re.findall(r"`([^`]+)`", self.text)
 
     @property
@@ -41,7 +41,7 @@ class Recipe:
 
     @property
     def commands(self) -> list[str]:
-        """What it types."""
+        """The commands that it types."""
         return [word for word in self.ticked if word.split()[0] in ("make", "cargo") or "pytest" in word]
 
     @property

@@ -241,7 +241,7 @@ def _resolve(module: Module, path: tuple[str, ...], depth: int = 0) -> Module | 
 
 
 def _member(module: Module, name: str, depth: int) -> Module | Path | None:
-    """What a module shows under a name; a name that is nowhere was made by a macro of the module."""
+    """The item of a module under a name; a name that is nowhere was made by a macro of the module."""
     return _shown(module, name, depth) or module.file
 
 

@@ -120,7 +120,7 @@ impl TrianglePrims<'_> {
     #[inline(always)]
     fn vertex(&self, index: u32) -> [f32; 3] {
         debug_assert!((index as usize) < self.vertices.len());
-        // SAFETY: `check` has vertex_table every index of every triangle.
+        // SAFETY: `check` has compared every index of every triangle.
         unsafe { self.vertices.get_unchecked(index as usize) }.map(|x| x * self.scale)
     }
 }

@@ -20,6 +20,10 @@ const FLOAT_ERROR: f64 = 16.0 * UNIT;
 /// The same in twice the precision.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
+/// The size, as a fraction of the sum of its products' sizes, from which a value in twice the precision is off by less than
+/// float64 rounds it.
+const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
+
 /// The axes of the products of a determinant: first, second, third; the last two are subtracted in turn.
 const AXES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
 
@@ -60,7 +64,7 @@ fn exact_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 
 /// A triple product in twice the precision or, where that does not tell its sign, rounded from its exact value.
 fn sure_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> DoubleDouble {
     let (value, size) = triple_product(double(x), double(y), double(z));
-    if value.high.abs() > DOUBLE_ERROR * (1u64 << 53) as f64 * size {
+    if value.high.abs() > ROUNDABLE * size {
         return value;
     }
     exact_triple_product(x, y, z).to_double_double()
@@ -70,7 +74,19 @@ fn sign(value: f64) -> i32 {
     i32::from(value > 0.0) - i32::from(value < 0.0)
 }
 
-/// The sign of a triple product whose value in float64 tells nothing.
+/// The sign of the triple product x . (y x z), if float64 tells it.
+#[inline]
+fn float_sign(x: Point, y: Point, z: Point) -> Option<i32> {
+    let (mut value, mut size) = (0.0, 0.0);
+    for [i, j, k] in AXES {
+        let (first, second) = (y[j] * z[k], y[k] * z[j]);
+        value += x[i] * (first - second);
+        size += x[i].abs() * (first.abs() + second.abs());
+    }
+    (value.abs() > FLOAT_ERROR * size).then(|| sign(value))
+}
+
+/// The sign of a triple product that float64 does not tell.
 fn exact_sign(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> i32 {
     let (value, size) = triple_product(double(x), double(y), double(z));
     if value.high.abs() > DOUBLE_ERROR * size {
@@ -79,7 +95,7 @@ fn exact_sign(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> i32
     exact_triple_product(x, y, z).sign()
 }
 
-/// A ray against the planes and edges of triangles.
+/// A ray, in the coordinates of the corners that it is compared with.
 #[derive(Clone, Copy)]
 pub struct RayPredicates {
     pub origin: Point,
@@ -91,38 +107,26 @@ impl RayPredicates {
         self.direction.map(|component| (component, 0.0))
     }
 
+    fn relative(&self, point: Point) -> Point {
+        std::array::from_fn(|k| point[k] - self.origin[k])
+    }
+
     /// The sign of the edge function of an edge from a to b: -1, 0 or 1.
     #[inline]
     pub fn edge_sign(&self, a: Point, b: Point) -> i32 {
-        let d = self.direction;
-        let (x, y): (Point, Point) =
-            (std::array::from_fn(|k| a[k] - self.origin[k]), std::array::from_fn(|k| b[k] - self.origin[k]));
-        let (mut value, mut size) = (0.0, 0.0);
-        for [i, j, k] in AXES {
-            let (first, second) = (x[j] * y[k], x[k] * y[j]);
-            value += d[i] * (first - second);
-            size += d[i].abs() * (first.abs() + second.abs());
-        }
-        if value.abs() > FLOAT_ERROR * size {
-            return sign(value);
-        }
-        exact_sign(self.exact_direction(), differences(a, self.origin), differences(b, self.origin))
+        float_sign(self.direction, self.relative(a), self.relative(b)).unwrap_or_else(|| {
+            exact_sign(self.exact_direction(), differences(a, self.origin), differences(b, self.origin))
+        })
     }
 
     /// The sign of V, A . (B x C): with that of the edge functions, the ray starts before the plane; 0: on it.
     #[inline]
-    pub fn start_sign(&self, [a, b, c]: [Point; 3]) -> i32 {
-        let [x, y, z]: [Point; 3] = [a, b, c].map(|p| std::array::from_fn(|k| p[k] - self.origin[k]));
-        let (mut value, mut size) = (0.0, 0.0);
-        for [i, j, k] in AXES {
-            let (first, second) = (y[j] * z[k], y[k] * z[j]);
-            value += x[i] * (first - second);
-            size += x[i].abs() * (first.abs() + second.abs());
-        }
-        if value.abs() > FLOAT_ERROR * size {
-            return sign(value);
-        }
-        exact_sign(differences(a, self.origin), differences(b, self.origin), differences(c, self.origin))
+    pub fn start_sign(&self, corners: [Point; 3]) -> i32 {
+        let [x, y, z] = corners.map(|corner| self.relative(corner));
+        float_sign(x, y, z).unwrap_or_else(|| {
+            let [x, y, z] = corners.map(|corner| differences(corner, self.origin));
+            exact_sign(x, y, z)
+        })
     }
 
     /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the last

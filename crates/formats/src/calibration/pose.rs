@@ -73,7 +73,7 @@ impl Pose {
         self.r_c() == (DMat3::IDENTITY, DVec3::ZERO)
     }
 
-    /// The inverse: from_camera of camera_from.
+    /// The inverse transform.
     pub fn inverted(&self) -> Self {
         let (r, c) = self.world_r_c();
         Self::camera_from_world(r, c)

@@ -33,7 +33,7 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
     text
 }
 
-/// The trace_outlines of a mask along the edges of its pixels, as closed polygons of corners (x, y) without the repeated first
+/// The outlines of a mask along the edges of its pixels, as closed polygons of corners (x, y) without the repeated first
 /// one. Polygons have no holes and share no area: a part with a hole is cut in two through it. Filling all of them gives
 /// the mask back.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
@@ -69,7 +69,7 @@ fn area(corners: &[[u32; 2]]) -> i64 {
 /// Directions in which an outline goes on from a corner: right, down, left, up.
 const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
-/// All trace_outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
+/// All outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
 /// counter-clockwise. Pixels that touch at a corner are apart.
 fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right: usize) -> Vec<Vec<[u32; 2]>> {
     let inside = |x: i64, y: i64| {
@@ -88,7 +88,7 @@ fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right
         a && !b
     };
     let columns = right - left;
-    // Edges to the right are where trace_outlines begin; each outline has some.
+    // Edges to the right are where outlines begin; each outline has some.
     let mut walked = vec![false; (columns + 1) * (height + 1)];
     let place = |[x, y]: [i64; 2]| y as usize * (columns + 1) + x as usize - left;
     let mut loops = vec![];

@@ -1,6 +1,6 @@
 //! UDIM: an image in tiles, one for each unit square of texture coordinates, numbered from 1001 (Foundry, "UDIM").
 //!
-//! Of several tiles one alone would be wrong on the faces of all others, so they are named and left out.
+//! One tile of several would be wrong on the faces of all others, so they are named and left out.
 
 use std::path::Path;
 

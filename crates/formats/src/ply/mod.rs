@@ -60,7 +60,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 }
 
 /// Number of bytes that have to be in memory: the header of a binary file that is as long as one of triangles alone.
-/// Where a row turns out to be different, the rest is read after all.
+/// If a row turns out to be different, the rest is read after all.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
     /// The longest header and row of these.
     const HEADER: u64 = 1 << 14;

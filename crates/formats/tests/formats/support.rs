@@ -46,7 +46,7 @@ pub fn mesh(name: &str, bytes: impl AsRef<[u8]>) -> Mesh {
     model.parts.remove(0).mesh
 }
 
-/// What is wrong with a file of these bytes, without its folder.
+/// The error of a file of these bytes, without its folder.
 pub fn error(name: &str, bytes: impl AsRef<[u8]>) -> String {
     decode(name, bytes).unwrap_err().to_string()
 }

@@ -35,7 +35,7 @@ impl Camera {
     /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and Zisserman,
     /// section 6.2.4). The third row of its left 3x3 part, times the sign of that part's determinant, points forward.
     ///
-    /// Where that part is singular the camera has its centre at infinity ([`Center::Infinity`], section 6.3): affine if
+    /// If that part is singular the camera has its centre at infinity ([`Center::Infinity`], section 6.3): affine if
     /// the last row is 0 0 0 w. Its parallel rays go the way on which the picture is not mirrored.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ const PATH_STEPS: u32 = 32;
 /// The shutter and the way of the camera while it is open. Times are in seconds from when the first line opens.
 ///
 /// A line opens when it is its turn: the first at 0, the last a little before `readout`, and stays open for `exposure`.
-/// Of a line at the fraction f of the picture's height (or width), its middle, that is from `f readout` to
+/// A line at the fraction f of the picture's height (or width) is open, at its middle, from `f readout` to
 /// `f readout + exposure`. The ground truth of a pixel is that of the middle of its line's exposure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShutterMotion {

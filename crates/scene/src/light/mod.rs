@@ -36,7 +36,7 @@ pub enum Light {
         #[serde(default)]
         angular_diameter: f64,
     },
-    /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly default_scale of `power` and `intensity`.
+    /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
     // World bundles keep the name of 0.1, the lecture's; people may write it as well.
     #[serde(rename(serialize = "bulb", deserialize = "point"), alias = "bulb")]
     Point {
@@ -55,7 +55,7 @@ pub enum Light {
         radius: f64,
     },
     /// A point that shines into a cone, as in glTF's `KHR_lights_punctual`: full up to `inner`, nothing beyond `outer`,
-    /// and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Exactly default_scale of `power` and
+    /// and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Exactly one of `power` and
     /// `intensity`.
     Spot {
         /// The tip of the cone, in the world.
@@ -117,10 +117,10 @@ pub enum Light {
         profile: FileRef<IesProfile>,
         /// In the world.
         position: [f64; 3],
-        /// The luminaire's nadir, vertical angle 0: straight down for default_scale that hangs; any length but zero.
+        /// The luminaire's nadir, vertical angle 0: straight down for one that hangs; any length but zero.
         direction: [f64; 3],
         /// Direction of its horizontal angle 0, as far as it is at right angles to `direction`; any length but zero.
-        /// Where not given, the one nearest to the world's x axis (its y axis for a light that shines along x).
+        /// Default: the one nearest to the world's x axis (its y axis for a light that shines along x).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         front: Option<[f64; 3]>,
         /// Linear RGB in W, all that leaves it. Where not given, its candela as white light of 683 lm/W.
@@ -167,7 +167,7 @@ pub enum Light {
         #[schemars(with = "String")]
         image: FileRef<Image>,
         /// Degrees: where its middle is, as the yaw of a camera that looks there. 0 is along x in a z-up world and along
-        /// -z in a y-up default_scale; a positive angle is further left.
+        /// -z in a y-up one; a positive angle is further left.
         #[serde(default)]
         yaw: f64,
         /// Factor of its values.

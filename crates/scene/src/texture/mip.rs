@@ -9,7 +9,7 @@ use crate::texture::texel::TexelKind;
 impl Image {
     /// Its mip map: the image itself, then each half as large as the one before.
     ///
-    /// Of 8 and 16 bits come 16, linear; of floats come floats. Texels are the means of those that they cover, so that
+    /// Images of 8 and 16 bits give 16, linear; floats give floats. Texels are the means of those that they cover, so that
     /// every level has the mean of the image as far as its numbers can say it.
     pub fn mip_map(self: &Arc<Self>) -> Vec<Arc<Image>> {
         if let Texels::Paged(texels) = &self.texels {

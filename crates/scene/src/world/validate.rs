@@ -8,7 +8,7 @@ impl World {
     /// Builds it again in their way, for worlds that come as data: every part is valid, and every index leads somewhere.
     ///
     /// # Errors
-    /// What the methods that add its parts would have said.
+    /// Those of the methods that add its parts.
     pub fn validated(mut self) -> Result<World, SceneError> {
         for mesh in &self.meshes {
             mesh.validate()?;

@@ -1,4 +1,4 @@
-//! What a world holds, in numbers.
+//! Counts of the parts of a world.
 
 use glam::DAffine3;
 use raycam_scene::mesh::primitive;

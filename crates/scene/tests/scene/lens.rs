@@ -115,7 +115,7 @@ fn radii_grow_to_the_end() {
     }
 }
 
-/// What the sources say of how far these see.
+/// The widest angles of the papers.
 #[test]
 fn wide_models_end_where_their_papers_say() {
     let end = |model, coefficients: &[f64]| {

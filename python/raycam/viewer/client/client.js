@@ -1,18 +1,18 @@
 // The client: what is shown, and which command changes what. It talks to a transport, which is a page or a server.
 
-import { styleOf } from "./channels.js";
-import { inkOn } from "./colormap.js";
-import { COMPARE_MODES, areComparable, differenceOf } from "./compare.js";
+import { styleOf } from "./image/channels.js";
+import { inkOn } from "./image/colormap.js";
+import { COMPARE_MODES, areComparable, differenceOf } from "./image/compare.js";
 import { DisplayControls } from "./display.js";
 import { byId, element, fillSelect, saveFile } from "./dom.js";
 import { showExplanation } from "./explain.js";
 import { fillLegend } from "./legend.js";
-import { grouped, sixDigits } from "./numbers.js";
-import { paint } from "./paint.js";
+import { grouped, sixDigits } from "./image/numbers.js";
+import { paint } from "./image/paint.js";
 import { PictureView, layerOf } from "./picture.js";
 import { fillReadout, readoutText } from "./readout.js";
 
-/** @typedef {import("./planes.js").Plane} Plane */
+/** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./picture.js").Pixel} Pixel */
 /** @typedef {Record<string, any> & { type: string }} Message */
 /** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: Message) => void }} Transport */
@@ -147,7 +147,7 @@ export class Client {
     this.showCompare(difference);
   }
 
-  /** @param {import("./compare.js").Difference | null} difference */
+  /** @param {import("./image/compare.js").Difference | null} difference */
   showCompare(difference) {
     const has = Boolean(this.frameB || this.taken);
     const select = byId("compare-mode", HTMLSelectElement);

@@ -1,9 +1,9 @@
 // The transport of a saved page: it answers the client's messages from the arrays in the page.
 
-import { bytesOfBase64, unpackPlane } from "./planes.js";
+import { bytesOfBase64, unpackPlane } from "./image/planes.js";
 
-/** @typedef {import("./planes.js").Plane} Plane */
-/** @typedef {import("./planes.js").PlaneHeader} PlaneHeader */
+/** @typedef {import("./image/planes.js").Plane} Plane */
+/** @typedef {import("./image/planes.js").PlaneHeader} PlaneHeader */
 /** @typedef {Record<string, any> & { type: string }} Message */
 
 export class PageTransport {

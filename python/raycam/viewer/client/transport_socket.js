@@ -1,6 +1,6 @@
 // The transport of the live view: a WebSocket to the server that gave the page. It comes back by itself.
 
-import { unpackPlane } from "./planes.js";
+import { unpackPlane } from "./image/planes.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 

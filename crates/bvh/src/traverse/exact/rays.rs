@@ -198,10 +198,9 @@ impl RaySoa64 {
     /// A single ray with its closest hit so far.
     pub fn to_single(&self, scene: &Scene, i: usize, hit: &ExactHit) -> ClippedRay {
         let i = i & (PACKET_SIZE - 1);
-        let (start, direction) = self.local_ray_f64(scene, i);
+        let (start, _) = self.local_ray_f64(scene, i);
         ClippedRay {
-            origin: std::array::from_fn(|a| self.origin[a][i]),
-            direction,
+            ray: self.sheared_ray(i),
             direction_scale: self.direction_scale[i],
             local_origin: start,
             t_offset: 0.0,

@@ -27,22 +27,21 @@ pub const DONE: f64 = f64::NEG_INFINITY;
 #[derive(Clone, Copy)]
 pub struct ClippedRay {
     /// Origin in the world and direction as given, the latter scaled to a largest component in 1..2.
-    pub origin: [f64; 3],
-    pub direction: [f64; 3],
-    /// The given t is the t along `direction` divided by this power of two.
+    pub ray: ShearedRay,
+    /// The given t is the t along `ray.direction` divided by this power of two.
     pub direction_scale: f64,
-    /// Clipped origin in scaled scene coordinates, at `t_offset` along `direction`.
+    /// Clipped origin in scaled scene coordinates, at `t_offset` along the ray.
     pub local_origin: [f64; 3],
     pub t_offset: f64,
     /// The error bound of `local_origin`.
     pub origin_error: f64,
-    /// The smallest valid t, along `direction`.
+    /// The smallest valid t, along `ray.direction`.
     pub t_min: f64,
     /// The error bound of the t of `best`.
     pub t_error: f64,
     /// True if any hit will do: a ray with one is done.
     pub any_hit: bool,
-    /// The closest hit so far, its `t` along `direction`.
+    /// The closest hit so far, its `t` along `ray.direction`.
     pub best: ExactHit,
 }
 
@@ -87,8 +86,7 @@ impl ClippedRay {
         let start = std::array::from_fn(|a| far[a] + enter * along[a]);
         let best = ExactHit { t: ray.t_max * power, ..ExactHit::MISS };
         Some(ClippedRay {
-            origin: ray.origin,
-            direction,
+            ray: ShearedRay::new(ray.origin, direction),
             direction_scale: power,
             local_origin: start,
             t_offset: enter,
@@ -118,12 +116,11 @@ impl ClippedRay {
     #[inline(always)]
     pub fn intersect_exact(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles) {
         let corners = triangles.corners(instance, triangle);
-        let ray = ShearedRay::new(self.origin, self.direction);
-        let Some(found) = ray.intersect(corners) else {
+        let Some(found) = self.ray.intersect(corners) else {
             return;
         };
         let so_far = HitSoFar::new(self.t_min, self.best.t, self.t_error, &self.best);
-        if ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
+        if self.ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
             let t = if self.any_hit { DONE } else { found.t };
             self.t_error = if self.any_hit { 0.0 } else { found.t_error };
             self.best = ExactHit { t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
@@ -145,7 +142,7 @@ pub fn t_max_f32(t: f64, forward: f64) -> f32 {
 #[inline(always)]
 pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &dyn ExactTriangles) {
     let start = ray.local_origin.map(|x| x as f32);
-    let direction = ray.direction.map(|d| (d * scene.scale) as f32);
+    let direction = ray.ray.direction.map(|d| (d * scene.scale) as f32);
     let distance = max_abs(start);
     let slack = 2.0 * scene.box_padding(distance) + ray.origin_error as f32 * 2.0;
     let mut stack = Stack::new();
@@ -200,7 +197,7 @@ pub fn intersect_subtree<I: Isa>(
     let instance = subtree.instance;
     let instance_record: &InstanceRecord = &scene.instances[instance as usize];
     let mesh = &*instance_record.bvh;
-    let (origin, direction) = to_mesh_space(scene, instance_record, (ray.local_origin, ray.direction));
+    let (origin, direction) = to_mesh_space(scene, instance_record, (ray.local_origin, ray.ray.direction));
     let distance = max_abs(ray.local_origin.map(|x| x as f32));
     let off = coordinate_error(scene, instance_record, distance, ray.origin_error);
     let Some(local) = TravRay::new(origin, direction, mesh.bounds(), off) else {

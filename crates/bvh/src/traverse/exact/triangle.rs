@@ -109,7 +109,7 @@ impl ShearedRay {
         if least <= error && !self.is_inside(corners) {
             return None;
         }
-        // A ray through an edge: a weight that rounding made negative is 0.
+        // Weights of a ray through an edge may be negative by rounding.
         let relative = 3.0 * error / det.abs();
         let sure = relative <= MAX_RELATIVE_ERROR;
         if !sure || min_f64(u * det, min_f64(v * det, w * det)) < 0.0 {

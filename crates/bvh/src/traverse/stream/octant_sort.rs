@@ -147,7 +147,7 @@ mod tests {
     use super::*;
     use crate::simd::Portable;
 
-    /// Rays in all direction_classes, of which each 50th is flat along an axis.
+    /// Rays in all direction classes, of which each 50th is flat along an axis.
     fn rays(count: usize) -> Vec<Ray> {
         let component = |i: usize, k: usize| match (i + k) % 50 {
             0 if k == 0 => 0.0,

@@ -190,7 +190,7 @@ mod tests {
         (0..count).map(ray).collect()
     }
 
-    /// Whether a ray enters a child, in float64.
+    /// True if a ray enters a child, in float64.
     fn enters(root: &WideNode, ray: &Ray) -> bool {
         (0..root.child_count as usize).any(|child| {
             let Aabb { lower, upper } = root.child_bounds(child);

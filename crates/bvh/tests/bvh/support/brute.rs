@@ -1,7 +1,7 @@
 //! Every ray against every triangle in float64, in Plücker coordinates: an independent judge of the kernels' answers.
 //!
 //! A ray passes an edge on one side or the other by the sign of a volume, which has a length: how far from the edge.
-//! What float32 cannot tell is the *tie band*: on either side of an edge, [`BAND`] of the distance from the ray's origin
+//! Float32 cannot tell hits within the *tie band*: on either side of an edge, [`BAND`] of the distance from the ray's origin
 //! to the triangle; on either side of its plane, as many times that as it is longer than wide, for t comes from the
 //! volumes and they from the width. An answer must be a triangle that is met within the band, and nothing that is met
 //! outside of it may be nearer. No other answer is right.
@@ -155,7 +155,7 @@ impl Brute {
         Some(Intersection { triangle: k as u32, t, slack, sure })
     }
 
-    /// What is wrong with an answer: a triangle and its t, or none.
+    /// The fault of an answer, a triangle and its t or none; none if it is right.
     pub fn fault(met: &[Intersection], answer: Option<(u32, f64)>) -> Option<String> {
         let mut sure = met.iter().filter(|met| met.sure);
         let Some((triangle, t)) = answer else {
@@ -284,7 +284,7 @@ fn aim(mesh: &Brute, rng: &mut Rng) -> Ray {
     }
 }
 
-/// What became of the rays.
+/// Counts of rays by outcome.
 #[derive(Debug, Default)]
 pub struct Tally {
     pub rays: u64,

@@ -101,7 +101,7 @@ pub fn meshes() -> Vec<Closed> {
     all
 }
 
-/// What happened to the rays.
+/// Counts of rays by outcome.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     pub rays: u64,

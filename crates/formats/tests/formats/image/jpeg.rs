@@ -9,7 +9,7 @@ fn jpegs() -> impl Iterator<Item = Case> {
     cases().into_iter().filter(|case| case.name.ends_with(".jpg"))
 }
 
-/// Where scans begin, after their headers.
+/// The offsets at which scans begin, after their headers.
 fn scans(file: &[u8]) -> Vec<usize> {
     let starts = (0..file.len() - 3).filter(|&at| file[at..at + 3] == [0xff, 0xda, 0]);
     starts.map(|at| at + 2 + usize::from(file[at + 3])).collect()
@@ -46,12 +46,12 @@ fn what_is_cut_from_the_middle_is_missed() {
     }
 }
 
-/// Where the first segment with a marker begins.
+/// The offset of the first segment with a marker.
 fn segment(file: &[u8], marker: u8) -> Option<usize> {
     file.windows(2).position(|w| w == [0xff, marker])
 }
 
-/// What is said of a file that is refused.
+/// The error of a file that is refused.
 fn error_of(file: &[u8]) -> String {
     let found = read("a.jpg", file, ColorUse::Color);
     found.unwrap_err().to_string()

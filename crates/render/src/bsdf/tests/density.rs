@@ -46,7 +46,7 @@ const AROUND: usize = 16;
 const FINE: usize = 14;
 const SAMPLES: usize = 1 << 20;
 
-/// What is wrong with it.
+/// The faults of a material's density.
 fn check(
     name: &str,
     scatter: &Bsdf,

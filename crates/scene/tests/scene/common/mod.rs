@@ -1,4 +1,4 @@
-//! What several tests need.
+//! Helpers of several tests.
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use glam::{DMat3, DQuat, DVec3};

@@ -1,4 +1,4 @@
-//! What is wrong is told by key, by place and with the nearest name.
+//! Errors name the key, its place and the nearest name.
 
 use raycam_scene::SceneError;
 use raycam_scene::schema::{self, SpannedValue, Value, WorldFile};
