@@ -91,12 +91,7 @@ impl Stack {
         mask: <I::F32x8 as Vector>::Mask,
     ) -> NodeRef {
         debug_assert!(self.len > 0 && self.len + 8 <= STACK_SIZE);
-        let lane = if WITH_DISTANCE {
-            I::argmin(enter, mask)
-        } else {
-            // Leaves come last in a node.
-            (<I::F32x8 as Vector>::to_bitmask(mask) | 1).ilog2() as usize
-        };
+        let lane = I::argmin(enter, mask);
         let mask = <I::F32x8 as Vector>::to_bitmask(mask);
         let rest = mask & !(1 << lane);
         // SAFETY: as in `push` and `next`.
