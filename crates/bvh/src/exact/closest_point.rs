@@ -71,7 +71,7 @@ pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
 #[cold]
 #[inline(never)]
 fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64; 2]> {
-    let exact = |p: Vector3, q: Point| -> [DoubleDouble; 3] {
+    let exact = |p: Vector3, q: Vector3| -> [DoubleDouble; 3] {
         std::array::from_fn(|k| {
             let (high, low) = two_diff(p[k], q[k]);
             DoubleDouble { high, low }
