@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import whole
+from ..arrays import Floats, whole
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..jobs.job_package import JobPackage
@@ -283,10 +283,13 @@ def frame_range(text: str) -> tuple[int | None, int | None]:
         raise SettingsError(f"frames must be START:STOP, as in 0:24 or 24:, not {text!r}") from None
 
 
-def with_orbit(world: World) -> World:
-    """A copy of the world with a video: an orbit around its middle in 4 seconds. Shares the acceleration structures."""
+def with_orbit(world: World, target: Floats | None = None) -> World:
+    """A copy of the world with a video: an orbit in 4 seconds. Shares the acceleration structures.
+
+    Its axis goes through the middle of the bounds `target` [2, 3] (default: those of the world).
+    """
     moving = world.at(0.0)
-    bounds = world.bounds
+    bounds = world.bounds if target is None else target
     middle = [0.0, 0.0, 0.0] if bounds is None else bounds.mean(axis=0).tolist()
     moving.set_video(orbit={"target": middle})
     return moving

@@ -87,6 +87,8 @@ class LightKeys(TypedDict, total=False):
     type: str
     direction: npt.ArrayLike
     position: npt.ArrayLike
+    target: npt.ArrayLike | str
+    size: npt.ArrayLike
     irradiance: npt.ArrayLike
     radiance: npt.ArrayLike
     power: npt.ArrayLike
