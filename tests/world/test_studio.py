@@ -43,7 +43,7 @@ def test_floor_and_room_are_of_one_radiance(up: Literal["z", "y"]) -> None:
     world = bare(up)
     camera = world.view_from("default", size=(160, 120), zoom=0.15)
     world.add_studio(camera)
-    frame = raycam.render(world, camera, integrator="path", max_depth=3, samples=64, channels="all")
+    frame = raycam.render(world, camera, integrator="path", max_depth=6, samples=64, channels="all")
     floor = frame["instance"] == 1
     far = floor & (frame["distance"] > np.quantile(frame["distance"][floor], 0.8))
     room = (frame["instance"] < 0) & (frame["coverage"] == 1)

@@ -195,9 +195,10 @@ def _picture(
         return one("rendering", names, dict(settings))
     if "color" not in names:
         raise SettingsError(f"--background is behind the channel color; this has {', '.join(names)}")
+    from ..data import bundled
     from ..world.backdrop import laid_over, read_backdrop
 
-    behind = read_backdrop(options.background, camera.size)
+    behind = read_backdrop(bundled(options.background) or options.background, camera.size)
     if options.region is not None:
         x, y, width, height = options.region
         behind = behind[y : y + height, x : x + width]

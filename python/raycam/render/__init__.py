@@ -36,7 +36,7 @@ SURFACES = ["first", "solid"]
 FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
-STUDIO = {"integrator": "path", "max_depth": 3, "samples": 8, "view": "pbr_neutral"}
+STUDIO = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "pbr_neutral"}
 """Settings of pictures in the studio, of those that nobody gives."""
 SHADED = ("color", "error")
 """The channels that show light."""
@@ -81,7 +81,7 @@ def render(
     `world` may be the path of a world file, `camera` the name of a camera of the world or the path of a calibration.
 
     A world without lights and cameras, for which no camera is given, is shown in the studio, with a notice: as by
-    `World.add_studio`, with `integrator="path"`, `max_depth=3`, `samples=8` and `view="pbr_neutral"` where these are
+    `World.add_studio`, with `integrator="path"`, `max_depth=6`, `samples=8` and `view="pbr_neutral"` where these are
     not given. Its floor counts as background in ground truth.
 
     Arguments that are not given have the values of `[render]` of the world file, or else the defaults:
@@ -267,7 +267,7 @@ def _blank(
 
 STUDIO_NOTICE = (
     "the world has no lights and no camera: it is shown in the studio, from the front right above, by "
-    'integrator="path" with max_depth=3; lights or a camera of yours replace it'
+    'integrator="path" with max_depth=6; lights or a camera of yours replace it'
 )
 
 

@@ -236,7 +236,7 @@ class World:
 
         A soft key light from the upper left of `camera` (default: the default camera), a grey room that metals reflect,
         and, with `ground`, a floor. Floor and background have the linear radiance 0.62 where no shadow falls. There is
-        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=3`.
+        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=6`.
         """
         add_studio(self, camera, ground=ground)
 

@@ -115,11 +115,13 @@ def _add_lights(world: World, options: argparse.Namespace) -> None:
     """Adds the lights of `--hdri` and `--sun`."""
     import math
 
+    from ...data import bundled
     from ...world.framing import axes_of
 
     if options.hdri is not None:
+        found = bundled(options.hdri) or options.hdri
         world.add_light(
-            type="environment", image=os.path.abspath(options.hdri), yaw=options.hdri_rotation or 0.0
+            type="environment", image=os.path.abspath(found), yaw=options.hdri_rotation or 0.0
         )
     if options.sun is not None:
         azimuth, elevation = (math.radians(angle) for angle in options.sun)
