@@ -59,6 +59,25 @@ def keep(name: str) -> None:
     print(f"{target.name}: {data.tell()} bytes")
 
 
+def strip() -> None:
+    """The four pictures on top of the README, side by side."""
+    names = ("sky", "fisheye", "normal", "coco")
+    height = 240
+    parts = []
+    for name in names:
+        with Image.open(DOCS / "images" / "howto" / f"{name}.jpg") as image:
+            side = image.height * 5 // 4
+            left = max(0, (image.width - side) // 2)
+            cut = image.crop((left, 0, min(left + side, image.width), image.height))
+            parts.append(cut.resize((height * cut.width // cut.height, height), Image.Resampling.LANCZOS))
+    whole = Image.new("RGB", (sum(part.width + 4 for part in parts) - 4, height), "white")
+    place = 0
+    for part in parts:
+        whole.paste(part, (place, 0))
+        place += part.width + 4
+    whole.save(DOCS / "images" / "strip.jpg", quality=84, optimize=True)
+
+
 def main() -> None:
     """Makes the pictures of the pages that are named, or of all."""
     pages = [Path(name).resolve() for name in sys.argv[1:]] or sorted(DOCS.rglob("*.md"))
@@ -73,6 +92,7 @@ def main() -> None:
             for name in names:
                 keep(name)
             os.chdir(DOCS)
+    strip()
 
 
 if __name__ == "__main__":
