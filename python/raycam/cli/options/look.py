@@ -120,9 +120,7 @@ def _add_lights(world: World, options: argparse.Namespace) -> None:
 
     if options.hdri is not None:
         found = bundled(options.hdri) or options.hdri
-        world.add_light(
-            type="environment", image=os.path.abspath(found), yaw=options.hdri_rotation or 0.0
-        )
+        world.add_light(type="environment", image=os.path.abspath(found), yaw=options.hdri_rotation or 0.0)
     if options.sun is not None:
         azimuth, elevation = (math.radians(angle) for angle in options.sun)
         right, front, upward = axes_of(world.up)
