@@ -58,7 +58,7 @@ _Placed = tuple[list[list[float]], list[float]]
 _Parts = tuple[dict[str, npt.NDArray[Any]], tuple[int, int, int, int], list[str]]
 
 def available_threads() -> int: ...
-def calibration_formats() -> list[str]: ...
+def calibration_formats() -> tuple[list[str], list[str]]: ...
 def channels() -> list[tuple[str, str, int]]: ...
 def encode_exr(
     layers: Sequence[tuple[str, npt.NDArray[Any]]],
@@ -95,6 +95,7 @@ def read_cameras(
     size: _Size | None,
     intrinsics: Camera | None,
     lens: str | None = None,
+    convention: tuple[bool, bool] | None = None,
 ) -> tuple[list[Record], list[str]]: ...
 def silhouettes(
     world: World, camera: Camera, objects: Sequence[int], margin: _Size, threads: int | None
