@@ -214,8 +214,11 @@ def save_cameras(
             add(name, camera, (given._core, given.name, name))
         given = {}
     for name in given:
-        if isinstance(given, Cameras) and given._size is None and name not in images and name not in times:
-            records.append(given._records[name])
+        if isinstance(given, Cameras) and given._size is None:
+            record = given._records[name]
+            if name in images or name in times:
+                record = record.replaced(images.get(name, record.image), times.get(name, record.time))
+            records.append(record)
             continue
         item = given[name]
         if isinstance(item, Rig):

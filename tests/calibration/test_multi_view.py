@@ -247,7 +247,6 @@ def test_units_of_the_size_are_refused_in_every_format(tmp_path: Path) -> None:
         (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "MATLAB"),
         (b"\x89HDF\r\n\x1a\n", "HDF5"),
         (b'{"CalibrationInformation": {"Cameras": [{"Intrinsics": {"ModelParameters": [1]}}]}}', "Azure"),
-        (b'{"ppx": 1, "ppy": 2, "fx": 3, "coeffs": [1, 2, 3, 4, 5]}', "RealSense"),
         (b"#polynomial coefficients for the DIRECT mapping\n5 -200 0 1e-3 2e-6 3e-9\n\n#polynomial\n", "OCamCalib"),
     ],
 )

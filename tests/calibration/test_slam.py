@@ -253,3 +253,17 @@ def test_zed(tmp_path: Path) -> None:
     check(cameras["right"], K, R, -R.T @ np.array([-0.1199, 0.0002, -0.0001]), lens)
     assert cameras["left"].size == (1280, 720)
     assert points(R, ZERO).shape == (30, 3)
+
+
+@pytest.mark.parametrize("model", ["Brown Conrady", "distortion.brown_conrady", "Inverse Brown Conrady", "None"])
+def test_realsense(tmp_path: Path, model: str) -> None:
+    table = {"width": 752, "height": 480, "fx": 458.5, "fy": 457.25, "ppx": 367.0, "ppy": 248.5, "model": model}
+    coefficients = [0.0] * 5 if model == "None" else [-0.28, 0.07, 0.0002, -0.00002, 0.01]
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps({**table, "coeffs": coefficients}))
+    if model.startswith("Inverse"):
+        with pytest.raises(FormatError, match="librealsense"):
+            raycam.load_cameras(file)
+        file.write_text(json.dumps({**table, "coeffs": [0.0] * 5}))
+        model = "None"
+    check(raycam.load_cameras(file)["a"], K, np.eye(3), ZERO, None if model == "None" else lens3)

@@ -105,7 +105,8 @@ def _run(options: argparse.Namespace) -> None:
     )
     named = {"images": images, "times": times} if name or options.time_offset or _is_edited(options) else {}
     print_notices(save_cameras(output, cameras, options.to, **named))
-    count = sum(len(item) if isinstance(item, Rig) else 1 for item in cameras.values())
+    loaded = isinstance(cameras, Cameras)
+    count = len(cameras) if loaded else sum(len(x) if isinstance(x, Rig) else 1 for x in cameras.values())
     print(f"{output}: {count} camera{'' if count == 1 else 's'}, {options.to}")
 
 

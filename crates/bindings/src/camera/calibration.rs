@@ -51,6 +51,11 @@ impl PyCameraRecord {
         Ok(Self { inner })
     }
 
+    /// The same record with another image and time.
+    fn replaced(&self, image: Option<String>, time: Option<f64>) -> Self {
+        Self { inner: calibration::CameraRecord { image, time, ..self.inner.clone() } }
+    }
+
     /// The mount of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
     /// and the place of the body.
     #[getter]

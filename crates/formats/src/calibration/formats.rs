@@ -10,7 +10,7 @@ use crate::calibration::multi_view::{aria, llff, middlebury, mvsnet, neus};
 use crate::calibration::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::sets::{bop_set, coco, euroc_set, kitti_set};
-use crate::calibration::slam::{basalt, camodocal, mrcal, orb_slam, vins, zed};
+use crate::calibration::slam::{basalt, camodocal, mrcal, orb_slam, real_sense, vins, zed};
 use crate::calibration::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
 use crate::calibration::transforms::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::calibration::{bop, colmap, kalibr, kitti, open_folder, opencv, plausibility, ros};
@@ -73,6 +73,7 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("basalt", basalt::detect, basalt::read),
     reader("mrcal", mrcal::detect, mrcal::read),
     reader("zed", zed::detect, zed::read),
+    reader("realsense", real_sense::detect, real_sense::read),
     reader("metashape", metashape::detect, metashape::read),
     reader("realitycapture", reality_capture::detect, reality_capture::read),
     reader("realitycapture-xmp", xmp::detect, xmp::read).in_folders(xmp::detect_folder, xmp::read_folder),

@@ -1,14 +1,13 @@
 //! Formats that are recognised and not read, each with the way on.
 
 /// The name of a format, marks of which all are in its files, and the way on.
-const UNREAD: [(&str, &[&str], &str); 9] = [
+const UNREAD: [(&str, &[&str], &str); 8] = [
     ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
         "Azure Kinect's raw calibration",
         &["CalibrationInformation", "ModelParameters"],
         "write K and the eight coefficients of k4a_calibration_t as JSON (K, dist, img_size)",
     ),
-    ("RealSense intrinsics", &["\"ppx\"", "\"ppy\""], REAL_SENSE),
     ("OCamCalib (Scaramuzza)", &["#polynomial coefficients"], "calibrate as MEI or KANNALA_BRANDT with camodocal"),
     ("VisualSFM", &["NVM_V3"], "import it in COLMAP (model_converter), then read that"),
     ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
@@ -16,8 +15,6 @@ const UNREAD: [(&str, &[&str], &str); 9] = [
     ("the configuration of nerfstudio", &["!!python/object"], "give transforms.json of its data"),
     ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
 ];
-const REAL_SENSE: &str = "copy fx fy ppx ppy and coeffs into Camera; of the model Inverse Brown Conrady the meaning differs \
-                          between versions of librealsense, unless all coeffs are 0";
 const NU_SCENES: &str = "Camera.from_quaternion(camera_intrinsic, rotation, translation, (1600, 900), order=\"wxyz\", \
                          direction=\"world_from_camera\") is a camera on the vehicle, Rig.at_pose with ego_pose the rest";
 /// First bytes of binary files that are known and not read, with the way on.

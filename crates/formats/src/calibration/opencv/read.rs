@@ -78,7 +78,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let root = Cursor::root(&node, &source.path);
     let view = KeyView { at: root.clone(), side: &[] };
     if has_camera(&root) {
-        return one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints);
+        let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
+        if numpy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
+            calibration.notices.push("no array of a lens lies beside K (dist_coeffs.npy): a pinhole".into());
+        }
+        return Ok(calibration);
     }
     if let Some(pair) = stereo::pair(&root) {
         return stereo::read(&root, pair, assets, hints);
