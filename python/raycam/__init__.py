@@ -23,7 +23,7 @@ from .notices import strict
 from .render import render
 from .render.frame import PAGES, Frame
 from .rig import Rig
-from .world import Animation, Object, Video, World
+from .world import Animation, Object, Topology, Video, World
 from .world.load import load
 from .world.texture import Texture
 
@@ -54,6 +54,7 @@ __all__ = [
     "SelfCheck",
     "SettingsError",
     "Texture",
+    "Topology",
     "Video",
     "Viewer",
     "World",

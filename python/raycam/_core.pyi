@@ -103,6 +103,34 @@ def silhouettes(
 def srgb_from_linear(
     linear: npt.NDArray[np.float32], scale: float, bits: int, view: str
 ) -> npt.NDArray[Any]: ...
+def ray_fields() -> list[str]: ...
+def world_cast_rays(
+    world: World, query: dict[str, Any], names: Sequence[str]
+) -> dict[str, npt.NDArray[Any]]: ...
+def world_closest_points(world: World, query: dict[str, Any]) -> dict[str, npt.NDArray[Any]]: ...
+def world_count_intersections(world: World, query: dict[str, Any], signed: bool) -> npt.NDArray[np.int32]: ...
+def world_distance(world: World, query: dict[str, Any]) -> _Floats: ...
+def world_inside(
+    world: World, points: _Floats, objects: npt.NDArray[np.bool_] | None, threads: int | None
+) -> npt.NDArray[np.bool_]: ...
+def world_intersections(
+    world: World, query: dict[str, Any], max_hits: int | None, names: Sequence[str]
+) -> dict[str, npt.NDArray[Any]]: ...
+def world_occluded(world: World, query: dict[str, Any]) -> npt.NDArray[np.bool_]: ...
+def world_signed_distance(world: World, query: dict[str, Any], sign: str) -> _Floats: ...
+def world_topology(world: World, object: int) -> tuple[bool, bool, npt.NDArray[np.int32], float, int]: ...
+def world_visible(
+    world: World,
+    a: _Floats,
+    b: _Floats,
+    margin: float,
+    objects: npt.NDArray[np.bool_] | None,
+    surface_name: str,
+    threads: int | None,
+) -> npt.NDArray[np.bool_]: ...
+def world_winding_number(
+    world: World, points: _Floats, objects: npt.NDArray[np.bool_] | None, threads: int | None
+) -> _Floats: ...
 def world_add_light(world: World, description: dict[str, Any], within: str | PathLike[str] | None) -> int: ...
 def world_add_object(
     world: World, description: dict[str, Any], within: str | PathLike[str] | None
@@ -262,23 +290,3 @@ class World:
     def render(
         self, camera: Camera, request: dict[str, Any], progress: Callable[[int, int], object] | None
     ) -> _Parts: ...
-    def cast_rays(
-        self,
-        origins: _Floats,
-        directions: _Floats,
-        t_min: _Floats,
-        t_max: _Floats,
-        exact: bool,
-        coherent: bool | None,
-        threads: int | None,
-    ) -> dict[str, npt.NDArray[Any]]: ...
-    def occluded(
-        self,
-        origins: _Floats,
-        directions: _Floats,
-        t_min: _Floats,
-        t_max: _Floats,
-        exact: bool,
-        coherent: bool | None,
-        threads: int | None,
-    ) -> npt.NDArray[np.bool_]: ...

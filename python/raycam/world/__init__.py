@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, floats, ray_limits, ray_pairs, size_of, whole
+from ..arrays import Floats, floats, size_of, whole
 from ..camera import Camera
 from ..errors import WorldError
 from ..io import memory_limits
@@ -23,12 +23,14 @@ from ..rig import Rig
 from .description import corner_values, indices, plain
 from .keys import LightKeys, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
+from .point_queries import PointQueries, Topology
+from .ray_queries import RayQueries
 from .usd_files import add_usd_object, is_usd, usd_named
 
-__all__ = ["Animation", "Object", "Video", "World"]
+__all__ = ["Animation", "Object", "Topology", "Video", "World"]
 
 
-class World:
+class World(RayQueries, PointQueries):
     """Objects (placed meshes), lights and cameras.
 
     `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
@@ -365,69 +367,6 @@ class World:
     def rig_at(self, rig: Rig, time: float) -> Rig:
         """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
         return Rig._of(_core.world_rig_at(self._core, rig._core, float(time)), self.up)
-
-    # Rays -------------------------------------------------------------------------------------------------
-
-    def cast_rays(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        *,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
-        exact: bool = True,
-        coherent: bool | None = None,
-        threads: int | None = None,
-    ) -> dict[str, npt.NDArray[Any]]:
-        """The closest hit of each ray `origin + t * direction`, `t_min` <= t <= `t_max`.
-
-        `origins` and `directions` are [..., 3] in the world; one of them may be a single [3]. Directions need not be
-        normalised. `t_min` and `t_max` are one number or [...], one for each ray; they may be negative or infinite.
-        Returns arrays of the shape of the rays:
-
-        =========== ================ =====================================================================  =====
-        t           float64 [...]    ray parameter, in lengths of the direction                             +inf
-        instance    int32 [...]      id of the object                                                       -1
-        triangle    int32 [...]      index of the triangle in its mesh                                      -1
-        barycentric float64 [..., 3] weights of the triangle's corners                                      0
-        normal      float64 [..., 3] the triangle's unit normal, on the side that the ray comes from        0
-        position    float64 [..., 3] the hit point in the world                                             NaN
-        =========== ================ =====================================================================  =====
-
-        The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
-
-        A triangle is closed: a ray through an edge or a corner hits it, one that sees it edge on does not. Hits are
-        those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-70 to
-        1e70; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
-        instance, triangle).
-
-        `exact=False` decides in float32 instead: several times as fast for rays that share nothing, but a hit nearer
-        than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
-        other. It starts all rays at t = 0; `coherent` tells it whether neighbouring rays are similar (None: detected),
-        for speed only. Raises `SettingsError` for other shapes and limits that are NaN.
-        """
-        starts, ways, shape = ray_pairs(origins, directions)
-        self.prepare(threads=threads)
-        limits = (ray_limits("t_min", t_min, shape), ray_limits("t_max", t_max, shape))
-        hits = self._core.cast_rays(starts, ways, *limits, exact, coherent, threads)
-        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
-
-    def occluded(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        t_max: npt.ArrayLike = np.inf,
-        *,
-        t_min: npt.ArrayLike = 0.0,
-        exact: bool = True,
-        coherent: bool | None = None,
-        threads: int | None = None,
-    ) -> Bools:
-        """True [...] for rays that hit anything at `t_min` <= t <= `t_max`, decided as by `cast_rays`."""
-        starts, ways, shape = ray_pairs(origins, directions)
-        self.prepare(threads=threads)
-        limits = (ray_limits("t_min", t_min, shape), ray_limits("t_max", t_max, shape))
-        return self._core.occluded(starts, ways, *limits, exact, coherent, threads).reshape(shape)
 
     # Plain triangles --------------------------------------------------------------------------------------
 

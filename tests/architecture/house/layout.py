@@ -9,7 +9,7 @@ ORDER = {
         error exact simd platform aabb ray node limits
         build blas scene
         traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
-        traverse/stream traverse/exact traverse/closest traverse/occluded traverse/mod
+        traverse/stream traverse/exact traverse/point traverse/closest traverse/occluded traverse/mod
         scene/query lib
     """,
     "scene": """
@@ -25,7 +25,7 @@ ORDER = {
         motion ground_truth integrator tile_renderer annotations render lib
     """,
     "bindings": """
-        error interruptible arrays py_value buffer_pool camera world/state render world lib
+        error interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
         errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use raycam_bvh::Bvh;
+use raycam_scene::mesh::surface::{PointTriangles, SurfaceTopology};
 use raycam_scene::{Mesh, World};
 use rayon::prelude::*;
 
@@ -22,6 +23,10 @@ pub(crate) struct PreparedMesh {
     pub center: DVec3,
     /// Result of [`is_watertight`], computed on demand.
     is_closed: OnceLock<bool>,
+    /// Topology, found on demand.
+    surface: OnceLock<SurfaceTopology>,
+    /// Triangles around each point, found on demand.
+    point_triangles: OnceLock<PointTriangles>,
     /// SAH cost of the BVH when it was built.
     built_cost: f64,
 }
@@ -93,6 +98,8 @@ impl PreparedMesh {
             upper,
             center,
             is_closed: OnceLock::new(),
+            surface: OnceLock::new(),
+            point_triangles: OnceLock::new(),
         })
     }
 
@@ -101,6 +108,20 @@ impl PreparedMesh {
         let known = self.is_closed.get().copied();
         let body = known.unwrap_or_else(|| is_watertight(&self.mesh));
         *self.is_closed.get_or_init(|| body)
+    }
+
+    /// Topology of the mesh. Found outside of the cell: threads must not wait for it.
+    pub fn surface(&self) -> &SurfaceTopology {
+        let known = self.surface.get().is_some();
+        let found = if known { SurfaceTopology::default() } else { SurfaceTopology::new(&self.mesh) };
+        self.surface.get_or_init(|| found)
+    }
+
+    /// Triangles around each point of the mesh, found as [`PreparedMesh::surface`].
+    pub fn point_triangles(&self) -> &PointTriangles {
+        let known = self.point_triangles.get().is_some();
+        let found = if known { PointTriangles::default() } else { PointTriangles::new(&self.mesh) };
+        self.point_triangles.get_or_init(|| found)
     }
 
     /// Same triangles with moved vertices; `None` if a rebuild is required.
@@ -121,6 +142,8 @@ impl PreparedMesh {
             upper,
             center,
             is_closed: OnceLock::new(),
+            surface: OnceLock::new(),
+            point_triangles: OnceLock::new(),
         })
     }
 }

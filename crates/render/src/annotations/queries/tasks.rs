@@ -1,0 +1,41 @@
+//! Parallel tasks of a query.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::thread_pool::with_pool;
+
+/// Rays or points of one task.
+const PER_TASK: usize = 4096;
+/// Rays or points whose answers wait to be appended: bounds the memory beside the answers.
+const PER_BLOCK: usize = 1 << 18;
+
+/// Runs `work` for ranges of 0..`n` in parallel, and `append` with the answers in order.
+pub(super) fn in_tasks<T: Send>(
+    n: usize,
+    threads: Option<usize>,
+    control: &Control,
+    work: impl Fn(Range<usize>) -> T + Sync,
+    mut append: impl FnMut(T) + Send,
+) -> Result<(), RenderError> {
+    control.start(n.div_ceil(PER_TASK));
+    with_pool(threads, || {
+        for block in (0..n).step_by(PER_BLOCK) {
+            let end = n.min(block + PER_BLOCK);
+            let tasks: Vec<Range<usize>> =
+                (block..end).step_by(PER_TASK).map(|first| first..end.min(first + PER_TASK)).collect();
+            let answer = |range| {
+                control.check()?;
+                let answer = work(range);
+                control.advance();
+                Ok(answer)
+            };
+            let answers: Result<Vec<T>, RenderError> = tasks.into_par_iter().map(answer).collect();
+            answers?.into_iter().for_each(&mut append);
+        }
+        Ok(())
+    })?
+}
