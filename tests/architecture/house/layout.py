@@ -31,7 +31,7 @@ ORDER = {
         errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations
         calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
         info doctor progress bench demo cli
-        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
+        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__ compat
     """,
 }
 
