@@ -95,7 +95,7 @@ impl PathTracer<'_> {
             return true;
         }
         self.add_emission(path, material, hit, distance, out);
-        if self.is_at_max_depth(path) {
+        if self.is_at_max_depth(path) && !view.material.is_straight {
             return false;
         }
         self.sample_lights(path, point, transition, view, queues, out);

@@ -79,14 +79,14 @@ impl PathTracer<'_> {
                 self.add_emission(path, material, hit, distance, out);
             }
         }
-        if self.is_at_max_depth(path) {
+        let is_straight = M::IS_SPECULAR && self.geometry.material(&chunk.hits[lane]).is_straight;
+        if self.is_at_max_depth(path) && !is_straight {
             return false;
         }
         if !M::IS_SPECULAR {
             self.queue_direct_lighting(path, bsdf, at, queues, out);
         }
         let far_side = hits.far_sides[lane];
-        let is_straight = M::IS_SPECULAR && self.geometry.material(&chunk.hits[lane]).is_straight;
         let advance = |path: &mut PathState, (sample, origin): (BsdfSample, Vec3), queues: &mut _| {
             if is_straight && geometric.dot(sample.wi) < 0.0 {
                 let distance = (context.position - path.prev_context.position).length();
