@@ -106,8 +106,15 @@ def _viewer(name: str) -> Any:
     return call
 
 
+def _over(frame: Frame, background: Any) -> Frame:
+    """A frame in front of a background."""
+    from .world.backdrop import laid_over
+
+    return laid_over(frame, background)
+
+
 OPENERS.update(load=load, load_cameras=load_cameras)
-PAGES.update(page=_viewer("page"), show=_viewer("show"))
+PAGES.update(page=_viewer("page"), show=_viewer("show"), over=_over)
 
 
 def __getattr__(name: str) -> Any:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..calibration import FORMATS, Cameras, save_cameras
 from ._options import Command, add_known, calibration_file, print_notices
-from ._rigs import cameras_in
+from .options.rigs import cameras_in
 
 ENDINGS = {
     "opencv": ".yaml",

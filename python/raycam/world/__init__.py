@@ -21,10 +21,13 @@ from ..io.fork_guard import no_fork
 from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
+from .framing import framing_camera
 from .keys import LightKeys, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
 from .point_queries import PointQueries, Topology
 from .ray_queries import RayQueries
+from .studio import add_ground, add_studio, studio_world
+from .targets import aimed
 from .usd_files import add_usd_object, is_usd, usd_named
 
 __all__ = ["Animation", "Object", "Topology", "Video", "World"]
@@ -47,7 +50,7 @@ class World(RayQueries, PointQueries):
     same.
     """
 
-    __slots__ = ("_core", "_folder")
+    __slots__ = ("_bare", "_core", "_folder")
 
     def __init__(
         self,
@@ -59,11 +62,12 @@ class World(RayQueries, PointQueries):
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         self._folder = None if folder is None else os.fspath(Path(folder).absolute())
         self._core = _core.World(up, self._folder or "", limit)
+        self._bare: World | None = None
 
     @classmethod
     def _of(cls, core: _core.World) -> World:
         world = cls.__new__(cls)
-        world._core, world._folder = core, None
+        world._core, world._folder, world._bare = core, None, None
         return world
 
     @classmethod
@@ -203,10 +207,40 @@ class World(RayQueries, PointQueries):
         `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
         `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may be an array [h, w, 3] (linear floats, or
         sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`.
+        `target` aims a light: a point [3] in the world, or the name of an object, whose middle is meant. It replaces
+        the `direction` of a sun, spot, disk or ies light, from its `position` to the target (a sun's position only says
+        where it shines from), and the edges `u` and `v` of an area light of `size` (width, height).
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
         with self._warning():
-            return _core.world_add_light(self._core, plain(light_keys(description, dict(keys))), None)
+            given = aimed(self, light_keys(description, dict(keys)))
+            return _core.world_add_light(self._core, plain(given), None)
+
+    def add_ground(
+        self,
+        *,
+        height: float | None = None,
+        size: float | None = None,
+        color: npt.ArrayLike | str | None = None,
+        name: str = "ground",
+        **material: Any,
+    ) -> int:
+        """Adds a level square under the world, for shadows to fall on; returns its id.
+
+        `height` is its coordinate along the up axis in metres (default: just below the lowest point), `size` its side
+        (default: a hundred diagonals of the world's bounds). `color` (default: a light grey) and `material` are
+        keys of `add_object`; a taken `name` gets a number. Raises `WorldError` for an empty world without both numbers.
+        """
+        return add_ground(self, height=height, size=size, color=color, name=name, **material)
+
+    def add_studio(self, camera: Camera | None = None, *, ground: bool = True) -> None:
+        """Adds the studio in which worlds without lights and cameras are shown.
+
+        A soft key light from the upper left of `camera` (default: the default camera), a grey room that metals reflect,
+        and, with `ground`, a floor. Floor and background have the linear radiance 0.62 where no shadow falls. There is
+        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=6`.
+        """
+        add_studio(self, camera, ground=ground)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
@@ -303,6 +337,10 @@ class World(RayQueries, PointQueries):
         yield
         warn_all(self._core.notices[before:])
 
+    def _in_studio(self, camera: Camera, *, ground: bool = True) -> World:
+        """A copy in the studio; see `studio_world`."""
+        return studio_world(self, camera, ground=ground)
+
     def _derived(self, core: _core.World) -> World:
         """A world made of this one; warns of the notices that it has in addition."""
         known = set(self._core.notices)
@@ -322,7 +360,29 @@ class World(RayQueries, PointQueries):
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
         """The first camera, or one that frames the whole world in a picture of `size` (width, height)."""
-        return Camera._of(self._core.default_camera(size_of(tuple(size))), self.up)
+        wanted = size_of(tuple(size))
+        return (
+            Camera._of(self._core.default_camera(wanted), self.up)
+            if self.cameras
+            else self.view_from(size=wanted)
+        )
+
+    def view_from(
+        self,
+        direction: str | npt.ArrayLike = "default",
+        *,
+        size: Iterable[int] = (640, 480),
+        fov: float = 45.0,
+        zoom: float = 1.0,
+    ) -> Camera:
+        """A camera from which the whole world just fits into a picture of `size` (width, height).
+
+        `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
+        or a vector [3] from the middle of the world to the camera. The front of a z-up world looks to -y, of a y-up
+        world to +z, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` enlarges: 1 fills
+        nine tenths of the picture. Raises `CameraError` for an empty world, `SettingsError` for other values.
+        """
+        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom)
 
     # Time -------------------------------------------------------------------------------------------------
 

@@ -28,9 +28,10 @@ ORDER = {
         error interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations
+        errors notices progress arrays _serialization io camera reference render annotations/flow rig usd world
+        annotations
         calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
-        info doctor progress bench demo cli
+        info doctor bench demo cli
         dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__ compat
     """,
 }

@@ -8,3 +8,45 @@ pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod cones;
 pub(crate) mod sample_cones;
+
+use std::sync::OnceLock;
+
+use crate::guiding::caustic_casters::{CausticCaster, choose_casters, find_caustic_candidates};
+use crate::guiding::caustic_map::CausticMap;
+use crate::prepare::geometry::Geometry;
+
+/// Caustic guiding of a prepared world.
+#[derive(Debug)]
+pub(crate) struct Guiding {
+    /// The objects that may be casters.
+    pub candidates: Vec<CausticCaster>,
+    /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
+    pub caustics: OnceLock<Caustics>,
+}
+
+/// The casters that samples are guided to.
+#[derive(Debug, Default)]
+pub(crate) struct Caustics {
+    pub casters: Vec<CausticCaster>,
+    /// The caustic map of each caster; none for a world within an exposure.
+    pub maps: Vec<CausticMap>,
+}
+
+impl Guiding {
+    pub fn new(geometry: &Geometry) -> Self {
+        Self { candidates: find_caustic_candidates(geometry), caustics: OnceLock::new() }
+    }
+
+    /// Guiding to smooth casters without maps: a photon pass for every time of an exposure would cost too much.
+    pub fn within_exposure(geometry: &Geometry) -> Self {
+        let candidates = find_caustic_candidates(geometry);
+        let chosen = choose_casters(&candidates, &vec![0.0; candidates.len()]);
+        let casters = chosen.into_iter().map(|(_, caster)| caster).collect();
+        Self { candidates, caustics: Caustics { casters, maps: vec![] }.into() }
+    }
+
+    /// The casters and their maps; none before they were found.
+    pub fn casters(&self) -> (&[CausticCaster], &[CausticMap]) {
+        self.caustics.get().map_or((&[], &[]), |found| (&found.casters, &found.maps))
+    }
+}

@@ -1,15 +1,14 @@
 //! Prepared world: geometry, lighting and caustic guiding, composed.
 
 use std::collections::HashSet;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use raycam_bvh::Bvh;
 use raycam_scene::{Alpha, Material, Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::{CausticCaster, find_caustic_casters};
-use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::Guiding;
 use crate::light::default_lights::default_lights;
 use crate::light::lights::Lights;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
@@ -35,15 +34,6 @@ pub(crate) struct Lighting {
     pub lights: Arc<Lights>,
     /// Stand-in lights of a world that has none.
     pub default_lights: Option<Arc<Lights>>,
-}
-
-/// Caustic guiding of a prepared world.
-#[derive(Debug)]
-pub(crate) struct Guiding {
-    pub caustic_casters: Vec<CausticCaster>,
-    /// Caustic map of each caster, built when paths need them: see
-    /// [`crate::integrator::photon_pass::build_caustic_maps`]. Empty for a world within an exposure.
-    pub caustic_maps: OnceLock<Vec<CausticMap>>,
 }
 
 impl PreparedWorld {
@@ -86,7 +76,7 @@ impl PreparedWorld {
         if let Some(previous) = previous.filter(|previous| geometry.has_same_instances(previous)) {
             geometry.flattened = previous.flattened.clone();
         }
-        let guiding = Guiding { caustic_casters: find_caustic_casters(&geometry), caustic_maps: OnceLock::new() };
+        let guiding = Guiding::new(&geometry);
         let lighting = with_pool(threads, || Lighting::new(world, &geometry))?;
         Ok(Self { geometry, lighting, guiding })
     }
@@ -126,11 +116,7 @@ impl PreparedWorld {
             textures: base.textures.clone(),
             texture_cache: base.texture_cache.clone(),
         };
-        let guiding = Guiding {
-            caustic_casters: find_caustic_casters(&geometry),
-            // A photon pass for every time would cost too much.
-            caustic_maps: vec![].into(),
-        };
+        let guiding = Guiding::within_exposure(&geometry);
         let before_lighting = &reference.lighting;
         let emits = before_lighting.lights.has_emissive_triangles() || world.materials != before.materials;
         let lighting = match emits || world.lights != before.lights {
