@@ -302,3 +302,24 @@ def test_damaged_arrays_are_errors(tmp_path: Path) -> None:
         file.write_bytes(data[:end])
         with pytest.raises(FormatError):
             raycam.load_cameras(file, size=SIZE)
+
+
+@pytest.mark.parametrize("third", ["extrinsics.yml", "stereo.yml", None])
+def test_the_two_files_of_a_pair(tmp_path: Path, third: str | None) -> None:
+    R, C = pose(3)
+    for side in ("left", "right"):
+        file = cv2.FileStorage(str(tmp_path / f"{side}.yml"), cv2.FILE_STORAGE_WRITE)
+        file.write("camera_matrix", K)
+        file.write("dist_coeffs", D)
+        file.release()
+    if third is not None:
+        file = cv2.FileStorage(str(tmp_path / third), cv2.FILE_STORAGE_WRITE)
+        file.write("R", R)
+        file.write("T", -R @ C)
+        file.release()
+    cameras = raycam.load_cameras(tmp_path, size=SIZE)
+    assert list(cameras) == ["left", "right"]
+    if third is None:
+        assert "no R and T" in " ".join(cameras.notices)
+    else:
+        check(cameras["right"], K, R, C, lens)

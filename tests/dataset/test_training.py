@@ -79,7 +79,7 @@ def test_pieces_are_joined_without_area() -> None:
         return 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
 
     first = np.array([[0, 0], [4, 0], [4, 3], [0, 3.0]])
-    second = [*first, 10, 1]
+    second = np.add(first, [10, 1])
     assert area(joined([first, second])) == 24.0
 
 
@@ -182,7 +182,7 @@ def test_mot(tmp_path: Path) -> None:
     for label in raycam.label(world.at(view.time), view.camera):
         own = rows[(rows[:, 0] == 3) & (rows[:, 1] == label.object + 1)]
         if label.category is not None and label.truncated_fraction < 1:
-            np.testing.assert_allclose(own[0, 2:6], [*np.array(label.amodal_box), 1, 1, 0, 0])
+            np.testing.assert_allclose(own[0, 2:6], np.add(label.amodal_box, (1, 1, 0, 0)))
             np.testing.assert_allclose(own[0, 8], label.visible_fraction, atol=1e-6)
 
 

@@ -72,7 +72,8 @@ def numbers(shot: Shot, item: Label) -> list[float]:
     if task == "obb":
         return list(map(float, (rectangle(np.concatenate(outlines(item))) / size).ravel()))
     x, y, w, h = item.visible_box or (0, 0, 0, 0)
-    box = [*(([*np.array([x, y]), w / 2, h / 2]) / size).tolist(), *(np.array([w, h]) / size).tolist()]
+    width, height = shot.camera.size
+    box = [(x + w / 2) / width, (y + h / 2) / height, w / width, h / height]
     if task == "detect":
         return box
     places = shot.plan.options["keypoints"]["points"]
