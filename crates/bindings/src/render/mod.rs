@@ -9,13 +9,13 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::annotations::ray_queries::{self, Kernel, RayArrays};
-use raycam_render::{checked_region, render_into};
+use raycam_render::{Control, checked_region, is_brief, render_into};
 
 use crate::arrays::{Floats, array, hits_to_dict, rows};
 use crate::buffer_pool::OutputPlanes;
 use crate::camera::Camera;
 use crate::error::IntoPyErr;
-use crate::interruptible::run_interruptible;
+use crate::interruptible::{run_for_work, run_interruptible};
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
@@ -45,10 +45,12 @@ pub(crate) fn render<'py>(
     let ([_, _, width, height], pixels) = region.map_err(IntoPyErr::into_py_err)?;
     let planes = OutputPlanes::new(py, &settings.channels, pixels);
     let (region, notices) = planes.write(py, |targets| {
-        run_interruptible(py, progress, |control| {
-            let camera = &camera.inner;
-            render_into(&world, &prepared, camera, &settings, control, targets)
-        })
+        let camera = &camera.inner;
+        let work = |control: &Control| render_into(&world, &prepared, camera, &settings, control, targets);
+        match progress {
+            None => run_for_work(py, is_brief(&world, &prepared, camera, &settings), work),
+            Some(_) => run_interruptible(py, progress, work),
+        }
     })?;
     let planes = planes.into_arrays(py, [height as usize, width as usize])?;
     Ok((planes, region.into(), notices))
@@ -83,8 +85,9 @@ pub(crate) fn cast_rays<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let arrays = rays.arrays(options)?;
     let prepared = world.prepared(py, options.threads)?;
+    let is_brief = ray_queries::is_brief(arrays.origins.len());
     let hits =
-        run_interruptible(py, None, |control| ray_queries::cast_rays(&prepared, &arrays, options.threads, control))?;
+        run_for_work(py, is_brief, |control| ray_queries::cast_rays(&prepared, &arrays, options.threads, control))?;
     hits_to_dict(py, hits)
 }
 
@@ -97,7 +100,8 @@ pub(crate) fn occluded<'py>(
 ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
     let arrays = rays.arrays(options)?;
     let prepared = world.prepared(py, options.threads)?;
+    let is_brief = ray_queries::is_brief(arrays.origins.len());
     let occluded =
-        run_interruptible(py, None, |control| ray_queries::occluded(&prepared, &arrays, options.threads, control))?;
+        run_for_work(py, is_brief, |control| ray_queries::occluded(&prepared, &arrays, options.threads, control))?;
     array(py, occluded, &[arrays.origins.len()])
 }

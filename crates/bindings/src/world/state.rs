@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use raycam_formats::Budget;
-use raycam_render::PreparedWorld;
+use raycam_render::{PreparedFamily, PreparedWorld};
 use raycam_scene::{SceneError, World as Inner};
 
 use crate::error::{IntoPyErr, catch_panic};
-use crate::interruptible::run_interruptible;
+use crate::interruptible::run_for_work;
 
 /// A world as written, and as it was last prepared.
 #[derive(Clone, Default)]
@@ -18,6 +18,8 @@ pub(crate) struct WorldState {
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
     /// True if `prepared` is of `world` as it is now.
     pub(crate) is_current: bool,
+    /// What it shares with the worlds that came of it, and with those that it came of.
+    pub(crate) family: Arc<PreparedFamily>,
 }
 
 /// A world.
@@ -83,9 +85,9 @@ impl World {
 
     /// A world made of this one, which shares what is built.
     pub(crate) fn derive(&self, change: impl FnOnce(&Inner) -> Result<Inner, SceneError>) -> PyResult<Self> {
-        let WorldState { world, prepared, .. } = self.state().clone();
+        let WorldState { world, prepared, family, .. } = self.state().clone();
         let changed = catch_panic(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
-        let state = WorldState { world: Arc::new(changed), prepared, is_current: false };
+        let state = WorldState { world: Arc::new(changed), prepared, is_current: false, family };
         Ok(Self { state: Mutex::new(state), folder: self.folder.clone() })
     }
 
@@ -100,12 +102,14 @@ impl World {
         py: Python<'_>,
         threads: Option<usize>,
     ) -> PyResult<(Arc<Inner>, Arc<PreparedWorld>)> {
-        let WorldState { world, prepared, is_current } = self.state().clone();
+        let WorldState { world, prepared, is_current, family } = self.state().clone();
         if let Some(prepared) = prepared.clone().filter(|_| is_current) {
             return Ok((world, prepared));
         }
-        let built =
-            run_interruptible(py, None, |control| PreparedWorld::new(&world, prepared.as_deref(), threads, control))?;
+        let is_brief = PreparedWorld::is_brief_to_prepare(&world, &family);
+        let built = run_for_work(py, is_brief, |control| {
+            PreparedWorld::in_family(&world, &family, prepared.as_deref(), threads, control)
+        })?;
         let built = Arc::new(built);
         let mut state = self.state();
         // Another thread may have changed the world meanwhile.

@@ -9,7 +9,7 @@ use crate::error::RenderError;
 use crate::ground_truth::convert::signed_id;
 use crate::interaction::vector::{face_forward, unit_normal};
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::with_pool;
+use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
 /// Rays of one task.
 const RAYS_PER_TASK: usize = 4096;
@@ -99,8 +99,8 @@ pub struct RayHits {
 /// the smallest (t, instance, triangle). A ray that is not finite or has a zero direction misses.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors of
-/// [`with_pool`].
+/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and
+/// [`RenderError::Threads`].
 pub fn cast_rays(
     world: &PreparedWorld,
     rays: &RayArrays,
@@ -120,7 +120,33 @@ pub fn cast_rays(
     control.start(n.div_ceil(RAYS_PER_TASK));
     world.geometry.note_exact_rays(n as u64);
     let RayHits { t, instance, triangle, barycentric, normal, position } = &mut found;
-    with_pool(threads, || {
+    type Outputs<'a> = (&'a mut [f64], &'a mut [i32], &'a mut [i32], Corners<'a>, Corners<'a>, Corners<'a>);
+    type Corners<'a> = &'a mut [[f64; 3]];
+    let cast = |chunk: usize, (t, instance, triangle, barycentric, normal, position): Outputs| {
+        control.check()?;
+        let first = chunk * RAYS_PER_TASK;
+        let kernel = rays.kernel;
+        let rays: Vec<ExactRay> = (first..first + t.len()).map(|i| rays.ray(i)).collect();
+        let hits = closest_hits(world, &rays, kernel);
+        for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
+            let corners = world.geometry.corners(hit.instance, hit.triangle);
+            let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+            t[i] = hit.t;
+            instance[i] = signed_id(hit.instance);
+            triangle[i] = signed_id(hit.triangle);
+            barycentric[i] = weights;
+            normal[i] = face_forward(unit_normal(corners), rays[i].direction.into()).to_array();
+            position[i] = (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]).to_array();
+        }
+        control.advance();
+        Ok::<(), RenderError>(())
+    };
+    let workers = Workers::for_work(threads, work(n), true)?;
+    if n <= RAYS_PER_TASK {
+        workers.run(|| cast(0, (t, instance, triangle, barycentric, normal, position)))?;
+        return Ok(found);
+    }
+    workers.run(|| {
         let results = (
             t.par_chunks_mut(RAYS_PER_TASK),
             instance.par_chunks_mut(RAYS_PER_TASK),
@@ -129,27 +155,8 @@ pub fn cast_rays(
             normal.par_chunks_mut(RAYS_PER_TASK),
             position.par_chunks_mut(RAYS_PER_TASK),
         );
-        results.into_par_iter().enumerate().try_for_each(|(chunk, out)| {
-            control.check()?;
-            let (t, instance, triangle, barycentric, normal, position) = out;
-            let first = chunk * RAYS_PER_TASK;
-            let kernel = rays.kernel;
-            let rays: Vec<ExactRay> = (first..first + t.len()).map(|i| rays.ray(i)).collect();
-            let hits = closest_hits(world, &rays, kernel);
-            for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
-                let corners = world.geometry.corners(hit.instance, hit.triangle);
-                let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-                t[i] = hit.t;
-                instance[i] = signed_id(hit.instance);
-                triangle[i] = signed_id(hit.triangle);
-                barycentric[i] = weights;
-                normal[i] = face_forward(unit_normal(corners), rays[i].direction.into()).to_array();
-                position[i] = (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]).to_array();
-            }
-            control.advance();
-            Ok::<(), RenderError>(())
-        })
-    })??;
+        results.into_par_iter().enumerate().try_for_each(|(chunk, out)| cast(chunk, out))
+    })?;
     Ok(found)
 }
 
@@ -167,23 +174,40 @@ pub fn occluded(
     let mut occluded = vec![false; rays.origins.len()];
     control.start(occluded.len().div_ceil(RAYS_PER_TASK));
     world.geometry.note_exact_rays(occluded.len() as u64);
-    with_pool(threads, || {
-        occluded.par_chunks_mut(RAYS_PER_TASK).enumerate().try_for_each(|(chunk, occluded)| {
-            control.check()?;
-            let first = chunk * RAYS_PER_TASK;
-            let kernel = rays.kernel;
-            let rays: Vec<ExactRay> = (first..first + occluded.len()).map(|i| rays.ray(i)).collect();
-            match kernel {
-                Kernel::Exact => world.geometry.occluded_exact(&rays, occluded),
-                Kernel::Float32 { coherent } => {
-                    world.geometry.scene.occluded(&local_rays(world, &rays), occluded, coherence(coherent));
-                }
+    let cast = |chunk: usize, occluded: &mut [bool]| {
+        control.check()?;
+        let first = chunk * RAYS_PER_TASK;
+        let kernel = rays.kernel;
+        let rays: Vec<ExactRay> = (first..first + occluded.len()).map(|i| rays.ray(i)).collect();
+        match kernel {
+            Kernel::Exact => world.geometry.occluded_exact(&rays, occluded),
+            Kernel::Float32 { coherent } => {
+                world.geometry.scene.occluded(&local_rays(world, &rays), occluded, coherence(coherent));
             }
-            control.advance();
-            Ok::<(), RenderError>(())
-        })
-    })??;
+        }
+        control.advance();
+        Ok::<(), RenderError>(())
+    };
+    let workers = Workers::for_work(threads, work(occluded.len()), true)?;
+    if occluded.len() <= RAYS_PER_TASK {
+        workers.run(|| cast(0, &mut occluded))?;
+        return Ok(occluded);
+    }
+    workers.run(|| {
+        let chunks = occluded.par_chunks_mut(RAYS_PER_TASK).enumerate();
+        chunks.try_for_each(|(chunk, occluded)| cast(chunk, occluded))
+    })?;
     Ok(occluded)
+}
+
+/// Estimated time of this many rays on one thread, in nanoseconds.
+fn work(rays: usize) -> f64 {
+    300.0 * rays as f64
+}
+
+/// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
+pub fn is_brief(rays: usize) -> bool {
+    work(rays) <= MAX_WORK_HERE
 }
 
 /// Nearest hits with precise t and weights.

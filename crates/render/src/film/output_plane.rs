@@ -31,20 +31,24 @@ pub(crate) fn allocate_planes(
     region: [u32; 4],
     channels: &[Channel],
 ) -> Result<Vec<(Channel, ImagePlane)>, RenderError> {
+    /// Pixels from which zeroing is worth other threads.
+    const MANY_PIXELS: usize = 1 << 16;
     let pixels = check_size(region, channels)?;
-    Ok(channels
-        .par_iter()
-        .map(|&channel| {
-            let components = channel.components();
-            let count = pixels * components;
-            let plane = match channel.pixel_type() {
-                PixelType::F32 => ImagePlane::F32 { components, data: zeroed_huge(count) },
-                PixelType::F64 => ImagePlane::F64 { components, data: zeroed_huge(count) },
-                PixelType::I32 => ImagePlane::I32 { components, data: zeroed_huge(count) },
-            };
-            (channel, plane)
-        })
-        .collect())
+    let plane = |&channel: &Channel| {
+        let components = channel.components();
+        let count = pixels * components;
+        let plane = match channel.pixel_type() {
+            PixelType::F32 => ImagePlane::F32 { components, data: zeroed_huge(count) },
+            PixelType::F64 => ImagePlane::F64 { components, data: zeroed_huge(count) },
+            PixelType::I32 => ImagePlane::I32 { components, data: zeroed_huge(count) },
+        };
+        (channel, plane)
+    };
+    Ok(if pixels < MANY_PIXELS {
+        channels.iter().map(plane).collect()
+    } else {
+        channels.par_iter().map(plane).collect()
+    })
 }
 
 /// Memory of a plane: one value per pixel of the region and component of the channel.

@@ -26,6 +26,9 @@ const MAX_DIELECTRIC_ROUGHNESS: f32 = 0.35;
 /// The caustic casters of a world, largest first.
 pub(crate) fn find_caustic_casters(geometry: &Geometry) -> Vec<CausticCaster> {
     let casts = |(_, object): &(usize, &PreparedInstance)| {
+        if !object.is_visible {
+            return false;
+        }
         let slots = object.mesh.mesh.slot_count().max(1);
         let casts_caustics = |&material: &usize| casts_caustics(&geometry.materials[material].material);
         object.materials.iter().take(slots).all(casts_caustics)
@@ -131,8 +134,7 @@ mod tests {
     fn casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
-            .guiding
-            .caustic_casters
+            .caustic_casters()
             .iter()
             .map(|mirror| (mirror.center + prepared.geometry.origin, mirror.radius))
             .collect();
@@ -172,7 +174,7 @@ mod tests {
         let thrown = pictures(&prepared);
         prepared.guiding.caustic_maps = vec![].into();
         let with = pictures(&prepared);
-        prepared.guiding.caustic_casters.clear();
+        prepared.guiding.caustic_casters = vec![].into();
         let without = pictures(&prepared);
         let all = [&thrown, &with, &without];
         let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());

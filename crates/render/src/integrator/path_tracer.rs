@@ -149,7 +149,7 @@ impl<'a> PathTracer<'a> {
             samplers,
             modes: PathModes::new(&world.geometry, settings),
             caustic_casters: match lights.can_cast_caustics() {
-                true => &world.guiding.caustic_casters,
+                true => world.caustic_casters(),
                 false => &[],
             },
             caustic_maps: world.guiding.caustic_maps.get().map_or(&[], Vec::as_slice),

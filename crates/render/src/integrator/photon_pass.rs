@@ -45,7 +45,7 @@ pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
     let lights = settings.integrator.effective_lights(world);
     let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
     let is_guided = settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
-    if is_guided && !world.guiding.caustic_casters.is_empty() && world.guiding.caustic_maps.get().is_none() {
+    if is_guided && !world.caustic_casters().is_empty() && world.guiding.caustic_maps.get().is_none() {
         // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
         let _ = world.guiding.caustic_maps.set(build_maps(world, lights));
     }
@@ -53,7 +53,7 @@ pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
 
 /// The caustic map of every caster. Maps guide paths only: light that they lack adds noise and no bias.
 fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticMap> {
-    let casters = &world.guiding.caustic_casters;
+    let casters = world.caustic_casters();
     let batches: Vec<_> = (0..casters.len())
         .flat_map(|caster| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (caster, batch)))
         .collect();
@@ -143,7 +143,7 @@ impl Photon {
         deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
         let interaction = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
-        let mut casters = world.guiding.caustic_casters.iter();
+        let mut casters = world.caustic_casters().iter();
         let Some(caster) = casters.position(|caster| caster.instance == hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
                 let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };
@@ -223,7 +223,7 @@ mod tests {
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
         let thrown = &world.guiding.caustic_maps.get().unwrap()[0];
-        let CausticCaster { center, radius, .. } = world.guiding.caustic_casters[0];
+        let CausticCaster { center, radius, .. } = world.caustic_casters()[0];
         let exit = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
         (center + world.geometry.origin + left, f64::from(exit.radius) * radius)

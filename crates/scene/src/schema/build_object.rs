@@ -82,7 +82,15 @@ impl ObjectSpec {
                 (mesh, materials)
             }
         };
-        Ok(world.add_object(Object { name, category, mesh, materials, world_from_mesh, scale_shear: shape })?)
+        Ok(world.add_object(Object {
+            name,
+            category,
+            mesh,
+            materials,
+            world_from_mesh,
+            scale_shear: shape,
+            visible: true,
+        })?)
     }
 
     /// The materials of another object with the changes that the description makes, added to the world.
