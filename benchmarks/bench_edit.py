@@ -23,7 +23,7 @@ def camera(angle: float = 0.0) -> raycam.Camera:
 
 
 def ball(levels: int) -> dict[str, object]:
-    return {"sphere": {"radius": 0.6, "subdivisions": levels}}
+    return {"sphere": {"radius": 0.6, "level": levels}}
 
 
 def cpu(call: Callable[[int], object], calls: int, rounds: int) -> float:

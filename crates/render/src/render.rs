@@ -70,7 +70,7 @@ pub fn render_into(
     let shutter = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
     let request = RenderRequest { world: prepared, shutter: shutter.as_ref(), camera, settings, region };
-    Ok((region, request.render(control, targets.into_iter())?))
+    Ok((region, request.render(false, control, targets.into_iter())?))
 }
 
 /// True if the calling thread alone renders a frame, in a fraction of a millisecond: ground truth or unlit colours of few
@@ -106,6 +106,16 @@ fn estimated_work(settings: &Settings, [_, _, width, height]: [u32; 4], needs: R
     each * f64::from(width) * f64::from(height)
 }
 
+/// Estimated time of a frame on one thread, in nanoseconds.
+pub(crate) fn estimated_frame_work(
+    world: &PreparedWorld,
+    camera: &Camera,
+    settings: &Settings,
+    region: [u32; 4],
+) -> f64 {
+    estimated_work(settings, region, RenderNeeds::new(settings, camera, &world.geometry))
+}
+
 /// Region of a frame and its number of pixels, if the settings are valid and there is memory.
 ///
 /// # Errors
@@ -125,23 +135,24 @@ fn render_to_frame(
     let region = settings.check(camera.size())?;
     let mut planes = with_pool(settings.threads, || output_plane::allocate_planes(region, &settings.channels))??;
     let request = RenderRequest { world, shutter, camera, settings, region };
-    let notices = request.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
+    let notices = request.render(false, control, planes.iter_mut().map(OutputPlane::zeroed))?;
     Ok(Frame { size: camera.size(), region, planes, notices })
 }
 
 /// Validated arguments of a render.
-struct RenderRequest<'a> {
-    world: &'a PreparedWorld,
-    shutter: Option<&'a ShutterSlices<'a>>,
-    camera: &'a Camera,
-    settings: &'a Settings,
-    region: [u32; 4],
+pub(crate) struct RenderRequest<'a> {
+    pub world: &'a PreparedWorld,
+    pub shutter: Option<&'a ShutterSlices<'a>>,
+    pub camera: &'a Camera,
+    pub settings: &'a Settings,
+    pub region: [u32; 4],
 }
 
 impl RenderRequest<'_> {
-    /// Renders; returns the notices.
-    fn render<'t>(
+    /// Renders; returns the notices. `alone` takes the calling thread, which may be one of a pool, and no other.
+    pub fn render<'t>(
         &self,
+        alone: bool,
         control: &Control,
         targets: impl Iterator<Item = OutputPlane<'t>>,
     ) -> Result<Vec<String>, RenderError> {
@@ -156,7 +167,10 @@ impl RenderRequest<'_> {
         let read_before = texture_cache.map(TextureCache::page_in_stats);
         let needs = RenderNeeds::new(settings, camera, &world.geometry);
         let here = may_run_here(world, shutter.is_some(), settings, needs);
-        let workers = Workers::for_work(settings.threads, estimated_work(settings, region, needs), here)?;
+        let workers = match alone {
+            true => Workers::Here,
+            false => Workers::for_work(settings.threads, estimated_work(settings, region, needs), here)?,
+        };
         let tiles = Tile::for_threads(region, workers.count());
         let renderer = workers.run(|| {
             if needs.color {

@@ -54,7 +54,10 @@ impl World {
     /// Changes the world; when that fails, it is as before. `change` must not need the GIL, which others may hold while they
     /// wait for it to end.
     pub(crate) fn modify<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
-        let mut state = self.state();
+        Self::modify_state(&mut self.state(), change)
+    }
+
+    fn modify_state<T>(state: &mut WorldState, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         let world = Arc::make_mut(&mut state.world);
         let before = [
             world.meshes.len(),
@@ -80,6 +83,27 @@ impl World {
         } else {
             state.is_current = false;
         }
+        changed
+    }
+
+    /// [`World::modify`] for changes of which some cannot be taken back: the whole world is kept meanwhile.
+    pub(crate) fn modify_or_restore<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+        self.modify(|world| {
+            let before = world.clone();
+            let changed = catch_panic(|| change(world)).and_then(|result| result);
+            if changed.is_err() {
+                *world = before;
+            }
+            changed
+        })
+    }
+
+    /// [`World::modify`] for changes that no ray sees: what is built stays.
+    pub(crate) fn modify_unseen<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+        let mut state = self.state();
+        let is_current = state.is_current;
+        let changed = Self::modify_state(&mut state, change);
+        state.is_current = is_current;
         changed
     }
 

@@ -8,6 +8,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::convert::signed_id;
 use crate::interaction::vector::{face_forward, unit_normal};
+use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
@@ -109,6 +110,7 @@ pub fn cast_rays(
 ) -> Result<RayHits, RenderError> {
     rays.check()?;
     let n = rays.origins.len();
+    check_memory(|| format!("{n} hits"), n as u64 * 88)?;
     let mut found = RayHits {
         t: vec![f64::INFINITY; n],
         instance: vec![-1; n],

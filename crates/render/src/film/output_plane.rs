@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::error::RenderError;
 use crate::film::channel::{Channel, PixelType};
 use crate::film::image_plane::ImagePlane;
+use crate::memory::check_memory;
 
 /// Largest memory of a frame's planes.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
@@ -15,14 +16,10 @@ pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) 
     let pixels = u64::from(width) * u64::from(height);
     // Saturating: the largest sides alone exceed 64 bits.
     let bytes = pixels.saturating_mul(channels.iter().map(|channel| channel.bytes()).sum());
-    let too_large = || RenderError::TooLarge {
-        what: format!("a frame of {width} x {height} pixels and {} channels", channels.len()),
-        bytes,
-        limit: MAX_FRAME_BYTES,
-    };
+    let what = || format!("a frame of {width} x {height} pixels and {} channels", channels.len());
+    let too_large = || RenderError::TooLarge { what: what(), bytes, limit: MAX_FRAME_BYTES };
     let pixels = usize::try_from(pixels).ok().filter(|_| bytes <= MAX_FRAME_BYTES).ok_or_else(too_large)?;
-    // Reserved and released: an allocation that fails later would abort the process.
-    Vec::<u8>::new().try_reserve_exact(bytes as usize).map_err(|_| too_large())?;
+    check_memory(what, bytes)?;
     Ok(pixels)
 }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::memory::check_memory;
 use crate::prepare::family::SharedParts;
 use crate::prepare::watertight::is_watertight;
 
@@ -27,6 +28,8 @@ pub(crate) struct PreparedMesh {
     built_cost: f64,
 }
 
+/// Memory of a triangle while its BVH is built, and a margin.
+const BUILD_BYTES: u64 = 200;
 /// SAH cost of a refitted BVH, relative to the built one, above which the BVH is rebuilt.
 const MAX_REFIT_COST_RATIO: f64 = 1.5;
 
@@ -105,6 +108,8 @@ pub(crate) fn prepare_meshes(
 impl PreparedMesh {
     fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
         mesh.validate().map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
+        let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
+        check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)?;
         let (lower, upper) = mesh.bounds().unwrap_or_default();
         let center = rounded_center(lower, upper);
         let vertices = center_vertices(&mesh, center);

@@ -5,12 +5,14 @@ mod bounds;
 mod build;
 pub mod category;
 mod default_camera;
+mod edit;
 mod find;
 mod mesh_file;
 mod names;
 mod rigs;
 pub(crate) mod statistics;
 mod texture_paging;
+mod unused;
 mod validate;
 mod variant;
 
