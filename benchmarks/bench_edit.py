@@ -1,7 +1,7 @@
 """Worlds that change: a 64 x 64 depth picture after an object moved, beside the same with the camera moved.
 
-Processor time of all threads a call, in microseconds, best of five. Every loop is the work of a user: tell the world what
-moved, ask for the picture.
+Processor time of all threads a call, in microseconds, best of five. Every loop is the work of a user: tell the world
+what moved, ask for the picture.
 """
 
 from __future__ import annotations

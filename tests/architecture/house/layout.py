@@ -21,8 +21,8 @@ ORDER = {
         asset_loader lib
     """,
     "render": """
-        error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light prepare/world
-        motion ground_truth integrator tile_renderer annotations render render_many lib
+        error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
+        prepare/world motion ground_truth integrator tile_renderer annotations render render_many lib
     """,
     "bindings": """
         error interruptible arrays py_value buffer_pool camera world/state render world lib
@@ -30,7 +30,7 @@ ORDER = {
     "python": """
         errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations
         calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
-        info doctor progress bench demo cli
+        info doctor progress bench demo cli compat
         dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
     """,
 }

@@ -3,7 +3,6 @@
 pub(crate) mod annotations;
 pub(crate) mod encode;
 pub(crate) mod frame;
-pub(crate) mod many;
 pub(crate) mod settings;
 
 use numpy::PyArrayDyn;

@@ -26,7 +26,7 @@ pub(crate) enum Which {
 
 impl Which {
     /// The number of the object in a world.
-    pub(crate) fn find(&self, world: &Inner) -> PyResult<usize> {
+    pub(crate) fn number_in(&self, world: &Inner) -> PyResult<usize> {
         let id = match self {
             Self::Name(name) => return world.find_object(name).map_err(IntoPyErr::into_py_err),
             Self::Number(number) => usize::try_from(*number).unwrap_or(usize::MAX),
@@ -66,7 +66,7 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
     {
         let place = affine(&matrix.as_array().iter().copied().collect::<Vec<_>>())?;
         return world.modify(|inner| {
-            let id = which.find(inner)?;
+            let id = which.number_in(inner)?;
             inner.place_object(id, place).map_err(IntoPyErr::into_py_err)
         });
     }
@@ -74,7 +74,7 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
     let value = to_value(&arrays.take_arrays(description, "")?, "")?;
     let spec: ObjectSpec = from_value(&value).map_err(IntoPyErr::into_py_err)?;
     world.change_by_files(py, None, |inner, files| {
-        let id = match which.find(inner) {
+        let id = match which.number_in(inner) {
             Ok(id) => id,
             Err(error) => return Ok(Err(error)),
         };
@@ -87,7 +87,7 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
 #[pyfunction]
 pub(crate) fn world_remove_object(world: &World, which: Which) -> PyResult<()> {
     world.modify_or_restore(|inner| {
-        let id = which.find(inner)?;
+        let id = which.number_in(inner)?;
         inner.remove_object(id).map_err(IntoPyErr::into_py_err)
     })
 }

@@ -5,6 +5,7 @@ pub(crate) mod bundle;
 pub(crate) mod edit;
 pub(crate) mod from_description;
 mod light;
+pub(crate) mod many;
 pub(crate) mod rigs;
 pub(crate) mod state;
 mod triangles;

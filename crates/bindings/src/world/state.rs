@@ -18,7 +18,7 @@ pub(crate) struct WorldState {
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
     /// True if `prepared` is of `world` as it is now.
     pub(crate) is_current: bool,
-    /// What it shares with the worlds that came of it, and with those that it came of.
+    /// The parts shared with the worlds that came of it, and with those that it came of.
     pub(crate) family: Arc<PreparedFamily>,
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct EmissiveTriangles {
     tree: LightTree,
 }
 
-/// What the emissive triangles of a scene depend on: equal keys, equal triangles.
+/// Key of the emissive triangles of a scene, all that they depend on: equal keys, equal triangles.
 #[derive(Debug)]
 pub(crate) struct EmissiveKey {
     origin: DVec3,

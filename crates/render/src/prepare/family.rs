@@ -1,68 +1,89 @@
 //! Parts of prepared worlds that a world and all that comes of it share: each is built once while its input lives.
 //!
-//! A part is kept as long as anyone else has what it was built of: a world at a time, a copy or a changed world finds what
-//! the others have built, also when the one that built it is gone.
+//! A part is kept as long as anyone else has the input that it was built of: a world at a time, a copy or a changed world
+//! finds the parts that the others have built, also when the one that built them is gone.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use raycam_scene::{Mesh, Texture};
+/// A part that was built of one input alone.
+pub(crate) trait BuiltPart {
+    /// The input.
+    type Input;
 
-use crate::prepare::mesh::PreparedMesh;
-use crate::prepare::texture::PreparedTexture;
+    /// The input that it was built of.
+    fn input(&self) -> &Arc<Self::Input>;
+}
 
-/// Prepared meshes and textures, by the address of what they were prepared of.
-#[derive(Debug, Default)]
-pub(crate) struct SharedParts {
+/// Built parts by the address of their inputs.
+#[derive(Debug)]
+pub(crate) struct SharedParts<P> {
     /// Locked for look-ups alone: nothing is built or freed meanwhile, and a fork finds it free.
-    parts: Mutex<Parts>,
+    parts: Mutex<HashMap<usize, Arc<P>>>,
 }
 
-#[derive(Debug, Default)]
-struct Parts {
-    meshes: HashMap<usize, Arc<PreparedMesh>>,
-    textures: HashMap<usize, Arc<PreparedTexture>>,
+impl<P> Default for SharedParts<P> {
+    fn default() -> Self {
+        Self { parts: Mutex::default() }
+    }
 }
 
-impl SharedParts {
-    fn lock(&self) -> MutexGuard<'_, Parts> {
+impl<P: BuiltPart> SharedParts<P> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<usize, Arc<P>>> {
         self.parts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The prepared mesh of a mesh, if anyone has built it.
-    pub fn mesh(&self, mesh: &Arc<Mesh>) -> Option<Arc<PreparedMesh>> {
-        self.lock().meshes.get(&address(mesh)).cloned()
+    /// The part of an input, if anyone has built it.
+    pub fn built_of(&self, input: &Arc<P::Input>) -> Option<Arc<P>> {
+        self.lock().get(&Arc::as_ptr(input).addr()).cloned()
     }
 
-    /// A prepared mesh of as many vertices and triangles: perhaps the same mesh in another form.
-    pub fn mesh_of_size(&self, mesh: &Mesh) -> Option<Arc<PreparedMesh>> {
-        let size = |mesh: &Mesh| (mesh.vertices.len(), mesh.triangles.len());
-        self.lock().meshes.values().find(|known| size(&known.mesh) == size(mesh)).cloned()
-    }
-
-    /// The prepared texture of a texture, if there is one.
-    pub fn texture(&self, texture: &Arc<Texture>) -> Option<Arc<PreparedTexture>> {
-        self.lock().textures.get(&address(texture)).cloned()
+    /// Any part for which `fits` is true.
+    pub fn find_part(&self, fits: impl Fn(&P) -> bool) -> Option<Arc<P>> {
+        self.lock().values().find(|part| fits(part)).cloned()
     }
 
     /// Keeps the parts of a world, and frees those whose inputs nobody has any more.
-    pub fn keep<'a>(&self, meshes: impl Iterator<Item = &'a Arc<PreparedMesh>>, textures: &[Arc<PreparedTexture>]) {
+    pub fn keep<'a>(&self, used: impl Iterator<Item = &'a Arc<P>>)
+    where
+        P: 'a,
+    {
         let mut parts = self.lock();
-        parts.meshes.extend(meshes.map(|mesh| (address(&mesh.mesh), mesh.clone())));
-        parts.textures.extend(textures.iter().map(|texture| (address(texture.source()), texture.clone())));
-        let unused = |count: usize, inputs: usize| count == 1 && inputs == 1;
-        let no_mesh =
-            |_: &usize, known: &mut Arc<PreparedMesh>| unused(Arc::strong_count(known), Arc::strong_count(&known.mesh));
-        let no_texture = |_: &usize, known: &mut Arc<PreparedTexture>| {
-            unused(Arc::strong_count(known), Arc::strong_count(known.source()))
-        };
-        let freed: (Vec<_>, Vec<_>) =
-            (parts.meshes.extract_if(no_mesh).collect(), parts.textures.extract_if(no_texture).collect());
+        parts.extend(used.map(|part| (Arc::as_ptr(part.input()).addr(), part.clone())));
+        let unused =
+            |_: &usize, part: &mut Arc<P>| Arc::strong_count(part) == 1 && Arc::strong_count(part.input()) == 1;
+        let freed: Vec<_> = parts.extract_if(unused).collect();
         drop(parts);
         drop(freed);
     }
 }
 
-fn address<T>(part: &Arc<T>) -> usize {
-    Arc::as_ptr(part).addr()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Length(Arc<String>, usize);
+
+    impl BuiltPart for Length {
+        type Input = String;
+
+        fn input(&self) -> &Arc<String> {
+            &self.0
+        }
+    }
+
+    #[test]
+    fn a_part_lives_as_long_as_its_input() {
+        let known = SharedParts::default();
+        let [short, long] = ["a", "abc"].map(|text| Arc::new(String::from(text)));
+        for text in [&short, &long] {
+            known.keep([&Arc::new(Length(text.clone(), text.len()))].into_iter());
+        }
+        assert_eq!(known.built_of(&long).map(|part| part.1), Some(3));
+        assert!(known.find_part(|part| part.1 == 1).is_some());
+        drop(short);
+        known.keep([].into_iter());
+        assert!(known.find_part(|part| part.1 == 1).is_none());
+        assert_eq!(known.built_of(&long).map(|part| part.1), Some(3));
+    }
 }

@@ -53,7 +53,7 @@ pub(crate) struct FlattenedScene {
     pub is_of_moved: bool,
 }
 
-/// Where a prepared world lies.
+/// Origin and size of a prepared world.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
     pub origin: DVec3,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
-use crate::prepare::family::SharedParts;
+use crate::prepare::family::{BuiltPart, SharedParts};
 use crate::prepare::watertight::is_watertight;
 
 /// Mesh and its BVH, whose float32 vertices are relative to `center`.
@@ -42,13 +42,13 @@ pub(crate) struct MeshList {
 
 impl MeshList {
     /// The meshes that objects show, as far as `parts` has them.
-    pub fn new(world: &World, parts: &SharedParts) -> Self {
+    pub fn new(world: &World, parts: &SharedParts<PreparedMesh>) -> Self {
         let mut known: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
         let mut missing = vec![];
         for object in &world.objects {
             let index = object.mesh;
             if known[index].is_none() {
-                known[index] = parts.mesh(&world.meshes[index]);
+                known[index] = parts.built_of(&world.meshes[index]);
                 if known[index].is_none() {
                     missing.push(index);
                 }
@@ -71,7 +71,7 @@ pub(crate) fn prepare_meshes(
     world: &World,
     list: MeshList,
     previous: &[&Arc<PreparedMesh>],
-    parts: &SharedParts,
+    parts: &SharedParts<PreparedMesh>,
     control: &Control,
 ) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
     let MeshList { known: mut meshes, missing } = list;
@@ -90,7 +90,8 @@ pub(crate) fn prepare_meshes(
             control.check()?;
             let mesh = &world.meshes[index];
             let moved = before.get(&index).and_then(|before| before.refit(mesh));
-            let moved = moved.or_else(|| parts.mesh_of_size(mesh).and_then(|before| before.refit(mesh)));
+            let moved = moved
+                .or_else(|| parts.find_part(|known| known.has_size_of(mesh)).and_then(|before| before.refit(mesh)));
             let mesh = match moved {
                 Some(moved) => moved,
                 None => PreparedMesh::build(index, mesh.clone())?,
@@ -133,6 +134,11 @@ impl PreparedMesh {
         *self.is_closed.get_or_init(|| body)
     }
 
+    /// True if a mesh has as many vertices and triangles: perhaps it is the same in another form.
+    fn has_size_of(&self, mesh: &Mesh) -> bool {
+        (self.mesh.vertices.len(), self.mesh.triangles.len()) == (mesh.vertices.len(), mesh.triangles.len())
+    }
+
     /// Same triangles with moved vertices; `None` if a rebuild is required.
     fn refit(&self, mesh: &Arc<Mesh>) -> Option<Self> {
         let before = &*self.mesh;
@@ -152,6 +158,14 @@ impl PreparedMesh {
             center,
             is_closed: OnceLock::new(),
         })
+    }
+}
+
+impl BuiltPart for PreparedMesh {
+    type Input = Mesh;
+
+    fn input(&self) -> &Arc<Mesh> {
+        &self.mesh
     }
 }
 

@@ -11,7 +11,7 @@ use glam::Vec2;
 use raycam_scene::{TexelFilter, Texture, TextureSampler, World};
 
 use crate::error::RenderError;
-use crate::prepare::family::SharedParts;
+use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
@@ -28,8 +28,11 @@ pub(crate) struct PreparedTexture {
 ///
 /// # Errors
 /// [`RenderError::World`] for a texture whose texels do not fit its size or are not finite.
-pub(crate) fn prepare_textures(world: &World, known: &SharedParts) -> Result<Vec<Arc<PreparedTexture>>, RenderError> {
-    let prepare = |texture: &Arc<Texture>| match known.texture(texture) {
+pub(crate) fn prepare_textures(
+    world: &World,
+    known: &SharedParts<PreparedTexture>,
+) -> Result<Vec<Arc<PreparedTexture>>, RenderError> {
+    let prepare = |texture: &Arc<Texture>| match known.built_of(texture) {
         Some(known) => Ok(known),
         None => {
             texture.validate().map_err(|error| RenderError::World(error.to_string()))?;
@@ -42,11 +45,6 @@ pub(crate) fn prepare_textures(world: &World, known: &SharedParts) -> Result<Vec
 impl PreparedTexture {
     pub fn new(texture: Arc<Texture>) -> Self {
         Self { texture, levels: OnceLock::new() }
-    }
-
-    /// The texture that it was prepared of.
-    pub fn source(&self) -> &Arc<Texture> {
-        &self.texture
     }
 
     /// Value at a point.
@@ -88,6 +86,14 @@ impl PreparedTexture {
         }
         let coarse = levels[first + 1].lookup(uv);
         [0, 1, 2, 3].map(|i| fine[i] + (coarse[i] - fine[i]) * between)
+    }
+}
+
+impl BuiltPart for PreparedTexture {
+    type Input = Texture;
+
+    fn input(&self) -> &Arc<Texture> {
+        &self.texture
     }
 }
 

@@ -16,7 +16,7 @@ use crate::prepare::geometry::{Extent, FlattenedScene, Geometry, MAX_ORIGIN_RADI
 use crate::prepare::instance::{PreparedInstance, object_bounds};
 use crate::prepare::material::prepare_materials;
 use crate::prepare::mesh::{MeshList, PreparedMesh, prepare_meshes, rounded_center};
-use crate::prepare::texture::prepare_textures;
+use crate::prepare::texture::{PreparedTexture, prepare_textures};
 use crate::prepare::validate::validate;
 use crate::thread_pool::Workers;
 
@@ -29,11 +29,12 @@ pub struct PreparedWorld {
     family: Arc<PreparedFamily>,
 }
 
-/// What a world and all that comes of it (copies, changed worlds, moments) share: prepared meshes and textures, and the
-/// lights made last. It lives as long as any of them.
+/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed worlds,
+/// moments) share. It lives as long as any of them.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
-    parts: SharedParts,
+    meshes: SharedParts<PreparedMesh>,
+    textures: SharedParts<PreparedTexture>,
     lighting: RecentLighting,
 }
 
@@ -81,16 +82,16 @@ impl PreparedWorld {
     ) -> Result<Self, RenderError> {
         validate(world)?;
         let before = previous.map(|previous| &previous.geometry);
-        let list = MeshList::new(world, &family.parts);
+        let list = MeshList::new(world, &family.meshes);
         let work = if Self::is_brief(world, &list) { 0.0 } else { f64::INFINITY };
         // Otherwise in a pool of this crate: rayon's global pool does not survive a fork.
         let workers = Workers::for_work(threads, work, true)?;
-        let meshes = workers.run(|| instance_meshes(world, list, before, &family.parts, control))?;
+        let meshes = workers.run(|| instance_meshes(world, list, before, &family.meshes, control))?;
         control.check()?;
         let bounds @ [lower, upper] = world_bounds(&world.objects, &meshes);
         let extent = Extent::around(rounded_center(lower, upper), bounds);
         let materials = prepare_materials(&world.materials, &before.map(|b| b.materials.clone()).unwrap_or_default());
-        let textures = Arc::new(prepare_textures(world, &family.parts)?);
+        let textures = Arc::new(prepare_textures(world, &family.textures)?);
         let mut geometry = workers.run(|| Geometry::new(world, meshes, extent, materials, textures))?;
         geometry.object_bounds = object_bounds(&geometry.instances, extent.origin, MAX_ORIGIN_RADII * extent.radius);
         if let Some(before) = before {
@@ -101,7 +102,8 @@ impl PreparedWorld {
         }
         let known = previous.map(|previous| previous.lighting.clone()).into_iter().chain(family.lighting.cells());
         let lighting = LightingCell::new(world, &geometry, &known.collect::<Vec<_>>())?;
-        family.parts.keep(geometry.instances.iter().map(|instance| &instance.mesh), &geometry.textures);
+        family.meshes.keep(geometry.instances.iter().map(|instance| &instance.mesh));
+        family.textures.keep(geometry.textures.iter());
         Ok(Self { geometry, lighting, guiding: Guiding::default(), family: family.clone() })
     }
 
@@ -112,7 +114,7 @@ impl PreparedWorld {
 
     /// True if the calling thread alone prepares a world of this family, in a fraction of a millisecond.
     pub fn is_brief_to_prepare(world: &World, family: &PreparedFamily) -> bool {
-        Self::is_brief(world, &MeshList::new(world, &family.parts))
+        Self::is_brief(world, &MeshList::new(world, &family.meshes))
     }
 
     /// Prepares `world`, the state of `before` at another time, in the current thread pool. `reference` is `before`
@@ -125,8 +127,8 @@ impl PreparedWorld {
         validate(world)?;
         let base = &reference.geometry;
         let family = &reference.family;
-        let list = MeshList::new(world, &family.parts);
-        let meshes = instance_meshes(world, list, Some(base), &family.parts, control)?;
+        let list = MeshList::new(world, &family.meshes);
+        let meshes = instance_meshes(world, list, Some(base), &family.meshes, control)?;
         let extent = Extent::around(base.origin, world_bounds(&world.objects, &meshes));
         let materials = prepare_materials(&world.materials, &base.materials);
         let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone())?;
@@ -185,7 +187,7 @@ fn instance_meshes(
     world: &World,
     list: MeshList,
     previous: Option<&Geometry>,
-    parts: &SharedParts,
+    parts: &SharedParts<PreparedMesh>,
     control: &Control,
 ) -> Result<Vec<Arc<PreparedMesh>>, RenderError> {
     let previous = previous.iter().flat_map(|previous| &previous.instances);

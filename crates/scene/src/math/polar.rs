@@ -15,7 +15,7 @@ pub fn polar(matrix: DMat3) -> Option<(DMat3, DMat3)> {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;
         let change = (next - rotation).to_cols_array().into_iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         rotation = next;
-        if !(change > 1e-15) {
+        if change <= 1e-15 || change.is_nan() {
             break;
         }
     }

@@ -52,6 +52,7 @@ impl<'py> SeriesArray<'py> {
 
 /// Renders `count` pictures into the arrays of their channels; returns the notices.
 #[pyfunction]
+#[allow(clippy::too_many_arguments)]
 pub(crate) fn render_many(
     py: Python<'_>,
     world: &World,
@@ -73,7 +74,7 @@ pub(crate) fn render_many(
     let poses = poses.iter().map(|(which, matrices)| {
         let values = matrices.as_slice().map_err(|_| world_error("poses: expected C-contiguous arrays".into()))?;
         let places = values.as_chunks::<16>().0.iter().map(|rows| affine(rows));
-        Ok((which.find(&inner)?, places.collect::<PyResult<Vec<_>>>()?))
+        Ok((which.number_in(&inner)?, places.collect::<PyResult<Vec<_>>>()?))
     });
     let poses = poses.collect::<PyResult<Vec<_>>>()?;
     let (_, pixels) = checked_region(first, &settings).map_err(IntoPyErr::into_py_err)?;
