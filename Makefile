@@ -14,7 +14,9 @@
 #   make fuzz    a minute of damaged files for each reader; needs nightly Rust and cargo-fuzz
 #
 # Releases
-#   make wheel   a wheel and the source archive in dist/
+#   make wheel   a wheel for this machine and the source archive, in dist/
+#   make wheels  every wheel that Linux can build, and the source archive, in dist/: about half an hour
+#   make check-wheels  what an index asks for, and pictures by the wheel that runs here
 #   make clean   removes everything that was made
 #
 # Each target installs what it needs into .venv. PYTHON chooses the interpreter the .venv is made from.
@@ -43,7 +45,7 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help check lint test proof demo bench leak fuzz docs wheel clean
+.PHONY: help check lint test proof demo bench leak fuzz docs wheel wheels check-wheels clean
 
 help:
 	@sed -n '/^PYTHON/q;s/^# \{0,1\}//p' Makefile
@@ -93,7 +95,29 @@ docs: $(DONE)/build $(DONE)/documentation
 
 wheel: $(DONE)/builder
 	rm -rf dist
-	$(BIN)/maturin build --release --locked --sdist --out dist
+	$(PYTHON) .ci/third_party.py --texts
+	$(BIN)/maturin build --release --locked --sdist --out dist; status=$$?; $(PYTHON) .ci/third_party.py; exit $$status
+
+# zig links for other systems; the Windows wheel needs mingw: apt install gcc-mingw-w64-x86-64.
+ZIG := --zig --compatibility
+wheels: $(DONE)/cross
+	rm -rf dist
+	$(PYTHON) .ci/third_party.py --texts
+	for machine in x86_64 aarch64; do \
+	    $(BIN)/maturin build --release --locked $(ZIG) manylinux2014 --target $$machine-unknown-linux-gnu --out dist; \
+	    $(BIN)/maturin build --release --locked $(ZIG) musllinux_1_2 --target $$machine-unknown-linux-musl --out dist; \
+	    $(BIN)/maturin build --release --locked --zig --target $$machine-apple-darwin --out dist; done
+	$(BIN)/maturin build --release --locked --target x86_64-pc-windows-gnu --out dist
+	$(BIN)/maturin sdist --out dist
+	$(PYTHON) .ci/third_party.py
+
+check-wheels: $(DONE)/cross
+	$(PYTHON) .ci/third_party.py --check
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/abi3audit --strict dist/*.whl
+	$(BIN)/check-wheel-contents dist/*.whl
+	$(BIN)/auditwheel show dist/*manylinux*x86_64*.whl
+	.ci/smoke dist
 
 clean:
 	rm -rf $(VENV) target dist docs/_build docs/_generated demo python/raycam/*.so
@@ -115,6 +139,11 @@ $(DONE)/lint: $(DONE)/builder
 
 $(DONE)/develop: $(DONE)/builder
 	$(BIN)/python -m pip install -q --group dev
+	@touch $@
+
+$(DONE)/cross: $(DONE)/builder
+	$(BIN)/python -m pip install -q --group release
+	rustup target add $(foreach machine,x86_64 aarch64,$(machine)-unknown-linux-gnu $(machine)-unknown-linux-musl $(machine)-apple-darwin) x86_64-pc-windows-gnu
 	@touch $@
 
 $(DONE)/documentation: $(DONE)/builder

@@ -73,7 +73,7 @@ def picture(
     view = scene["camera"]
     world: dict[str, Any] = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": DEPTH},
+        "integrator": {"type": "path", "max_depth": scene.get("depth", DEPTH)},
         "sensor": {
             "type": "perspective",
             "fov": view["fov"],

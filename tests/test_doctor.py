@@ -15,12 +15,37 @@ def test_it_names_what_matters_and_tests_itself() -> None:
         "python",
         "numpy",
         "av",
+        "wheel",
         "processor",
         "instructions",
         "threads",
     ):
         assert part in text
     assert "6912 pixels as the reference has them" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("processor\t: 0\nmodel name\t: A: B 7\nprocessor\t: 1\nmodel name\t: C\n", "A: B 7"),
+        ("processor\t: 0\nCPU implementer\t: 0x41\nCPU part\t: 0xd0c\n", "Neoverse N1"),
+        ("CPU implementer\t: 0x99\nCPU part\t: 0x001\n", "implementer 0x99, part 0x001"),
+    ],
+)
+def test_processors(text: str, name: str) -> None:
+    assert name in (doctor.processor_in(text) or "")
+
+
+def test_a_missing_package_says_what_it_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = doctor.metadata.version
+
+    def version(name: str) -> str:
+        if name == "av":
+            raise doctor.metadata.PackageNotFoundError
+        return real(name)
+
+    monkeypatch.setattr(doctor.metadata, "version", version)
+    assert "missing; for video files: pip install 'raycam[video]'" in doctor.doctor()
 
 
 def test_it_notices_a_wrong_picture(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,7 @@ from .render import render
 from .render.frame import PAGES, Frame
 from .render.many import Frames, render_many
 from .rig import Rig
-from .world import Animation, Object, Video, World
+from .world import Animation, Object, Topology, Video, World
 from .world.load import load
 from .world.texture import Texture
 
@@ -56,6 +56,7 @@ __all__ = [
     "SelfCheck",
     "SettingsError",
     "Texture",
+    "Topology",
     "Video",
     "Viewer",
     "World",
@@ -108,8 +109,15 @@ def _viewer(name: str) -> Any:
     return call
 
 
+def _over(frame: Frame, background: Any) -> Frame:
+    """A frame in front of a background."""
+    from .world.backdrop import laid_over
+
+    return laid_over(frame, background)
+
+
 OPENERS.update(load=load, load_cameras=load_cameras)
-PAGES.update(page=_viewer("page"), show=_viewer("show"))
+PAGES.update(page=_viewer("page"), show=_viewer("show"), over=_over)
 
 
 def __getattr__(name: str) -> Any:

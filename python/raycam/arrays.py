@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import Error, SettingsError
 
-__all__ = ["Bools", "Floats", "floats", "ray_limits", "ray_pairs", "size_of", "whole"]
+__all__ = [
+    "Bools",
+    "Floats",
+    "floats",
+    "limits",
+    "numbers",
+    "paired",
+    "rows_of",
+    "size_of",
+    "triples",
+    "whole",
+]
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -63,38 +75,93 @@ def size_of(
     return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)
 
 
-def ray_pairs(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
-    """Origins and directions, broadcast to two float64 arrays [n, 3], and the shape of the rays before."""
-    pair = []
-    for name, value in (("origins", origins), ("directions", directions)):
-        array = np.asarray(value)
-        if array.dtype.kind not in "fiu" or array.ndim == 0 or array.shape[-1] != 3:
-            raise SettingsError(
-                f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}"
-            )
-        pair.append(array)
-    if pair[0].shape != pair[1].shape and 1 not in (pair[0].ndim, pair[1].ndim):
-        raise SettingsError(
-            f"origins {list(pair[0].shape)} and directions {list(pair[1].shape)} must have the same shape, "
-            "or one of them [3]"
-        )
-    starts, ways = np.broadcast_arrays(*pair)
-    shape = starts.shape[:-1]
-    flat = [np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3) for array in (starts, ways)]
-    return flat[0], flat[1], shape
+def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt.NDArray[Any]:
+    """Returns `value` as an array of numbers, without a copy where it is one: NumPy, lists, `__array__`, or DLPack.
 
-
-def ray_limits(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """Limits of t of rays as a float64 array [1, 1] or [n, 1]; `shape` is that of the rays.
-
-    Raises `SettingsError` for values that are neither one number nor one for each ray.
+    Takes what has `__array__` or `__dlpack__` and lies in the memory of the CPU. Raises `error` with the name for
+    tensors elsewhere, tensors that need a gradient, and what is no number.
     """
-    limits = np.asarray(values)
-    if limits.dtype.kind not in "fiu" or limits.shape not in ((), shape):
-        raise SettingsError(
-            f"{name} must be a number or have the shape of the rays {list(shape)}, not {list(limits.shape)}"
+    if not hasattr(value, "__array__") and hasattr(value, "__dlpack__"):
+        value = _from_dlpack(name, value, error)
+    elif getattr(value, "requires_grad", False):
+        raise error(f"{name} needs a gradient, which raycam does not compute: pass {name}.detach()")
+    elif (place := _device_of(value)) is not None:
+        raise error(f"{name} is on {place}: raycam works on the CPU, pass {name}.cpu()")
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError) as fault:
+        raise error(f"{name} must be numbers: {fault}") from None
+    if array.dtype.kind not in "fiu" and array.size:
+        raise error(f"{name} must be numbers, not of dtype {array.dtype}")
+    return array
+
+
+def _device_of(value: object) -> str | None:
+    """The device of a tensor that is not in the memory of the CPU."""
+    device = getattr(value, "device", None)
+    place = str(device).lower()
+    return (
+        None if device is None or callable(device) or place.startswith(("cpu", "taichi_cpu")) else str(device)
+    )
+
+
+def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[Any]:
+    """The array of a DLPack producer."""
+    cpu_device = 1  # kDLCPU
+    describe = getattr(value, "__dlpack_device__", None)
+    kind = describe()[0] if describe is not None else cpu_device
+    if kind != cpu_device:
+        raise error(
+            f"{name} is on the device type {int(kind)} of DLPack: raycam works on the CPU, copy it there"
         )
-    return np.ascontiguousarray(limits, dtype=np.float64).reshape(-1, 1)
+    try:
+        return np.from_dlpack(value)  # type: ignore[arg-type]
+    except (BufferError, RuntimeError, TypeError) as fault:
+        raise error(f"{name} must be numbers in the memory of the CPU: {fault}") from None
+
+
+def triples(name: str, value: object) -> npt.NDArray[Any]:
+    """`value` as an array of numbers [..., 3] of its own dtype, without a copy where it is one."""
+    array = numbers(name, value)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise SettingsError(
+            f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}"
+        )
+    return array
+
+
+def paired(
+    first: tuple[str, npt.NDArray[Any]], second: tuple[str, npt.NDArray[Any]]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Two arrays [..., 3] broadcast to one shape, as views; raises `SettingsError` with both names and shapes."""
+    try:
+        left, right = np.broadcast_arrays(first[1], second[1])
+    except ValueError:
+        shapes = [f"{name} {list(array.shape)}" for name, array in (first, second)]
+        raise SettingsError(f"{shapes[0]} and {shapes[1]} must have shapes that broadcast") from None
+    return left, right
+
+
+def rows_of(array: npt.NDArray[Any]) -> Floats:
+    """An array [..., 3] as C-contiguous float64 [n, 3]."""
+    return np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3)
+
+
+def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
+    """One number, or one for each ray or point, as float64 [1] or [n]; `shape` is that of the rays or points.
+
+    Raises `SettingsError` for values that do not broadcast to `shape`.
+    """
+    array = numbers(name, values)
+    if array.ndim == 0:
+        return np.full(1, array, dtype=np.float64)
+    try:
+        spread = np.broadcast_to(array, shape)
+    except ValueError:
+        raise SettingsError(
+            f"{name} must be a number or broadcast to the shape {list(shape)}, not {list(array.shape)}"
+        ) from None
+    return np.ascontiguousarray(spread, dtype=np.float64).reshape(-1)
 
 
 def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:

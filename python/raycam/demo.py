@@ -9,6 +9,7 @@ from pathlib import Path
 
 from .errors import Error
 from .io import atomic_files
+from .video.files import has_av
 
 __all__ = ["demo"]
 
@@ -44,11 +45,12 @@ def commands(folder: Path) -> list[str]:
         return shlex.quote(str(folder / name))
 
     world = quoted("spot.toml")
+    film = "orbit.mp4" if has_av() else "orbit.gif"  # PyAV is the extra raycam[video]
     return [
         f"raycam info {world}",
         f"raycam render {world} -o {quoted('flat.png')} --integrator flat --samples 16",
         f"raycam render {world} -o {quoted('lit.png')}",
         f"raycam render {world} -o {quoted('truth.exr')} --samples 4 --channels all",
         f"raycam explain {world} --pixel 470 250 --figure {quoted('explain.svg')}",
-        f"raycam video {world} -o {quoted('orbit.mp4')} --size 480x300 --samples 8 --no-ambient-occlusion",
+        f"raycam video {world} -o {quoted(film)} --size 480x300 --samples 8 --no-ambient-occlusion",
     ]

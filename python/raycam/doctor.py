@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
 import platform
+import subprocess
 import sys
 from collections.abc import Iterator
 from importlib import metadata
@@ -17,7 +20,7 @@ from .errors import Error
 from .render import render
 from .world import World
 
-__all__ = ["doctor", "processor"]
+__all__ = ["doctor", "processor", "processor_in", "wheel"]
 
 
 def doctor() -> str:
@@ -32,27 +35,75 @@ def _lines() -> Iterator[str]:
     yield f"raycam       {_core.__version__}, {Path(__file__).parent}"
     yield f"python       {platform.python_version()}, {sys.executable}"
     yield f"platform     {platform.platform()}"
-    for package in ("numpy", "rich", "av"):
+    yield f"wheel        {wheel()}"
+    for package, extra in PACKAGES.items():
         try:
             yield f"{package:12} {metadata.version(package)}"
         except metadata.PackageNotFoundError:
-            yield f"{package:12} missing: pip install {package}"
+            need = (
+                f"for {EXTRAS[extra]}: pip install 'raycam[{extra}]'" if extra else f"pip install {package}"
+            )
+            yield f"{package:12} missing; {need}"
     yield f"processor    {processor()}"
-    yield f"instructions {_core.instruction_set()}"
+    yield f"instructions {_core.instruction_set()} (the kernel in use)"
     threads = _core.available_threads()
     yield f"threads      {threads} of {os.cpu_count()} (as affinity and control groups allow)"
     yield f"self-test    {_self_test()}"
 
 
+PACKAGES = {"numpy": "", "rich": "", "av": "video", "websockets": "", "pyoidn": "denoise", "usd-core": "usd"}
+"""Packages that raycam uses, with the extra that they come with."""
+EXTRAS = {"video": "video files", "denoise": "--denoise", "usd": "USD files"}
+
+
+def wheel() -> str:
+    """The wheel that is installed, by its tags, or that it was built from source in this folder."""
+    try:
+        installed = metadata.distribution("raycam")
+        about = installed.read_text("WHEEL") or ""
+        source = json.loads(installed.read_text("direct_url.json") or "{}")
+    except (metadata.PackageNotFoundError, ValueError):
+        return "none: the package runs from its source"
+    tags = [line.partition(":")[2].strip() for line in about.splitlines() if line.startswith("Tag:")]
+    editable = source.get("dir_info", {}).get("editable", False)
+    return f"{', '.join(tags) or 'of unknown tags'}{' (editable, built from source)' if editable else ''}"
+
+
 def processor() -> str:
     """The name of the processor, as far as the system reports it."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
+    if sys.platform == "darwin":
+        with contextlib.suppress(OSError, subprocess.SubprocessError):
+            command = ["sysctl", "-n", "machdep.cpu.brand_string"]
+            found = subprocess.run(command, capture_output=True, text=True, check=True, timeout=5)
+            return found.stdout.strip()
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            return processor_in(Path("/proc/cpuinfo").read_text()) or platform.machine()
     return platform.processor() or platform.machine()
+
+
+def processor_in(cpuinfo: str) -> str | None:
+    """The processor in the text of /proc/cpuinfo: its name, or implementer and part where ARM has no name."""
+    values = dict(line.split(":", 1) for line in reversed(cpuinfo.splitlines()) if ":" in line)
+    named = {key.strip(): value.strip() for key, value in values.items()}
+    if "model name" in named:
+        return named["model name"]
+    if "CPU part" in named:
+        implementer, part = named.get("CPU implementer", "?"), named["CPU part"]
+        name = ARM_PARTS.get((implementer, part), f"implementer {implementer}, part {part}")
+        return f"{platform.machine()}, {name}"
+    return None
+
+
+ARM_PARTS = {
+    ("0x41", "0xd08"): "Cortex-A72",
+    ("0x41", "0xd0b"): "Cortex-A76",
+    ("0x41", "0xd0c"): "Neoverse N1",
+    ("0x41", "0xd40"): "Neoverse V1",
+    ("0x41", "0xd49"): "Neoverse N2",
+    ("0x41", "0xd4f"): "Neoverse V2",
+}
+"""Names of ARM's processors by implementer and part (Main ID Register)."""
 
 
 def _self_test() -> str:

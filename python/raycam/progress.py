@@ -15,6 +15,8 @@ __all__ = ["bar", "frames_bar"]
 
 # Seconds. Shorter work shows no bar, and so does not import `rich`.
 SHOW_AFTER_SECONDS = 0.5
+SHOWN = True
+"""False for no progress at all: `--quiet`."""
 LINE_AFTER_SECONDS = 20.0
 """The time between two lines of progress where there is no terminal: in a pipe, a log or a notebook."""
 
@@ -33,7 +35,8 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
         nonlocal shown
         lines.print_progress(done, total)
         if (
-            shown is None
+            SHOWN
+            and shown is None
             and sys.stderr.isatty()
             and done < total
             and time.monotonic() - start > SHOW_AFTER_SECONDS
@@ -61,7 +64,7 @@ class _Lines:
     def print_progress(self, done: int, total: int) -> None:
         """Prints a line if the last one was long ago."""
         now = time.monotonic()
-        if sys.stderr.isatty() or now - self._last < LINE_AFTER_SECONDS or not 0 < done < total:
+        if not SHOWN or sys.stderr.isatty() or now - self._last < LINE_AFTER_SECONDS or not 0 < done < total:
             return
         self._last = now
         left = (now - self._start) * (total - done) / done
@@ -100,7 +103,8 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
         first = done + failed if first is None else first
         lines.print_progress(done + failed, total)
         if (
-            shown is None
+            SHOWN
+            and shown is None
             and sys.stderr.isatty()
             and done < total
             and time.monotonic() - start > SHOW_AFTER_SECONDS

@@ -54,6 +54,17 @@ def test_a_file_of_the_user_comes_first(
     assert "12 triangles" in said.out or "triangles  12" in said.out
 
 
+def test_cameras_and_sky() -> None:
+    world = raycam.data.spot()
+    for camera, model in ((raycam.data.camera(), "opencv"), (raycam.data.fisheye(), "fisheye")):
+        assert (camera.model, camera.size) == (model, (640, 480))
+        seen = raycam.render(world, camera.resized((64, 48)), integrator="flat", samples=1)["instance"]
+        assert (seen == 0).mean() > 0.05, "Spot is in the picture"
+    lit = raycam.load(raycam.data.path("spot.glb"))
+    lit.add_light("environment", image=raycam.data.sky())
+    assert raycam.render(lit, lit.default_camera((16, 12)), samples=1)["color"].max() > 0.1
+
+
 def test_worlds_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     world = raycam.data.spot()

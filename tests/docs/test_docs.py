@@ -21,9 +21,18 @@ import raycam
 from raycam import cli
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ["README.md", *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").glob("*.md"))]
+MADE = {"_build", "_generated", "lab-notes", "reference"}
+PAGES = [
+    "README.md",
+    *(
+        str(path.relative_to(ROOT))
+        for path in sorted((ROOT / "docs").rglob("*.md"))
+        if not MADE & set(path.parts)
+    ),
+]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 # Makes every one of its own pictures; tested as a command, at its own size, in test_demo.py.
+SAMPLES = re.compile(r"\bsamples=\d+")
 SLOW = ("raycam demo",)
 
 
@@ -35,6 +44,7 @@ def blocks(page: str) -> Iterator[tuple[str, str, int]]:
 
 
 def run_python(code: str, page: str, line: int, names: dict[str, object]) -> None:
+    code = SAMPLES.sub("samples=1", code)
     exec(compile("\n" * line + code, page, "exec"), names)
 
 
@@ -59,7 +69,10 @@ def type_commands(text: str, page: str) -> None:
     for line in text.replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
         if words[:1] == ["raycam"] and not line.startswith(SLOW):
-            assert cli.main(words[1:]) == 0, f"{page}: {line}"
+            words = [
+                word if before != "--samples" else "1" for before, word in zip(words, words[1:], strict=False)
+            ]
+            assert cli.main(words) == 0, f"{page}: {line}"
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -67,6 +80,7 @@ def test_every_block_of_the_page_runs(page: str, tmp_path: Path, monkeypatch: py
     shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys.modules["raycam.render"], "DEFAULT_SAMPLES", 1)
+    monkeypatch.setitem(sys.modules["raycam.render"].STUDIO, "samples", 1)
     world = Path("spot.toml").read_text(encoding="utf-8")
     world = re.sub(
         r"^samples = .*", "samples = 1", world.replace("occlusion = true", "occlusion = false"), flags=re.M
@@ -83,6 +97,18 @@ def test_every_block_of_the_page_runs(page: str, tmp_path: Path, monkeypatch: py
             write_world(text, page)
         elif language == "sh":
             type_commands(text, page)
+
+
+def test_how_to_pages_are_short_and_have_their_pictures() -> None:
+    pages = sorted((ROOT / "docs" / "howto").glob("*.md"))
+    assert len(pages) > 20
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert text.count("\n") <= 60, f"{page.name} is long"
+        for name in re.findall(r"images/howto/([\w-]+)\.jpg", text):
+            picture = ROOT / "docs" / "images" / "howto" / f"{name}.jpg"
+            assert picture.stat().st_size < 60_000
+            assert f"{name}.png" in text, f"{page.name}: no block makes {name}.png"
 
 
 def test_a_wrong_answer_is_noticed() -> None:

@@ -222,3 +222,139 @@ def test_hits_are_the_same_in_any_order_and_batch() -> None:
         alone = world.cast_rays(origins[i], directions[i])
         assert all(np.array_equal(alone[name], hits[name][i], equal_nan=True) for name in hits)
     assert np.array_equal(world.occluded(origins, directions), hits["instance"] >= 0)
+
+
+def test_fields_are_those_asked_for() -> None:
+    world = raycam.World()
+    world.add_object(
+        plane={"size": [2, 2]}, matrix=np.diag([1, 1, -1, 1]), color=[0.2, 0.4, 0.6], category="floor"
+    )
+    fields = ["distance", "front", "uv", "material", "category", "albedo", "shading_normal", "instance"]
+    hits = world.cast_rays(
+        [[0.5, 0.25, 3], [0.5, 0.25, -3], [9, 9, 9]], [[0, 0, -2], [0, 0, 2], [0, 0, -2.0]], fields=fields
+    )
+    assert list(hits) == fields
+    assert {name: values.dtype.name for name, values in hits.items()} == {
+        "distance": "float64",
+        "front": "bool",
+        "uv": "float64",
+        "material": "int32",
+        "category": "int32",
+        "albedo": "float32",
+        "shading_normal": "float64",
+        "instance": "int32",
+    }
+    assert hits["distance"].tolist() == [3, 3, np.inf]
+    # A mirrored plane keeps its outside: below, where the mirror has put it.
+    assert hits["front"].tolist() == [False, True, False]
+    assert hits["shading_normal"].tolist() == [[0, 0, 1], [0, 0, -1], [0, 0, 0]]
+    assert hits["material"].tolist() == [0, 0, -1]
+    assert hits["category"][0] == hits["category"][1] != hits["category"][2] == -1
+    np.testing.assert_allclose(hits["albedo"], [[0.2, 0.4, 0.6]] * 2 + [[0, 0, 0]], rtol=1e-6)
+    assert np.isnan(hits["uv"][2]).all()
+    with pytest.raises(raycam.SettingsError, match="'instanze'; did you mean 'instance'"):
+        world.cast_rays([0, 0, 1], [0, 0, -1], fields=["t", "instanze"])
+
+
+def test_skip_leaves_out_where_a_ray_starts() -> None:
+    world = ball(3)
+    random = np.random.default_rng(1)
+    outer = random.normal(size=(500, 3)) * 5
+    first = world.cast_rays(outer, random.normal(size=(500, 3)) * 0.2 - outer)
+    onward = random.normal(size=(500, 3))
+    skipped = world.cast_rays(first["position"], onward, skip=(first["instance"], first["triangle"]))
+    assert not ((skipped["triangle"] == first["triangle"]) & (skipped["instance"] == first["instance"]))[
+        first["instance"] >= 0
+    ].any()
+    inwards = (onward * first["normal"]).sum(axis=1) < -0.1
+    assert (skipped["instance"][inwards] == 0).all()
+    assert (world.cast_rays(outer, -outer, skip=(0, -1))["instance"] == -1).all()
+    assert (world.cast_rays(outer, -outer, skip=(-1, 3))["instance"] == 0).all()
+    np.testing.assert_array_equal(
+        world.occluded(first["position"], onward, skip=(first["instance"], first["triangle"]))[inwards], True
+    )
+    with pytest.raises(raycam.SettingsError, match="skip"):
+        world.cast_rays(outer, -outer, skip=3)  # type: ignore[arg-type]
+    with pytest.raises(raycam.SettingsError, match=r"skip\[1\].*whole numbers"):
+        world.cast_rays(outer, -outer, skip=(0, 0.5))
+
+
+def test_choice_of_objects_sides_and_surfaces() -> None:
+    world = raycam.World()
+    for z, name, material in ((3, "glass", {"type": "glass"}), (2, "lid", {}), (1, "floor", {})):
+        world.add_object(plane={"size": [4, 4]}, location=[0, 0, z], name=name, **material)
+    random = np.random.default_rng(3)
+    origins = random.uniform(-1, 1, (3, 70, 3)) + np.array([0, 0, 6.0])
+    directions = random.uniform(-0.1, 0.1, (3, 70, 3)) - [0, 0, 1.0]
+
+    def seen(**options: object) -> npt.NDArray[np.int32]:
+        found = world.cast_rays(origins, directions, **options)["instance"]  # type: ignore[arg-type]
+        np.testing.assert_array_equal(found >= 0, world.occluded(origins, directions, **options))  # type: ignore[arg-type]
+        return found
+
+    assert (seen() == 0).all()
+    assert (seen(surface="solid") == 1).all()
+    assert (seen(exclude="glass") == 1).all()
+    assert (seen(objects=["floor", 0], exclude=[0]) == 2).all()
+    assert (seen(facing="front") == 0).all()
+    assert (seen(facing="back") == -1).all()
+    assert (seen(objects=[]) == -1).all()
+    # The same after so many rays that all objects share one tree.
+    world.cast_rays(np.repeat(origins.reshape(-1, 3), 20, axis=0), [0, 0, -1.0])
+    assert (seen(exclude="glass") == 1).all()
+    assert (seen(skip=(0, -1), objects=[0, 2]) == 2).all()
+    with pytest.raises(raycam.SettingsError, match="did you mean 'front'"):
+        world.cast_rays(origins, directions, facing="fromt")  # type: ignore[arg-type]
+    with pytest.raises(raycam.SettingsError, match="exact kernel"):
+        world.cast_rays(origins, directions, objects=[0], exact=False)
+
+
+def test_arrays_come_in_any_form() -> None:
+    world = ball(2)
+    random = np.random.default_rng(8)
+    eyes, ways = random.normal(size=(4, 1, 3)) * 3, random.normal(size=(5, 3))
+    spread = world.cast_rays(eyes, ways)
+    assert spread["t"].shape == (4, 5)
+    full = world.cast_rays(np.broadcast_to(eyes, (4, 5, 3)).copy(), np.broadcast_to(ways, (4, 5, 3)).copy())
+    np.testing.assert_array_equal(spread["t"], full["t"])
+    strided = np.zeros((10, 6), dtype=">f8")
+    strided[::2, ::2] = ways
+    np.testing.assert_array_equal(world.cast_rays(eyes, strided[::2, ::2])["t"], full["t"])
+
+    class Produced:
+        """A tensor of another library, which has DLPack alone."""
+
+        def __init__(self, array: Floats, device: tuple[int, int] = (1, 0)) -> None:
+            self.array, self.place = array, device
+
+        def __dlpack__(self, **options: object) -> object:
+            return self.array.__dlpack__()
+
+        def __dlpack_device__(self) -> tuple[int, int]:
+            return self.place
+
+    np.testing.assert_array_equal(world.cast_rays(Produced(eyes), Produced(ways))["t"], full["t"])
+    with pytest.raises(raycam.SettingsError, match="origins is on the device type 2"):
+        world.cast_rays(Produced(eyes, (2, 0)), ways)
+
+    class Tensor:
+        """A tensor of torch, as far as it is looked at."""
+
+        def __init__(self, device: str, requires_grad: bool) -> None:
+            self.device, self.requires_grad = device, requires_grad
+
+        def __array__(self, *_: object, **__: object) -> Floats:
+            return ways
+
+    assert world.cast_rays(eyes, Tensor("cpu", False))["t"].shape == (4, 5)  # type: ignore[arg-type]
+    with pytest.raises(raycam.SettingsError, match=r"directions is on cuda:0.*directions\.cpu\(\)"):
+        world.cast_rays(eyes, Tensor("cuda:0", False))  # type: ignore[arg-type]
+    with pytest.raises(raycam.SettingsError, match=r"directions\.detach\(\)"):
+        world.cast_rays(eyes, Tensor("cpu", True))  # type: ignore[arg-type]
+    for wrong in ([[1, 2]], "abc", [[1, 2, "x"]], [[1j, 0, 0]]):
+        with pytest.raises(raycam.SettingsError, match="origins"):
+            world.cast_rays(wrong, ways)  # type: ignore[arg-type]
+    with pytest.raises(raycam.SettingsError, match=r"origins \[2, 3\] and directions \[5, 3\]"):
+        world.cast_rays(np.zeros((2, 3)), ways)
+    answers = world.cast_rays(eyes, ways)
+    assert all(values.flags.writeable and values.flags.c_contiguous for values in answers.values())

@@ -3,8 +3,6 @@
 use glam::{DMat3, DVec3};
 use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use raycam_render::RayHits;
 
 use crate::error::settings_error;
 
@@ -44,17 +42,4 @@ pub(crate) fn rows_of(m: DMat3) -> [[f64; 3]; 3] {
 /// A point or vector.
 pub(crate) fn vector(v: [f64; 3]) -> DVec3 {
     DVec3::from_array(v)
-}
-
-/// Hits of rays, by the names of `World.cast_rays`.
-pub(crate) fn hits_to_dict(py: Python<'_>, hits: RayHits) -> PyResult<Bound<'_, PyDict>> {
-    let n = hits.t.len();
-    let dict = PyDict::new(py);
-    dict.set_item("t", array(py, hits.t, &[n])?)?;
-    dict.set_item("instance", array(py, hits.instance, &[n])?)?;
-    dict.set_item("triangle", array(py, hits.triangle, &[n])?)?;
-    dict.set_item("barycentric", array(py, hits.barycentric.into_flattened(), &[n, 3])?)?;
-    dict.set_item("normal", array(py, hits.normal.into_flattened(), &[n, 3])?)?;
-    dict.set_item("position", array(py, hits.position.into_flattened(), &[n, 3])?)?;
-    Ok(dict)
 }

@@ -9,6 +9,7 @@ mod camera;
 mod error;
 mod interruptible;
 mod py_value;
+mod queries;
 mod render;
 mod world;
 
@@ -25,6 +26,15 @@ mod core {
     use crate::camera::rig::Rig;
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
+    #[pymodule_export]
+    use crate::queries::points::{
+        world_closest_points, world_distance, world_inside, world_signed_distance, world_topology, world_visible,
+        world_winding_number,
+    };
+    #[pymodule_export]
+    use crate::queries::rays::{
+        ray_fields, world_cast_rays, world_count_intersections, world_intersections, world_occluded,
+    };
     #[pymodule_export]
     use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
     #[pymodule_export]

@@ -7,14 +7,14 @@
 //! ```text
 //! src/
 //! ├── error  ray  limits  aabb   errors, rays and hits, limits, the AABB
-//! ├── exact/                     error-free arithmetic, exact signs of rays and triangles
+//! ├── exact/                     error-free arithmetic, exact signs of rays and triangles, closest points
 //! ├── node                       wide nodes and leaves in 256-byte blocks
 //! ├── platform/                  instruction set dispatch, huge pages, streaming stores
 //! ├── simd/                      vectors of 8 and 16 floats: portable, AVX2, AVX-512, NEON
 //! ├── build/                     binned SAH over triangle pairs, in treelets, collapsed to eight children
 //! ├── blas/                      Bvh: build, refit, bounding boxes
 //! ├── scene/                     Scene: instances, re-braided TLAS, flattened scenes, queries
-//! └── traverse/                  ray streams, frustum packets, interleaved single rays, float64 hits
+//! └── traverse/                  ray streams, frustum packets, interleaved single rays, float64 hits, crossings, points
 //! ```
 //!
 //! A folder imports only folders above it in this list; `scene/query` stands on top of all.
@@ -59,6 +59,7 @@ pub use crate::platform::dispatch::{InstructionSet, WithSimd, dispatch_simd};
 pub use crate::platform::huge_page_vec::zeroed_huge;
 pub use crate::platform::streaming_store::{Pod, StreamingWriter, with_streaming_stores};
 pub use error::BuildError;
-pub use ray::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
+pub use ray::{ClosestPoint, Coherence, Crossing, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+pub use scene::query::squared_distance_to_triangle;
 pub use scene::{ExactTriangles, Instance, Scene};
 pub use simd::prefetch;

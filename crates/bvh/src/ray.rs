@@ -90,6 +90,21 @@ pub struct ExactHit {
     pub normal: [f64; 3],
 }
 
+impl ExactRay {
+    /// The sign of the direction along the normal (b - a) x (c - a) of a triangle that the line hits, exactly: 1 if the ray
+    /// leaves through the back, -1 if it enters by the front; 0 edge on.
+    pub fn side(&self, [a, b, c]: [[f64; 3]; 3]) -> i32 {
+        let ray = RayPredicates { origin: self.origin, direction: self.direction };
+        (ray.edge_sign(a, b) + ray.edge_sign(b, c) + ray.edge_sign(c, a)).signum()
+    }
+
+    /// The sign of d . (a - o) x (b - o) for the origin o, moved by an infinitesimal vector, and the direction d: the side on
+    /// which the line passes an edge. 0 only for an edge parallel to the ray.
+    pub fn edge_side(&self, a: [f64; 3], b: [f64; 3]) -> i32 {
+        RayPredicates { origin: self.origin, direction: self.direction }.moved_edge_sign(a, b)
+    }
+}
+
 impl ExactHit {
     /// The hit with t and weights off by one unit in the last place at most, from the corners of its triangle.
     pub fn refined(self, ray: &ExactRay, corners: [[f64; 3]; 3]) -> ExactHit {
@@ -100,6 +115,50 @@ impl ExactHit {
     /// The hit of a ray that misses.
     pub const MISS: ExactHit =
         ExactHit { t: f64::INFINITY, u: 0.0, v: 0.0, instance: INVALID_ID, triangle: INVALID_ID, normal: [0.0; 3] };
+}
+
+/// The choice of hits that count for a ray, by the ray's index in the batch.
+pub trait HitFilter {
+    /// True if triangles of an instance may count.
+    fn accepts_instance(&self, ray: usize, instance: u32) -> bool;
+
+    /// True if a hit counts; its instance was accepted. Everything but `t` is set.
+    fn accepts(&self, ray: usize, hit: &ExactHit) -> bool;
+}
+
+/// A crossing of a ray and a surface. The ray is moved by an infinitesimal vector, so it passes no edge and no corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// The hit; its t and weights are off by one unit in the last place at most.
+    pub hit: ExactHit,
+    /// 1 if the ray leaves through the back of the surface, -1 if it enters by the front.
+    pub side: i32,
+}
+
+/// The point of a scene that is closest to a given point, computed from float64 corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosestPoint {
+    /// In the world; infinity without a point in reach.
+    pub distance: f64,
+    /// In the world; NaN without a point in reach.
+    pub position: [f64; 3],
+    /// Barycentric weights of the corners, of sum 1; 0 without a point in reach.
+    pub weights: [f64; 3],
+    /// Index into the instances of the scene, or [`INVALID_ID`].
+    pub instance: u32,
+    /// Index into the triangles of that instance's mesh, or [`INVALID_ID`].
+    pub triangle: u32,
+}
+
+impl ClosestPoint {
+    /// The answer without a point in reach.
+    pub const MISS: ClosestPoint = ClosestPoint {
+        distance: f64::INFINITY,
+        position: [f64::NAN; 3],
+        weights: [0.0; 3],
+        instance: INVALID_ID,
+        triangle: INVALID_ID,
+    };
 }
 
 /// The caller's knowledge of a batch. A hint for speed; hits do not depend on it.

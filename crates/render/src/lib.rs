@@ -27,7 +27,7 @@
 //! | `integrator` | path tracing, ambient occlusion, unlit colours |
 //! | `ground_truth` | exact rays through pixel centres and their channels |
 //! | `tile_renderer` | camera rays, shading and resolve of one tile |
-//! | `annotations` | flow, keypoints, amodal masks, ray queries |
+//! | `annotations` | flow, keypoints, amodal masks, queries of rays and points |
 //!
 //! A folder uses folders above it in this table alone; `prepare/world.rs`, which composes the prepared world, stands
 //! between `light` and `motion`.
@@ -71,7 +71,6 @@ mod soa;
 mod thread_pool;
 mod tile_renderer;
 
-pub use crate::annotations::ray_queries::RayHits;
 pub use crate::film::channel::{Channel, PixelType};
 pub use crate::film::frame::Frame;
 pub use crate::film::image_plane::ImagePlane;

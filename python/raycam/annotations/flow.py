@@ -66,16 +66,17 @@ def flow(
 
 
 def disparity(
-    world: World,
-    left: Camera | Rig,
-    right: Camera | None = None,
+    world: World | str | os.PathLike[str],
+    left: Camera | Rig | str | os.PathLike[str],
+    right: Camera | str | os.PathLike[str] | None = None,
     *,
     of: Literal["left", "right"] = "left",
     threads: int | None = None,
 ) -> Maps:
     """The disparity of a rectified pair, x_left - x_right in pixels, in the picture of one of its cameras.
 
-    The pair is two cameras, or the first two cameras of a rig, left and right. `of` chooses the picture. Returns
+    The pair is two cameras, or the first two cameras of a rig, left and right; names of cameras and rigs of the world,
+    and paths, will do. `of` chooses the picture. Returns
     `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] of the other camera,
     as `flow` does. With focal length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 
@@ -83,6 +84,13 @@ def disparity(
     skew and row of the principal point, no lens, and its right camera lies to the right along the x axis of the left
     one. `Rig.rectified` makes one of any two cameras.
     """
+    world = world_of(world)
+    if isinstance(left, str) and left in world.rigs:
+        left = world.rigs[left]
+    if isinstance(left, str | os.PathLike):
+        left = camera_of(world, left)
+    if isinstance(right, str | os.PathLike):
+        right = camera_of(world, right)
     if not isinstance(left, Camera):
         if right is not None:
             raise CameraError("a rig has both cameras of the pair: give the rig alone, or two cameras")

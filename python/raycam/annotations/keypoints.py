@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import Bools, Floats, floats, whole
 from ..camera import Camera
+from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
 from ..world import World
 
@@ -36,8 +38,8 @@ class Keypoints:
 
 
 def keypoints(
-    world: World,
-    camera: Camera,
+    world: World | str | os.PathLike[str],
+    camera: Camera | str | os.PathLike[str] | None,
     points: npt.ArrayLike,
     objects: Sequence[int] | None = None,
     *,
@@ -46,6 +48,8 @@ def keypoints(
     threads: int | None = None,
 ) -> Keypoints:
     """The images of `points` [n, 3], and the objects that occlude them.
+
+    `world` and `camera` may be paths and names, as in `raycam.render`.
 
     `points` are in the world. With `objects`, one object id for each, they are in the coordinates of the objects'
     meshes and move with the objects. With `triangles`, one for each, they are barycentric weights of the triangles'
@@ -58,6 +62,8 @@ def keypoints(
     Raises `SettingsError` for unknown object or triangle ids, for weights whose sum is not 1, and for points in the
     coordinates of a skinned mesh.
     """
+    world = world_of(world)
+    camera = camera_of(world, camera)
     places = floats("points", points, ("n", 3))
     if triangles is not None and objects is None:
         raise SettingsError(

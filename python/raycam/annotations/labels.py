@@ -14,7 +14,7 @@ from .. import _core
 from ..arrays import Bools, Floats, product, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
-from ..errors import SettingsError
+from ..errors import SettingsError, nearest
 from ..render import render
 from ..world import World
 
@@ -186,10 +186,18 @@ def label(
     return found
 
 
-def box3d(world: World, number: int) -> Box3D:
-    """The oriented box around an object in the world; raises `SettingsError` for an unknown object.
+def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
+    """The oriented box around an object of the world, by its id or its name.
+
+    Raises `SettingsError` for an unknown object.
 
     Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
     """
+    world = world_of(world)
+    if isinstance(number, str):
+        names = {item.name: item.id for item in world.objects}
+        if number not in names:
+            raise SettingsError(nearest("object", number, list(names)))
+        number = names[number]
     rotation, center, size = _core.oriented_box(world._core, whole("object", number, 0, 1 << 31))
     return Box3D(np.array(rotation), np.array(center), np.array(size))

@@ -1,4 +1,4 @@
-"""The command line: one file per command, shared options in `_options.py`, `_job_options.py` and `_rigs.py`.
+"""The command line: one file per command, shared options in `_options.py`, `_job_options.py` and `options/`.
 
 Start-up time is part of every command's time, so a module that only one command needs is imported in that command's
 function.
@@ -11,14 +11,29 @@ import contextlib
 import os
 import re
 import sys
+import traceback
 import warnings
 from collections.abc import Sequence
 from typing import NoReturn
 
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
-from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video, view
-from ._options import TOLD
+from . import (
+    bench,
+    cameras,
+    completion,
+    dataset,
+    demo,
+    doctor,
+    explain,
+    info,
+    render,
+    selfcheck,
+    status,
+    video,
+    view,
+)
+from ._options import LOUDNESS, TOLD, add_loudness, set_loudness
 
 __all__ = ["COMMANDS", "main"]
 
@@ -36,15 +51,22 @@ COMMANDS = {
     "doctor": doctor.COMMAND,
     "bench": bench.COMMAND,
     "demo": demo.COMMAND,
+    "completion": completion.COMMAND,
 }
 """The commands by name, in the order of the help."""
 
-SHORT_HELP = """raycam sees worlds of triangles through any camera matrix.
+LONG = {"render": "WORLD [-o FILE]", "video": "WORLD -o FILE", "dataset": "WORLD -o FOLDER"}
+"""The arguments of commands with more options than a usage line should list."""
 
-  raycam render spot.toml -o spot.png     a picture; spot.toml comes with raycam
-  raycam view spot.toml                   look at it live in the browser
-  raycam demo DIR                         a world, pictures and a video to begin with
-  raycam --help                           all commands; raycam COMMAND --help, their options"""
+SHORT_HELP = """raycam renders your model: pictures, ground truth, videos, through any camera.
+
+  raycam render model.glb                      a picture, model.png
+  raycam render model.glb --turntable          a video that turns around it, model.mp4
+  raycam render model.glb --camera calib.yaml  through your calibrated camera
+  raycam view model.glb                        look at it live in the browser
+  raycam --help                                all commands; raycam COMMAND --help, their options
+
+No model at hand? spot.toml and spot/cow.obj come with raycam; raycam demo DIR shows what it can."""
 
 STOPPED = 130  # the exit status by which shells report Ctrl-C
 
@@ -53,6 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command and returns its exit status: 0, 1 for an error, 2 for a wrong command line."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     TOLD.clear()
+    set_loudness(quiet=False, verbose=False)
     _open_closed_streams()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)  # commands print notices themselves
@@ -68,6 +91,7 @@ def _main(words: Sequence[str]) -> int:
         if words and not words[0].startswith("-") and words[0] not in COMMANDS:
             parser.error(nearest("command", words[0], list(COMMANDS)))
         options = parser.parse_args(_joined(words))
+        set_loudness(options.quiet, options.verbose)
         options.run(options)
         sys.stdout.flush()
         return 0
@@ -79,6 +103,8 @@ def _main(words: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (Error, ValueError, OSError, MemoryError) as error:
+        if LOUDNESS["verbose"]:
+            traceback.print_exc()
         print(f"raycam: error: {_message(error)}", file=sys.stderr)
         return 2 if isinstance(error, SettingsError) else 1
 
@@ -140,19 +166,23 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="raycam",
-        description="Virtual worlds made of triangles, seen through any camera matrix.",
+        description="Renders models and worlds on the CPU: pictures, exact ground truth, data sets and videos.",
         epilog="Begin with `raycam demo DIR`: a world, pictures and a video. `raycam COMMAND --help` shows more.",
     )
-    parser.set_defaults(main=main)  # `demo` runs other commands
+    made: dict[str, argparse.ArgumentParser] = {}
+    parser.set_defaults(main=main, commands=lambda: made)  # for `demo`, which runs others, and `completion`
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
     for name, (add, help_text, examples) in COMMANDS.items():
         command = commands.add_parser(
             name,
             help=help_text,
+            usage=None if name not in LONG else f"raycam {name} {LONG[name]} [options]",
             description=f"{help_text[0].upper()}{help_text[1:]}.",
             epilog="examples:\n" + "\n".join(f"  {example}" for example in examples),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        made[name] = command
         add(command)
+        add_loudness(command)
     return parser

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import SettingsError
+from .options.framing import add_preset, is_framed, preset, reject_look
 
 if TYPE_CHECKING:
     from ..calibration import Cameras
@@ -18,6 +19,38 @@ if TYPE_CHECKING:
 
 TOLD: set[str] = set()
 """The notices that this command has printed."""
+LOUDNESS = {"quiet": False, "verbose": False}
+"""The options `--quiet` and `--verbose` of this command."""
+
+
+def add_loudness(command: argparse.ArgumentParser) -> None:
+    """Adds `--quiet` and `--verbose`."""
+    group = command.add_argument_group("messages")
+    which = group.add_mutually_exclusive_group()
+    which.add_argument("--quiet", action="store_true", help="print errors and asked for results alone")
+    which.add_argument(
+        "--verbose", action="store_true", help="print the settings and times, and a traceback after an error"
+    )
+
+
+def set_loudness(quiet: bool, verbose: bool) -> None:
+    """Sets how much this command prints."""
+    from .. import progress
+
+    LOUDNESS.update(quiet=quiet, verbose=verbose)
+    progress.SHOWN = not quiet
+
+
+def print_result(text: str) -> None:
+    """Prints the line that names a written file, unless `--quiet` is given."""
+    if not LOUDNESS["quiet"]:
+        print(text)
+
+
+def print_detail(text: str) -> None:
+    """Prints a line on stderr if `--verbose` is given."""
+    if LOUDNESS["verbose"]:
+        print(f"raycam: {text}", file=sys.stderr, flush=True)
 
 
 class Command(NamedTuple):
@@ -86,7 +119,22 @@ def add_known(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"
     )
+    add_convention(command)
     add_lens(command)
+
+
+def add_convention(command: argparse.ArgumentParser) -> None:
+    """Adds the direction and the axes of poses whose file states neither."""
+    command.add_argument(
+        "--direction",
+        metavar="NAME",
+        help="of matrices whose file does not state it: world_from_camera (default) or camera_from_world",
+    )
+    command.add_argument(
+        "--axes",
+        metavar="NAME",
+        help="of the camera in matrices whose file does not state them: opencv (default) or opengl",
+    )
 
 
 def add_lens(command: argparse.ArgumentParser) -> None:
@@ -107,7 +155,8 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     if getattr(options, "intrinsics", None) is not None:
         intrinsics = next(iter(load_cameras(options.intrinsics, size=size, lens=lens).values()))
         lens = None
-    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics, lens=lens)
+    convention = {name: getattr(options, name, None) for name in ("direction", "axes")}
+    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics, lens=lens, **convention)
     print_notices(cameras.notices)
     return cameras
 
@@ -130,9 +179,8 @@ class Renamed(argparse.Action):
 
 def add_rendering(command: argparse.ArgumentParser) -> None:
     """Adds the arguments of `raycam.render`."""
-    group = command.add_argument_group(
-        "rendering", "what is not given is what [render] of the world file says"
-    )
+    group = command.add_argument_group("quality", "what is not given is what [render] of the world file says")
+    add_preset(group)
     group.add_argument(
         "--integrator",
         metavar="NAME",
@@ -225,8 +273,10 @@ RENDERING = (
 
 
 def rendering(options: argparse.Namespace) -> dict[str, Any]:
-    """The given options of `add_rendering`, as arguments of `raycam.render`."""
-    return {name: value for name in RENDERING if (value := getattr(options, name)) is not None}
+    """The given options of `add_rendering`, and those of `--preset`, as arguments of `raycam.render`."""
+    return preset(options) | {
+        name: value for name in RENDERING if (value := getattr(options, name)) is not None
+    }
 
 
 def size_of(text: str) -> tuple[int, int]:
@@ -272,8 +322,9 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
 
 def view(world: World, options: argparse.Namespace) -> Camera:
     """The camera of `--camera` and `--size`."""
-    if options.camera is None and not world.cameras:
-        return world.default_camera(options.size or (640, 480))
+    if is_framed(world, options):
+        return world.view_from(**_framing(options))
+    reject_look(options, ("view_from", "zoom", "fov"), "frames the whole world; it goes without --camera")
     if options.camera is None:
         camera = world.default_camera()
     elif options.camera not in world.cameras and (file := calibration_file(options.camera)) is not None:
@@ -293,6 +344,23 @@ def view(world: World, options: argparse.Namespace) -> Camera:
             f"--size {new_width}x{new_height} would stretch the picture of the camera, which has {width} x {height}"
         )
     return camera.resized(options.size)
+
+
+def turning_view(world: World, options: argparse.Namespace) -> Camera:
+    """The camera that frames a world that turns around the upright axis through its middle."""
+    from ..world.framing import framing_camera
+
+    return framing_camera(world, **_framing(options), turning=True)
+
+
+def _framing(options: argparse.Namespace) -> dict[str, Any]:
+    """The options of looks as arguments of `World.view_from`."""
+    given = {name: getattr(options, name, None) for name in ("fov", "zoom")}
+    return {
+        "size": options.size or (640, 480),
+        "direction": getattr(options, "view_from", None) or "default",
+        **{name: value for name, value in given.items() if value is not None},
+    }
 
 
 def calibration_file(text: str) -> tuple[str, str] | None:
@@ -320,8 +388,13 @@ def load_world(options: argparse.Namespace) -> World:
             f"{options.world}: there is no such file here, so the one that comes with raycam is meant"
         )
     folder = getattr(options, "folder", None)
-    world = load(path, texture_memory=options.texture_memory, folder=folder)
+    up = getattr(options, "up", None)
+    guessed = up is None and os.fspath(path).lower().endswith(".obj")
+    world = load(path, texture_memory=options.texture_memory, folder=folder, up="y" if guessed else up)
+    if guessed:
+        print_notice("taken as y up, as most OBJ files are; --up z if it lies on its side")
     print_notices(world.notices)
+    print_detail(f"{world!r}, bounds {[] if world.bounds is None else world.bounds.round(6).tolist()}")
     return world
 
 
@@ -335,4 +408,6 @@ def print_notice(notice: str) -> None:
     """Prints a notice on stderr at once, unless this command has printed it before."""
     if notice not in TOLD:
         TOLD.add(notice)
+        if LOUDNESS["quiet"]:
+            return
         print(f"raycam: notice: {notice}", file=sys.stderr, flush=True)

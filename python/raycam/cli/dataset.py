@@ -20,7 +20,7 @@ from ._options import (
     rendering,
     size_of,
 )
-from ._rigs import add_rig, rig_of
+from .options.rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
     from ..calibration import Cameras

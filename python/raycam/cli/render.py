@@ -17,13 +17,21 @@ from ._options import (
     add_world,
     load_world,
     numbers,
+    print_detail,
     print_notices,
+    print_result,
     rendering,
+    seconds,
     view,
 )
-from ._rigs import add_rig, require_rig_only, save_all
+from .options.framing import reject_look
+from .options.look import add_look, dressed
+from .options.rigs import add_rig, require_rig_only, save_all
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
     from ..camera import Camera
     from ..render.frame import Frame
     from ..rig import Rig
@@ -40,54 +48,62 @@ def _add(command: argparse.ArgumentParser) -> None:
         "- is the standard output, a PNG, or -.exr and so on",
     )
     add_camera(command)
-    add_rig(command)
-    command.add_argument(
-        "--at",
-        metavar="SECONDS",
-        type=float,
-        help="the world, and the camera, at a time of its video or animation; shutters see it move on",
-    )
-    command.add_argument("--animation", metavar="NAME", help="of --at, where a glTF file has several")
-    command.add_argument(
+    add_look(command)
+    add_rendering(command)
+    group = command.add_argument_group("ground truth and files")
+    group.add_argument(
         "--channels",
         metavar="NAME",
         nargs="+",
         help="what the file holds: names as in the table of raycam.Frame (color depth normal instance ...), or "
         "all (default: color; for .exr and .npz color depth instance triangle)",
     )
-    command.add_argument("--region", metavar="X,Y,W,H", type=numbers, help="render a part of the picture")
-    command.add_argument("--bits", type=int, metavar="N", help="8 (default) or 16 bits per channel, for .png")
-    command.add_argument(
+    group.add_argument("--region", metavar="X,Y,W,H", type=numbers, help="render a part of the picture")
+    group.add_argument("--bits", type=int, metavar="N", help="8 (default) or 16 bits per channel, for .png")
+    group.add_argument(
         "--half", action="store_true", default=None, help="float16 instead of float32, for .exr"
     )
-    add_rendering(command)
+    group = command.add_argument_group("motion and rigs")
+    group.add_argument(
+        "--turntable",
+        metavar="SECONDS",
+        nargs="?",
+        const=4.0,
+        type=seconds,
+        help="a video that turns once around the world, in 4 seconds: .mp4 (default), .gif, ... or a folder",
+    )
+    group.add_argument(
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="the world, and the camera, at a time of its video or animation; shutters see it move on",
+    )
+    group.add_argument("--animation", metavar="NAME", help="of --at, where a glTF file has several")
+    add_rig(group)
     add_job(command)
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..progress import bar
-    from ..render import DEFAULT_CHANNELS, channel_names, render
-    from ..render.frame import PICTURES, check_save, encoded
+    from ..render import channel_names
+    from ..render.frame import check_save, encoded
 
+    if options.turntable is not None:
+        _turntable(options)
+        return
     output = Path(options.output or Path(options.world).with_suffix(".png").name)
     streamed = output.stem == "-" and output.parent == Path()
     if streamed:
         output = output if output.suffix else Path("-.png")
-    pictures = (*PICTURES, ".hdr")
-    names: Sequence[str] = ("color",) if output.suffix.lower() in pictures else DEFAULT_CHANNELS
-    if options.channels is not None:
-        words = [name for part in options.channels for name in part.split(",") if name]
-        paired = options.rig is not None and "disparity" in words
-        words = [word for word in words if word != "disparity" or not paired]
-        names = channel_names("all" if words == ["all"] else words) if words else []
-    else:
-        paired = False
+    names, paired = _names(options, output)
     if names or not paired:
         check_save(output, names, (1, 1), bits=options.bits, half=options.half)
+    if options.background == "transparent":
+        options.transparent_background, options.background = True, None
     world = load_world(options)
     world, camera, rig = _moment(world, options)
     if rig is not None and not streamed:
+        reject_look(options, LOOK, "is of one camera, and --rig has several")
         _render_rig(options, output, world, rig, [*names, "disparity"] if paired else names)
         return
     if streamed and rig is not None:
@@ -95,7 +111,6 @@ def _run(options: argparse.Namespace) -> None:
     if options.output is None and output.exists() and output.name in world.textures:
         raise SettingsError(f"{output} is a texture of this world: choose another name with -o")
     check_save(output, names, camera.size)
-    by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
 
     def save(frame: Frame) -> None:
         print_notices(frame.notices)
@@ -104,21 +119,110 @@ def _run(options: argparse.Namespace) -> None:
             return
         frame.save(output, bits=options.bits, half=options.half)
         _, _, width, height = frame.region
-        print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
+        print_result(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
 
+    _render(options, output, world, camera, channel_names(names), save)
+
+
+LOOK = ("view_from", "zoom", "fov", "hdri", "sun", "studio", "ground", "background")
+"""The options of looks."""
+
+
+def _names(options: argparse.Namespace, output: Path) -> tuple[Sequence[str], bool]:
+    """The channels of the file; and whether it has the disparity of a rig besides."""
+    from ..render import DEFAULT_CHANNELS, channel_names
+    from ..render.frame import PICTURES
+
+    if options.channels is None:
+        pictures = (*PICTURES, ".hdr")
+        return (("color",) if output.suffix.lower() in pictures else DEFAULT_CHANNELS), False
+    words = [name for part in options.channels for name in part.split(",") if name]
+    paired = options.rig is not None and "disparity" in words
+    words = [word for word in words if word != "disparity" or not paired]
+    return (channel_names("all" if words == ["all"] else words) if words else []), paired
+
+
+def _render(
+    options: argparse.Namespace,
+    output: Path,
+    world: World,
+    camera: Camera,
+    names: Sequence[str],
+    save: Callable[[Frame], object],
+) -> None:
+    """Renders one picture here, or in tiles by a job, and saves it."""
+    settings = rendering(options)
+    by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
     if by_job:
-        if _by_job(options, output, world, camera, names, save) is None:
-            print(f"shard {options.shard} is finished; {output} is made when all are")
-    else:
-        if options.retry_failed or not options.resume:
-            raise SettingsError("--retry-failed and --no-resume go with --workers, --cluster or --shard")
-        lower_priority(options)
-        settings = rendering(options)
-        with bar("rendering") as progress:
-            frame = render(
-                world, camera, channels=names, region=options.region, progress=progress, **settings
-            )
-        save(frame)
+        reject_look(options, ("background",), "goes without --workers, --cluster and --shard")
+        shown, settings = dressed(
+            world, camera, options, settings, truth_of_world=set(names) <= {"color", "error"}
+        )
+        if _by_job(options, output, shown, camera, names, save, settings) is None:
+            print_result(f"shard {options.shard} is finished; {output} is made when all are")
+        return
+    if options.retry_failed or not options.resume:
+        raise SettingsError("--retry-failed and --no-resume go with --workers, --cluster or --shard")
+    lower_priority(options)
+    save(_picture(options, world, camera, names, settings))
+
+
+def _picture(
+    options: argparse.Namespace,
+    world: World,
+    camera: Camera,
+    names: Sequence[str],
+    settings: Mapping[str, Any],
+) -> Frame:
+    """Renders the picture, and lays it over the background of the options."""
+    import time
+
+    from ..progress import bar
+    from ..render import render
+
+    def one(title: str, channels: Sequence[str], own: dict[str, Any]) -> Frame:
+        shown, used = dressed(world, camera, options, own)
+        start = time.monotonic()
+        print_detail(
+            f"{title}: {', '.join(f'{name}={value}' for name, value in used.items()) or 'the defaults'}"
+        )
+        with bar(title) as progress:
+            frame = render(shown, camera, channels=channels, region=options.region, progress=progress, **used)
+        print_detail(f"{title}: {time.monotonic() - start:.2f} s")
+        return frame
+
+    if options.background is None:
+        return one("rendering", names, dict(settings))
+    if "color" not in names:
+        raise SettingsError(f"--background is behind the channel color; this has {', '.join(names)}")
+    from ..data import bundled
+    from ..world.backdrop import laid_over, read_backdrop
+
+    behind = read_backdrop(bundled(options.background) or options.background, camera.size)
+    if options.region is not None:
+        x, y, width, height = options.region
+        behind = behind[y : y + height, x : x + width]
+    settings = {"view": "standard", **settings}  # colours of the background stay as they are
+    clear = one("rendering", names, {**settings, "transparent_background": True})
+    bare, _ = dressed(world, camera, options, dict(settings))
+    shadowed = None if bare._bare is None else one("shadows", ["color"], dict(settings))
+    return laid_over(clear, behind, shadowed)
+
+
+def _turntable(options: argparse.Namespace) -> None:
+    """Makes the video of `--turntable`."""
+    from ..video.files import ENDINGS
+    from .video import run_turntable
+
+    for name in ("at", "animation", "rig", "channels", "region", "bits", "half"):
+        if getattr(options, name) is not None:
+            raise SettingsError(f"--{name} goes without --turntable, which makes a video")
+    output = Path(options.output or Path(options.world).with_suffix(".mp4").name)
+    if output.suffix and output.suffix.lower() not in ENDINGS:
+        raise SettingsError(
+            f"{output}: --turntable makes a video; expected {', '.join(ENDINGS)}, or a folder for PNG pictures"
+        )
+    run_turntable(options, output)
 
 
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
@@ -153,7 +257,7 @@ def _render_rig(
     ):
         print_notices([f"{name}: {notice}" for notice in frame.notices])
         _, _, width, height = frame.region
-        print(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
+        print_result(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 
 
 def _by_job(
@@ -163,15 +267,14 @@ def _by_job(
     camera: Camera,
     names: Sequence[str],
     save: Callable[[Frame], object],
+    settings: Mapping[str, Any],
 ) -> Frame | None:
     """Renders the picture in tiles and saves it; returns None if other shards still have tiles to render."""
     from ..jobs import tiled_picture
     from ..progress import frames_bar
 
     shard = shard_of(options)
-    package = tiled_picture.job_package(
-        world, camera, channels=names, region=options.region, **rendering(options)
-    )
+    package = tiled_picture.job_package(world, camera, channels=names, region=options.region, **settings)
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
         return tiled_picture.render_tiled(
             package,
@@ -189,11 +292,14 @@ COMMAND = Command(
     _add,
     "make a picture of a world",
     [
-        "raycam render room.toml                                   a lit picture, room.png",
+        "raycam render model.glb                                    a picture, model.png, in the studio",
+        "raycam render model.glb --view-from 1,1,2 --zoom 1.2       from another side",
+        "raycam render model.glb --hdri sky.hdr --ground -o a.png   in the light of an image",
+        "raycam render model.glb --background white --preset good   for a catalogue",
+        "raycam render model.glb --turntable -o model.mp4           a video that turns around it",
+        "raycam render room.toml --camera calib.yaml                through a calibrated camera",
         "raycam render room.toml -o room.exr --channels all         with all ground truth",
-        "raycam render bunny.ply -o bunny.png --size 1920x1080      a bare mesh, framed and lit",
         "raycam render room.toml -o room.exr --workers 4            in tiles, by processes; goes on after Ctrl-C",
-        "raycam render room.toml -o room.exr --cluster tcp://scheduler:8786",
         "raycam render room.toml --integrator flat --samples 1      the lecture's picture",
         "raycam render car.toml --rig stereo -o car.exr --channels depth disparity    car_left.exr ...",
         "raycam render car.toml --at 1.5 -o car.png                 as its video has it after 1.5 s",

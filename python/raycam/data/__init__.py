@@ -10,13 +10,25 @@ import os
 from importlib import resources
 from pathlib import Path
 
+from ..calibration import load_cameras
+from ..camera import Camera
 from ..errors import SettingsError, nearest
 from ..world import World
 from ..world.load import load
 
-__all__ = ["NAMES", "path", "spot"]
+__all__ = ["NAMES", "camera", "fisheye", "path", "sky", "spot"]
 
-NAMES = ("spot.toml", "spot/cow.obj", "spot/cow.mtl", "spot/cow_texture.png", "CREDITS.md")
+NAMES = (
+    "spot.toml",
+    "spot.glb",
+    "spot/cow.obj",
+    "spot/cow.mtl",
+    "spot/cow_texture.png",
+    "camera.yaml",
+    "fisheye.yaml",
+    "sky.hdr",
+    "CREDITS.md",
+)
 """The files, by their names from the folder of the data. CREDITS.md has their authors and licences."""
 
 
@@ -26,6 +38,21 @@ def spot() -> World:
     A new world at each call, to be changed at will.
     """
     return load(path("spot.toml"))
+
+
+def camera() -> Camera:
+    """A camera of 640 x 480 pixels with a lens of OpenCV's model that looks at Spot: the calibration `camera.yaml`."""
+    return next(iter(load_cameras(path("camera.yaml")).values()))
+
+
+def fisheye() -> Camera:
+    """A fisheye camera of 640 x 480 pixels that looks at Spot: the calibration `fisheye.yaml`."""
+    return next(iter(load_cameras(path("fisheye.yaml")).values()))
+
+
+def sky() -> Path:
+    """The path of `sky.hdr`, 256 x 128 pixels: a clear afternoon over level ground, for lights of type environment."""
+    return path("sky.hdr")
 
 
 def path(name: str = "spot/cow.obj") -> Path:

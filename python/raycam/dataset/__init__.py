@@ -16,6 +16,7 @@ from typing import Any
 from ..arrays import whole
 from ..calibration import Cameras
 from ..camera import Camera
+from ..camera.asked import world_of
 from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
@@ -101,7 +102,7 @@ def views(
 
 
 def write(
-    world: World | Recipe,
+    world: World | Recipe | str | os.PathLike[str],
     folder: str | os.PathLike[str],
     format: str = "coco",
     *,
@@ -142,6 +143,8 @@ def write(
     ScanNet 65.535 m; `depth_scale` changes the last three), like the depth of sensors. Disparities of 0 and below do
     not exist in KITTI's files either. A notice has the share of such pixels.
 
+    `world` may be a path: of a world or model, or with `count` of a recipe.
+
     A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`.
     "coco", "kitti" and "webdataset" put all worlds into one data set. So does "bop", with a scene for each world,
     numbered from `scene`, and one model for each shape in all scenes. The other formats write a data set for each
@@ -157,6 +160,8 @@ def write(
     Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format does
     not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.
     """
+    if not isinstance(world, World | Recipe):
+        world = world_of(world) if count is None else Recipe(world)
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)))
     kind = FORMATS[format]

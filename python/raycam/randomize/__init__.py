@@ -23,6 +23,7 @@ from .. import _core
 from ..arrays import Floats, product, whole
 from ..camera import Camera
 from ..errors import FormatError, WorldError
+from ..progress import bar
 from ..world import World
 from ..world.description import plain
 from ..world.load import load
@@ -95,6 +96,13 @@ class Recipe:
                 raise WorldError(f"{kind} must be a list of tables, not {one!r}")
             self.description[kind] = [dict(row) for row in rows]
 
+    def __repr__(self) -> str:
+        """Source, seed and counts of tables as text."""
+        counts = [f"{len(self.description[kind])} [[{kind}]]" for kind in ("object", "light", "camera")]
+        return (
+            f"Recipe {self._source.removesuffix(': ') or 'of a dict'}, seed {self.seed}: {', '.join(counts)}"
+        )
+
     @cached_property
     def _base(self) -> World | None:
         """The world to which everything is added, loaded once; None without `world`."""
@@ -162,13 +170,15 @@ class Recipe:
         Raises the errors of `World.from_dict`, and `WorldError` if no attempt succeeds.
         """
         draw = RandomStream(self.seed, "world", whole("number", number, 0, 1 << 62))
-        for chance in range(MAX_ATTEMPTS):
-            try:
-                return self._drawn(draw.substream("again", chance) if chance else draw)
-            except RejectedSample as fault:
-                last = fault
-            except WorldError as fault:
-                raise WorldError(f"{self._source}{fault}") from None
+        with bar(f"drawing world {number}") as progress:
+            for chance in range(MAX_ATTEMPTS):
+                progress(chance, MAX_ATTEMPTS)
+                try:
+                    return self._drawn(draw.substream("again", chance) if chance else draw)
+                except RejectedSample as fault:
+                    last = fault
+                except WorldError as fault:
+                    raise WorldError(f"{self._source}{fault}") from None
         raise WorldError(
             f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
         )

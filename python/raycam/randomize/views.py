@@ -56,6 +56,7 @@ def place_camera(
         raise WorldError(f"{what}: distance must be more than 0, not {distance[0]}")
     scale = PREVIEW_SIZE / max(camera.size)
     small_size = (max(1, round(camera.size[0] * scale)), max(1, round(camera.size[1] * scale)))
+    best: tuple[float, float, float, float] | None = None
     for number_of_try in range(MAX_TRIES):
         at = draw.substream(number_of_try)
         pose = _pose(world.up, camera, box.center, at, distance, elevation, azimuth, roll, aside)
@@ -63,17 +64,29 @@ def place_camera(
             continue
         placed = camera.at_pose(*pose)
         # A small preview rejects most unsuitable views; the full picture decides.
-        if scale < 0.5 and not _is_visible(
-            world, placed.resized(small_size), number, coverage, least, slack=0.3
-        ):
-            continue
-        if _is_visible(world, placed, number, coverage, least):
+        share, visible = _seen(world, placed.resized(small_size) if scale < 0.5 else placed, number)
+        away = float(lengths(pose[1] - box.center))
+        best = min(filter(None, (best, (_lacking(share, visible, coverage, least), share, visible, away))))
+        if scale < 0.5:
+            if not _is_good(share, visible, coverage, least, slack=0.3):
+                continue
+            share, visible = _seen(world, placed, number)
+        if _is_good(share, visible, coverage, least):
             return placed
     raise RejectedSample(
         f"{what}: after {MAX_TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
-        f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m; wider "
-        "ranges, another focal length or fewer things in the way would"
+        f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m"
+        f"{_closest(best, box.size)}; wider ranges, another focal length or fewer things in the way would"
     )
+
+
+def _closest(best: tuple[float, float, float, float] | None, size: Floats) -> str:
+    """The closest try, as a part of a message."""
+    across = " x ".join(f"{side:.3g}" for side in size)
+    if best is None:
+        return f" (it measures {across} m, and the lens has no ray there)"
+    _, share, visible, away = best
+    return f" (it measures {across} m; the closest try shows {share:.3g} and {visible:.3g} of it, from {away:.3g} m)"
 
 
 def _chosen(world: World, wanted: object, draw: RandomStream, what: str) -> int:
@@ -147,12 +160,24 @@ def _axes(forward: Floats, down: Floats) -> Floats:
     return np.column_stack([np.cross(y, z), y, z])
 
 
-def _is_visible(
-    world: World, camera: Camera, number: int, coverage: tuple[float, float], least: float, slack: float = 0.0
-) -> bool:
+def _seen(world: World, camera: Camera, number: int) -> tuple[float, float]:
+    """The fraction of the picture that shows the object, and the visible fraction of the object."""
     found: list[Label] = label(world, camera, objects=[number])
     if not found or not found[0].visible_pixels:
-        return False
-    share = found[0].visible_pixels / (camera.size[0] * camera.size[1])
+        return 0.0, 0.0
+    return found[0].visible_pixels / (camera.size[0] * camera.size[1]), found[0].visible_fraction
+
+
+def _is_good(
+    share: float, visible: float, coverage: tuple[float, float], least: float, slack: float = 0.0
+) -> bool:
+    """True if a view shows enough of the object, and not too much."""
     low, high = coverage[0] * (1.0 - slack), coverage[1] * (1.0 + slack)
-    return low <= share <= high and found[0].visible_fraction >= least * (1.0 - slack)
+    return share > 0.0 and low <= share <= high and visible >= least * (1.0 - slack)
+
+
+def _lacking(share: float, visible: float, coverage: tuple[float, float], least: float) -> float:
+    """A measure of how far a view is from being good, 0 for good ones."""
+    low, high = coverage
+    off = low / share - 1 if 0.0 < share < low else share / high - 1 if share > high > 0.0 else 0.0
+    return (1e9 if share == 0.0 else off) + (max(0.0, least - visible) / least if least else 0.0)

@@ -15,18 +15,31 @@ from ..errors import SettingsError, nearest
 from ..notices import warn_all
 from .frame import CHANNELS, VIEWS, Frame
 from .old_names import OLD_NAMES, current_names
-from .sight import blank_notices
+from .sight import LIT, blank_notices
 
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
+__all__ = [
+    "DEFAULT_CHANNELS",
+    "FILTERS",
+    "INTEGRATORS",
+    "STUDIO_NOTICE",
+    "channel_names",
+    "is_unlit",
+    "render",
+    "studio_settings",
+]
 
 INTEGRATORS = ["flat", "direct", "path", "ao", "reference"]
 SURFACES = ["first", "solid"]
 FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
+STUDIO = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "pbr_neutral"}
+"""Settings of pictures in the studio, of those that nobody gives."""
+SHADED = ("color", "error")
+"""The channels that show light."""
 MAX_SAMPLES = 1 << 14
 """Default limit of samples per pixel with `noise_threshold` or `time_limit`."""
 
@@ -67,6 +80,10 @@ def render(
 
     `world` may be the path of a world file, `camera` the name of a camera of the world or the path of a calibration.
 
+    A world without lights and cameras, for which no camera is given, is shown in the studio, with a notice: as by
+    `World.add_studio`, with `integrator="path"`, `max_depth=6`, `samples=8` and `view="pbr_neutral"` where these are
+    not given. Its floor counts as background in ground truth.
+
     Arguments that are not given have the values of `[render]` of the world file, or else the defaults:
 
     * `integrator` ("direct"): "flat" is the colour of the closest triangle, unlit; "direct" adds lights, shadows
@@ -103,6 +120,7 @@ def render(
     world has no camera and nothing to frame.
     """
     world = world_of(world)
+    framed = camera is None and not world.cameras
     camera = camera_of(world, camera)
     renamed = current_names(
         {
@@ -133,10 +151,15 @@ def render(
     names = channel_names(channels)
     if transparent_background and "color" in names and "alpha" not in names:
         names.append("alpha")
+    said: list[str] = []
+    if framed and "color" in names and is_unlit(world, camera, world.render_settings | chosen):
+        world = world._in_studio(camera, ground=not transparent_background)
+        chosen = studio_settings(world.render_settings | chosen)
+        said = [STUDIO_NOTICE]
     if denoise:
         every: dict[str, Any] = {**chosen, "frame": frame, "region": region, "surface": surface}
         every["transparent_background"] = transparent_background
-        return _denoised(world, camera, names, every, progress)
+        return _denoised(world, camera, names, every, progress, said)
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
@@ -156,17 +179,10 @@ def render(
         transparent_background=transparent_background,
         region=region,
     )
-    world.prepare(threads=request["threads"])
-    planes, area, notices = world._core.render(camera._core, request, progress)
+    planes, area, notices = _planes(world, camera, request, progress)
     if region is None:
-
-        def truth() -> Any:
-            plain = {"integrator": "flat", "samples": 1, "channels": ["instance"], "noise_threshold": None}
-            plain |= {"time_limit": None, "ambient_occlusion": None, "clamp": None, "max_depth": None}
-            return world._core.render(camera._core, request | plain, None)[0]["instance"]
-
-        how = str(request["integrator"])
-        notices = [*notices, *blank_notices(world, camera, planes, how, stops, display, truth)]
+        notices = [*notices, *_blank(world, camera, planes, request, stops, display)]
+    notices = [*said, *notices]
     warn_all(notices)
     return Frame(
         planes,
@@ -238,6 +254,70 @@ def request_of(
     return request, stops, display
 
 
+def _planes(
+    world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
+) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
+    """The channels; of a world in the studio, ground truth is that of the world without the studio."""
+    bare, names = world._bare, request["channels"]
+    truth = [name for name in names if name not in SHADED]
+    if bare is None or not truth or request["transparent_background"]:
+        world.prepare(threads=request["threads"])
+        return world._core.render(camera._core, request, progress)
+    bare.prepare(threads=request["threads"])
+    many = {"alpha", "coverage"} & set(truth)
+    plain = PLAIN | {"channels": truth, "samples": min(request["samples"], 64) if many else 1}
+    planes, area, notices = bare._core.render(camera._core, request | plain, None)
+    if len(truth) < len(names):
+        world.prepare(threads=request["threads"])
+        shaded = request | {"channels": [name for name in names if name in SHADED]}
+        lit, area, said = world._core.render(camera._core, shaded, progress)
+        planes, notices = planes | lit, [*said, *notices]
+    return {name: planes[name] for name in names}, area, list(dict.fromkeys(notices))
+
+
+PLAIN: dict[str, Any] = {"integrator": "flat", "noise_threshold": None, "time_limit": None}
+PLAIN |= {"ambient_occlusion": None, "clamp": None, "max_depth": None}
+"""The request of a picture without light."""
+
+
+def _blank(
+    world: World, camera: Camera, planes: dict[str, Any], request: dict[str, Any], stops: float, display: str
+) -> list[str]:
+    """The notices of `blank_notices` for a finished picture."""
+    seen = world if world._bare is None else world._bare
+
+    def truth() -> Any:
+        plain = PLAIN | {"samples": 1, "channels": ["instance"]}
+        return seen._core.render(camera._core, request | plain, None)[0]["instance"]
+
+    return list(blank_notices(seen, camera, planes, str(request["integrator"]), stops, display, truth))
+
+
+STUDIO_NOTICE = (
+    "the world has no lights and no camera: it is shown in the studio, from the front right above, by "
+    'integrator="path" with max_depth=6; lights or a camera of yours replace it'
+)
+
+
+def is_unlit(world: World, camera: Camera, asked: dict[str, Any]) -> bool:
+    """True if nothing in the world shines and the integrator shows light; a picture of one pixel tells."""
+    if world.lights or asked.get("integrator", "path") not in LIT:
+        return False
+    one = PLAIN | {"integrator": "direct", "samples": 1, "channels": ["color"], "region": [0, 0, 1, 1]}
+    one |= {"filter": "box", "seed": 0, "frame": 0, "surface": "first", "transparent_background": False}
+    world.prepare()
+    _, _, notices = world._core.render(camera._core, one | {"threads": 1}, None)
+    return any(notice.startswith("the world has no lights") for notice in notices)
+
+
+def studio_settings(asked: dict[str, Any]) -> dict[str, Any]:
+    """The settings with those of the studio where they are not given."""
+    own = dict(STUDIO)
+    if "noise_threshold" in asked or "time_limit" in asked:
+        del own["samples"]
+    return own | asked
+
+
 OPTIONS = [name for name in inspect.signature(render).parameters if name != "old_names"]
 """The names of the options of `render`."""
 
@@ -253,7 +333,12 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
 
 
 def _denoised(
-    world: World, camera: Camera, names: list[str], settings: dict[str, Any], progress: Progress | None
+    world: World,
+    camera: Camera,
+    names: list[str],
+    settings: dict[str, Any],
+    progress: Progress | None,
+    said: list[str],
 ) -> Frame:
     """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
     from . import denoise
@@ -270,6 +355,7 @@ def _denoised(
     else:
         color = denoise.denoise(seen["color"], *guides)
     planes = {name: color if name == "color" else seen[name] for name in names}
+    warn_all(said)
     denoised = "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"
     warn_all([denoised])
     return Frame(
@@ -280,7 +366,7 @@ def _denoised(
         exposure=seen.exposure,
         view=seen.view,
         transparent=seen.transparent,
-        notices=[*seen.notices, denoised],
+        notices=[*said, *seen.notices, denoised],
     )
 
 

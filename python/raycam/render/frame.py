@@ -29,7 +29,7 @@ Channels = dict[str, npt.NDArray[Any]]
 
 
 PAGES: dict[str, Callable[..., Any]] = {}
-"""The functions `page` and `show` of the viewer, which stands above this module: the package puts them here."""
+"""The functions `page`, `show` and `over`, which stand above this module: the package puts them here."""
 
 
 class Frame(Mapping[str, npt.NDArray[Any]]):
@@ -208,6 +208,16 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         Returns the path of the page where it was opened in a browser.
         """
         return PAGES["show"](self, **options)
+
+    def over(self, background: Any) -> Frame:
+        """The frame in front of a background: a colour, a .png or .jpg picture, or an array [h, w, 3].
+
+        The frame is one that was rendered with `transparent_background=True`. A picture is enlarged and cut to cover
+        the frame. Arrays are linear light, or bytes in sRGB. The result is opaque. Raises `SettingsError` for a frame
+        without opacity and for what is no background, `FormatError` and `OSError` for files.
+        """
+        found: Frame = PAGES["over"](self, background)
+        return found
 
     def _html(self, **options: Any) -> bytes:
         return bytes(PAGES["page"](self, **options), "utf-8")

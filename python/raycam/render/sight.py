@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
 
-__all__ = ["blank_notices"]
+__all__ = ["LIT", "blank_notices"]
 
 WHITE_SHARE = 0.98
 """The fraction of pixels beyond white from which a notice says so."""

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import whole
+from ..arrays import Floats, whole
 from ..camera import Camera
+from ..camera.asked import camera_of, world_of
 from ..errors import CameraError, SettingsError, nearest
 from ..jobs.job_package import JobPackage
 from ..jobs.kinds import FrameMaker, register
@@ -52,8 +53,8 @@ class VideoPlan:
 
     def __init__(
         self,
-        world: World,
-        camera: Camera | None = None,
+        world: World | str | os.PathLike[str],
+        camera: Camera | str | os.PathLike[str] | None = None,
         *,
         fps: float | None = None,
         seconds: float | None = None,
@@ -61,6 +62,8 @@ class VideoPlan:
         rig: tuple[Rig, str] | None = None,
         **settings: Any,
     ) -> None:
+        world = world_of(world)
+        camera = None if camera is None else camera_of(world, camera)
         self.notices: list[str] = []
         """Notices for the user."""
         self._rig = rig
@@ -103,6 +106,13 @@ class VideoPlan:
     def transparent(self) -> bool:
         """True if frames have an opacity."""
         return bool(self._settings.get("transparent_background"))
+
+    def __repr__(self) -> str:
+        """Frames, size and duration as text."""
+        width, height = self.camera.size
+        return (
+            f"VideoPlan: {len(self)} frames of {width} x {height}, {self.fps:g} a second, {self.seconds:g} s"
+        )
 
     def __len__(self) -> int:
         """The number of frames, at least 1."""
@@ -197,10 +207,10 @@ register("video", frame_maker)
 
 
 def write_video(
-    world: World,
+    world: World | str | os.PathLike[str],
     path: str | os.PathLike[str],
     *,
-    camera: Camera | None = None,
+    camera: Camera | str | os.PathLike[str] | None = None,
     frames: tuple[int | None, int | None] | None = None,
     fps: float | None = None,
     seconds: float | None = None,
@@ -283,10 +293,13 @@ def frame_range(text: str) -> tuple[int | None, int | None]:
         raise SettingsError(f"frames must be START:STOP, as in 0:24 or 24:, not {text!r}") from None
 
 
-def with_orbit(world: World) -> World:
-    """A copy of the world with a video: an orbit around its middle in 4 seconds. Shares the acceleration structures."""
+def with_orbit(world: World, target: Floats | None = None) -> World:
+    """A copy of the world with a video: an orbit in 4 seconds. Shares the acceleration structures.
+
+    Its axis goes through the middle of the bounds `target` [2, 3] (default: those of the world).
+    """
     moving = world.at(0.0)
-    bounds = world.bounds
+    bounds = world.bounds if target is None else target
     middle = [0.0, 0.0, 0.0] if bounds is None else bounds.mean(axis=0).tolist()
     moving.set_video(orbit={"target": middle})
     return moving

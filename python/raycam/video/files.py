@@ -21,6 +21,8 @@ from ..io import atomic_files
 from .audio import check_audio
 from .codecs import CODECS, REPRODUCIBLE, codec_of, open_encoder
 from .filters import Filters, Picture, as_rate
+from .gif import GifWriter
+from .png import decode_png
 
 __all__ = ["ENDINGS", "check_video", "open_video", "picture_name", "read_picture"]
 
@@ -53,7 +55,7 @@ def check_video(
         raise SettingsError(
             f"{path.name}: a .gif file is never {what}; take .mov, .mkv or a folder of PNG pictures"
         )
-    if suffix:
+    if suffix and suffix != ".gif":
         require_av(path.name)
     if suffix and suffix != ".gif":
         codec_of(suffix, lossless=lossless, alpha=alpha)
@@ -65,19 +67,29 @@ def check_video(
         check_audio(audio)
 
 
+def has_av() -> bool:
+    """True if PyAV is installed, in a version that encodes all codecs."""
+    try:
+        require_av("")
+    except SettingsError:
+        return False
+    return True
+
+
 def require_av(name: str) -> None:
     """Raises `SettingsError` if PyAV, which encodes video files, is missing or too old, before anything is rendered."""
     try:
         import av
     except ImportError as error:
         raise SettingsError(
-            f"{name}: video files need PyAV ({error}): pip install 'av>={OLDEST_AV}', or write a folder of PNG pictures"
+            f"{name}: video files need PyAV ({error}): pip install 'raycam[video]', or write a .gif file or a folder of"
+            " PNG pictures"
         ) from None
     major = str(av.__version__).partition(".")[0]
     if not major.isdecimal() or int(major) < OLDEST_AV:
         raise SettingsError(
             f"{name}: video files need PyAV {OLDEST_AV} or newer, this is {av.__version__}: pip install"
-            f" 'av>={OLDEST_AV}', or write a folder of PNG pictures"
+            f" 'raycam[video]', or write a .gif file or a folder of PNG pictures"
         )
 
 
@@ -109,6 +121,8 @@ def open_video(
 
 def read_picture(png: bytes) -> Picture:
     """Decodes an 8-bit PNG file to sRGB [height, width, 3 or 4]."""
+    if not has_av():
+        return decode_png(png)
     import av
 
     codec = av.CodecContext.create("png", "r")
@@ -121,11 +135,20 @@ def read_picture(png: bytes) -> Picture:
 
 @contextmanager
 def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
-    """Writes a GIF that repeats forever, with one palette of 256 colours for all frames."""
-    import av
+    """Writes a GIF that repeats forever, with one palette of 256 colours for all frames.
 
+    FFmpeg makes it, or without PyAV the plainer `GifWriter`.
+    """
     if fps > GIF_MAX_FPS:
         raise SettingsError(f"a GIF shows at most {GIF_MAX_FPS} frames a second, not {fps:g}")
+    if not has_av():
+        with atomic_files.atomic_path(path) as temporary:
+            writer = GifWriter(size, fps)
+            yield writer.add
+            temporary.write_bytes(writer.finish())
+        return
+    import av
+
     rate = as_rate(fps)
     with atomic_files.atomic_path(path) as temporary:
         # The palette is known after the last picture, so pictures are kept compressed until then.

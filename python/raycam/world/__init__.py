@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, floats, ray_limits, ray_pairs, size_of, whole
+from ..arrays import Floats, floats, size_of, whole
 from ..camera import Camera
 from ..errors import WorldError
 from ..io import memory_limits
@@ -22,14 +22,19 @@ from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
 from .edit import changed_light, changed_object, matrix_of
+from .framing import framing_camera
 from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
+from .point_queries import PointQueries, Topology
+from .ray_queries import RayQueries
+from .studio import add_ground, add_studio, studio_world
+from .targets import aimed
 from .usd_files import add_usd_object, is_usd, usd_named
 
-__all__ = ["Animation", "Object", "Video", "World"]
+__all__ = ["Animation", "Object", "Topology", "Video", "World"]
 
 
-class World:
+class World(RayQueries, PointQueries):
     """Objects (placed meshes), lights and cameras.
 
     `up` ("z" or "y") affects roll, pitch and yaw, orbits and the sky; vertices are never rotated.
@@ -46,7 +51,7 @@ class World:
     same.
     """
 
-    __slots__ = ("_core", "_folder")
+    __slots__ = ("_bare", "_core", "_folder")
 
     def __init__(
         self,
@@ -58,11 +63,12 @@ class World:
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         self._folder = None if folder is None else os.fspath(Path(folder).absolute())
         self._core = _core.World(up, self._folder or "", limit)
+        self._bare: World | None = None
 
     @classmethod
     def _of(cls, core: _core.World) -> World:
         world = cls.__new__(cls)
-        world._core, world._folder = core, None
+        world._core, world._folder, world._bare = core, None, None
         return world
 
     @classmethod
@@ -206,10 +212,40 @@ class World:
         `{"type": "point", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
         `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may be an array [h, w, 3] (linear floats, or
         sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`.
+        `target` aims a light: a point [3] in the world, or the name of an object, whose middle is meant. It replaces
+        the `direction` of a sun, spot, disk or ies light, from its `position` to the target (a sun's position only says
+        where it shines from), and the edges `u` and `v` of an area light of `size` (width, height).
         Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
         with self._warning():
-            return _core.world_add_light(self._core, plain(light_keys(description, dict(keys))), None)
+            given = aimed(self, light_keys(description, dict(keys)))
+            return _core.world_add_light(self._core, plain(given), None)
+
+    def add_ground(
+        self,
+        *,
+        height: float | None = None,
+        size: float | None = None,
+        color: npt.ArrayLike | str | None = None,
+        name: str = "ground",
+        **material: Any,
+    ) -> int:
+        """Adds a level square under the world, for shadows to fall on; returns its id.
+
+        `height` is its coordinate along the up axis in metres (default: just below the lowest point), `size` its side
+        (default: a hundred diagonals of the world's bounds). `color` (default: a light grey) and `material` are
+        keys of `add_object`; a taken `name` gets a number. Raises `WorldError` for an empty world without both numbers.
+        """
+        return add_ground(self, height=height, size=size, color=color, name=name, **material)
+
+    def add_studio(self, camera: Camera | None = None, *, ground: bool = True) -> None:
+        """Adds the studio in which worlds without lights and cameras are shown.
+
+        A soft key light from the upper left of `camera` (default: the default camera), a grey room that metals reflect,
+        and, with `ground`, a floor. Floor and background have the linear radiance 0.62 where no shadow falls. There is
+        no floor under a world that is seen from below. Pictures are best with `integrator="path"`, `max_depth=6`.
+        """
+        add_studio(self, camera, ground=ground)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
@@ -272,7 +308,7 @@ class World:
         number = whole("light", number, 0, len(lights) - 1, error=WorldError)
         changed, keeps_file = changed_light(lights[number], description, dict(keys))
         with self._warning():
-            _core.world_set_light(self._core, number, plain(changed), keeps_file, None)
+            _core.world_set_light(self._core, number, plain(aimed(self, changed)), keeps_file, None)
 
     def remove_light(self, number: int) -> None:
         """Removes a light by its index in `lights`; those after it move down. Raises `WorldError`."""
@@ -367,6 +403,10 @@ class World:
         yield
         warn_all(self._core.notices[before:])
 
+    def _in_studio(self, camera: Camera, *, ground: bool = True) -> World:
+        """A copy in the studio; see `studio_world`."""
+        return studio_world(self, camera, ground=ground)
+
     def _derived(self, core: _core.World) -> World:
         """A world made of this one; warns of the notices that it has in addition."""
         known = set(self._core.notices)
@@ -386,7 +426,29 @@ class World:
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
         """The first camera, or one that frames the whole world in a picture of `size` (width, height)."""
-        return Camera._of(self._core.default_camera(size_of(tuple(size))), self.up)
+        wanted = size_of(tuple(size))
+        return (
+            Camera._of(self._core.default_camera(wanted), self.up)
+            if self.cameras
+            else self.view_from(size=wanted)
+        )
+
+    def view_from(
+        self,
+        direction: str | npt.ArrayLike = "default",
+        *,
+        size: Iterable[int] = (640, 480),
+        fov: float = 45.0,
+        zoom: float = 1.0,
+    ) -> Camera:
+        """A camera from which the whole world just fits into a picture of `size` (width, height).
+
+        `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
+        or a vector [3] from the middle of the world to the camera. The front of a z-up world looks to -y, of a y-up
+        world to +z, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` enlarges: 1 fills
+        nine tenths of the picture. Raises `CameraError` for an empty world, `SettingsError` for other values.
+        """
+        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom)
 
     # Time -------------------------------------------------------------------------------------------------
 
@@ -431,69 +493,6 @@ class World:
     def rig_at(self, rig: Rig, time: float) -> Rig:
         """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""
         return Rig._of(_core.world_rig_at(self._core, rig._core, float(time)), self.up)
-
-    # Rays -------------------------------------------------------------------------------------------------
-
-    def cast_rays(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        *,
-        t_min: npt.ArrayLike = 0.0,
-        t_max: npt.ArrayLike = np.inf,
-        exact: bool = True,
-        coherent: bool | None = None,
-        threads: int | None = None,
-    ) -> dict[str, npt.NDArray[Any]]:
-        """The closest hit of each ray `origin + t * direction`, `t_min` <= t <= `t_max`.
-
-        `origins` and `directions` are [..., 3] in the world; one of them may be a single [3]. Directions need not be
-        normalised. `t_min` and `t_max` are one number or [...], one for each ray; they may be negative or infinite.
-        Returns arrays of the shape of the rays:
-
-        =========== ================ =====================================================================  =====
-        t           float64 [...]    ray parameter, in lengths of the direction                             +inf
-        instance    int32 [...]      id of the object                                                       -1
-        triangle    int32 [...]      index of the triangle in its mesh                                      -1
-        barycentric float64 [..., 3] weights of the triangle's corners                                      0
-        normal      float64 [..., 3] the triangle's unit normal, on the side that the ray comes from        0
-        position    float64 [..., 3] the hit point in the world                                             NaN
-        =========== ================ =====================================================================  =====
-
-        The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
-
-        A triangle is closed: a ray through an edge or a corner hits it, one that sees it edge on does not. Hits are
-        those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-70 to
-        1e70; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
-        instance, triangle).
-
-        `exact=False` decides in float32 instead: several times as fast for rays that share nothing, but a hit nearer
-        than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
-        other. It starts all rays at t = 0; `coherent` tells it whether neighbouring rays are similar (None: detected),
-        for speed only. Raises `SettingsError` for other shapes and limits that are NaN.
-        """
-        starts, ways, shape = ray_pairs(origins, directions)
-        self.prepare(threads=threads)
-        limits = (ray_limits("t_min", t_min, shape), ray_limits("t_max", t_max, shape))
-        hits = self._core.cast_rays(starts, ways, *limits, exact, coherent, threads)
-        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
-
-    def occluded(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        t_max: npt.ArrayLike = np.inf,
-        *,
-        t_min: npt.ArrayLike = 0.0,
-        exact: bool = True,
-        coherent: bool | None = None,
-        threads: int | None = None,
-    ) -> Bools:
-        """True [...] for rays that hit anything at `t_min` <= t <= `t_max`, decided as by `cast_rays`."""
-        starts, ways, shape = ray_pairs(origins, directions)
-        self.prepare(threads=threads)
-        limits = (ray_limits("t_min", t_min, shape), ray_limits("t_max", t_max, shape))
-        return self._core.occluded(starts, ways, *limits, exact, coherent, threads).reshape(shape)
 
     # Plain triangles --------------------------------------------------------------------------------------
 

@@ -69,6 +69,9 @@ def changed_light(
     if given.get("type", light["type"]) != light["type"]:
         return given, False
     merged = dict(light)
+    if "target" in given:
+        for way in ("direction", "u", "v"):
+            merged.pop(way, None)
     for one, other in EITHER:
         for new, old in ((one, other), (other, one)):
             if new in given and old in merged and old not in given:

@@ -95,6 +95,8 @@ class LightKeys(TypedDict, total=False):
     type: str
     direction: npt.ArrayLike
     position: npt.ArrayLike
+    target: npt.ArrayLike | str
+    size: npt.ArrayLike
     irradiance: npt.ArrayLike
     radiance: npt.ArrayLike
     power: npt.ArrayLike
@@ -127,6 +129,18 @@ OBJECT_WORDS = {
     "transform": "matrix",
 }
 """Words of other programs for keys of objects."""
+STRENGTHS: dict[str, tuple[tuple[str, ...], str]] = {
+    "sun": (("irradiance",), "irradiance, in W/m² on a surface that faces it"),
+    **dict.fromkeys(
+        ("point", "bulb", "spot"), (("power", "intensity"), "power, in W, or its intensity, in W/sr")
+    ),
+    "ies": (("power",), "power, in W, or the candela of its profile"),
+    **dict.fromkeys(("area", "disk"), (("radiance",), "radiance, in W/(m² sr)")),
+    "sky": (("radiance",), "radiance, or zenith and horizon, in W/(m² sr)"),
+    **dict.fromkeys(("daylight", "environment"), ((), "scale, a factor")),
+}
+"""By type of light: the keys of its strength, and their description."""
+STRENGTH_WORDS = ("power", "intensity", "irradiance", "radiance", "strength", "energy", "brightness", "watts")
 LIGHT_WORDS = {"location": "position"}
 """Words of other programs for keys of lights."""
 
@@ -154,7 +168,16 @@ def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]
     """The keys of a light that is described by a dict or the word for its type, and by keywords."""
     if isinstance(description, str):
         description = {"type": description}
-    return _renamed(_together(description, keys), LIGHT_WORDS)
+    given = _renamed(_together(description, keys), LIGHT_WORDS)
+    kind = given.get("type")
+    if isinstance(kind, str) and kind in STRENGTHS:
+        own = STRENGTHS[kind][0]
+        for word in STRENGTH_WORDS:
+            if word in given and word not in own:
+                raise WorldError(
+                    f"{word}: the strength of a light of type {kind!r} is its {STRENGTHS[kind][1]}"
+                )
+    return given
 
 
 def _together(description: Mapping[str, Any] | None, keys: dict[str, Any]) -> dict[str, Any]:

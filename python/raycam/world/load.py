@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Literal
 
 from .. import _core, usd
 from ..errors import SettingsError
@@ -11,6 +12,7 @@ from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
 from . import World
+from .missing_files import check_exists
 from .usd_files import load_usd, usd_named
 
 __all__ = ["load"]
@@ -23,6 +25,7 @@ def load(
     texture_memory: int | str | None = None,
     folder: str | os.PathLike[str] | None = None,
     time: float | None = None,
+    up: Literal["z", "y"] | None = None,
 ) -> World:
     """Loads a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
 
@@ -43,9 +46,13 @@ def load(
     `time` is the time in seconds at which a USD file is read (default: the first time of each value); other files move
     by `World.at`.
 
+    `up` is the up axis of a model whose file does not say it or is wrong: it turns the view, the sky and the ground,
+    and no vertex. OBJ, PLY, STL and OFF files are taken as z up without it, though most OBJ files are y up.
+
     Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
+    check_exists(path)
     if Path(path).suffix.lower() in usd.SUFFIXES:
         world = World._of(load_usd(path, texture_memory, folder, time))
     elif time is not None:
@@ -56,8 +63,22 @@ def load(
         limit = memory_limits.parse_size("texture_memory", texture_memory)
         with usd_named():
             world = World._of(_core.World.load(os.fspath(path), folder, limit))
+    if up is not None and up != world.up:
+        world = _turned(world, up, path)
     if variant is not None:
         with collected():
             world = world.with_variant(variant)
     warn_all(world.notices)
     return world
+
+
+def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
+    """The same world with another up axis; raises `SettingsError` for a world file, which says it itself."""
+    if up not in ("z", "y"):
+        raise SettingsError(f"up is {up!r}; expected 'z' or 'y'")
+    if Path(path).suffix.lower() == ".toml":
+        raise SettingsError(
+            f'{os.fspath(path)}: a world file says its up axis itself: up = "{up}" at its top'
+        )
+    head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")
+    return World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))

@@ -9,7 +9,7 @@ ORDER = {
         error exact simd platform aabb ray node limits
         build blas scene
         traverse/stack traverse/trav_ray traverse/node_test traverse/triangle traverse/single traverse/packet
-        traverse/stream traverse/exact traverse/closest traverse/occluded traverse/mod
+        traverse/stream traverse/exact traverse/point traverse/closest traverse/occluded traverse/mod
         scene/query lib
     """,
     "scene": """
@@ -25,13 +25,14 @@ ORDER = {
         prepare/world motion ground_truth integrator tile_renderer annotations render render_many lib
     """,
     "bindings": """
-        error interruptible arrays py_value buffer_pool camera world/state render world lib
+        error interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices arrays _serialization io camera reference render annotations/flow rig usd world annotations
+        errors notices progress arrays _serialization io camera reference render annotations/flow rig usd world
+        annotations
         calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
-        info doctor progress bench demo cli compat
-        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__
+        info doctor bench demo cli
+        dask_worker usd_worker explain_pixel sample_view video_job __main__ __init__ compat
     """,
 }
 

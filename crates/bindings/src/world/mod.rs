@@ -20,12 +20,12 @@ use pyo3::types::PyDict;
 use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner};
 
-use crate::arrays::{Floats, array};
+use crate::arrays::array;
 use crate::camera::{Camera, up, up_name};
 use crate::error::{IntoPyErr, catch_panic, check_memory, world_error};
+use crate::render;
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
-use crate::render::{self, PyRays, RayOptions};
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
@@ -256,39 +256,5 @@ impl World {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<FrameParts<'py>> {
         render::render(py, self, camera, &request, progress.as_ref())
-    }
-
-    #[pyo3(signature = (origins, directions, t_min, t_max, exact, coherent, threads))]
-    #[allow(clippy::too_many_arguments)]
-    fn cast_rays<'py>(
-        &self,
-        py: Python<'py>,
-        origins: Floats<'py>,
-        directions: Floats<'py>,
-        t_min: Floats<'py>,
-        t_max: Floats<'py>,
-        exact: bool,
-        coherent: Option<bool>,
-        threads: Option<usize>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let rays = PyRays { origins, directions, t_min, t_max };
-        render::cast_rays(py, self, &rays, RayOptions { exact, coherent, threads })
-    }
-
-    #[pyo3(signature = (origins, directions, t_min, t_max, exact, coherent, threads))]
-    #[allow(clippy::too_many_arguments)]
-    fn occluded<'py>(
-        &self,
-        py: Python<'py>,
-        origins: Floats<'py>,
-        directions: Floats<'py>,
-        t_min: Floats<'py>,
-        t_max: Floats<'py>,
-        exact: bool,
-        coherent: Option<bool>,
-        threads: Option<usize>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let rays = PyRays { origins, directions, t_min, t_max };
-        render::occluded(py, self, &rays, RayOptions { exact, coherent, threads })
     }
 }

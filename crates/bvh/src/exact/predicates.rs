@@ -95,6 +95,20 @@ fn exact_sign(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> i32
     exact_triple_product(x, y, z).sign()
 }
 
+/// The sign of the first component of (b - a) x (c - a) that is not 0.
+#[cold]
+#[inline(never)]
+fn normal_sign([a, b, c]: [Point; 3]) -> i32 {
+    let (e, f) = (differences(b, a), differences(c, a));
+    let signs = AXES.map(|[_, j, k]| {
+        let mut sum = Expansion::ZERO;
+        sum.add_triple_product(1.0, e[j], f[k]);
+        sum.add_triple_product(-1.0, e[k], f[j]);
+        sum.sign()
+    });
+    signs.into_iter().find(|sign| *sign != 0).unwrap_or(0)
+}
+
 /// A ray, in the coordinates of the corners that it is compared with.
 #[derive(Clone, Copy)]
 pub struct RayPredicates {
@@ -127,6 +141,45 @@ impl RayPredicates {
             let [x, y, z] = corners.map(|corner| differences(corner, self.origin));
             exact_sign(x, y, z)
         })
+    }
+
+    /// The sign of an edge function after the origin has moved by the infinitesimal vector (e, e², e³) (simulation of
+    /// simplicity, Edelsbrunner and Mücke 1990): 0 only for an edge parallel to the ray.
+    #[inline]
+    pub fn moved_edge_sign(&self, a: Point, b: Point) -> i32 {
+        match self.edge_sign(a, b) {
+            0 => self.parallel_sign(a, b),
+            sign => sign,
+        }
+    }
+
+    /// The sign of the first component of d x (b - a) that is not 0.
+    #[cold]
+    #[inline(never)]
+    fn parallel_sign(&self, a: Point, b: Point) -> i32 {
+        let edge = differences(b, a);
+        let signs = AXES.map(|[_, j, k]| {
+            let mut sum = Expansion::ZERO;
+            sum.add_product(self.direction[j], edge[k]);
+            sum.add_product(-self.direction[k], edge[j]);
+            sum.sign()
+        });
+        signs.into_iter().find(|sign| *sign != 0).unwrap_or(0)
+    }
+
+    /// The side of a crossing of the moved line: 1 along the normal of the triangle, -1 against it, 0 without a crossing.
+    pub fn crossing_side(&self, [a, b, c]: [Point; 3]) -> i32 {
+        let sign = self.moved_edge_sign(a, b);
+        if sign != 0 && self.moved_edge_sign(b, c) == sign && self.moved_edge_sign(c, a) == sign { sign } else { 0 }
+    }
+
+    /// [`RayPredicates::start_sign`] after the origin has moved as for [`RayPredicates::moved_edge_sign`]; 0 only for a
+    /// triangle without area.
+    pub fn moved_start_sign(&self, corners: [Point; 3]) -> i32 {
+        match self.start_sign(corners) {
+            0 => -normal_sign(corners),
+            sign => sign,
+        }
     }
 
     /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the last

@@ -36,6 +36,11 @@ pub struct Instance {
 pub trait ExactTriangles {
     /// The three corners of a triangle of an instance.
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3];
+
+    /// True if the instance is mirrored: its triangles are seen from outside where their corners run clockwise.
+    fn is_mirrored(&self, _instance: u32) -> bool {
+        false
+    }
 }
 
 /// An instance as traversal uses it.

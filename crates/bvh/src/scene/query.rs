@@ -1,9 +1,11 @@
-//! Ray queries of a scene: closest hit, any hit, and closest hit in float64.
+//! Queries of a scene: closest hit and any hit, in float32 and float64; crossings and closest points.
 
-use crate::ray::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
+use crate::exact::closest_point::closest_point;
+use crate::ray::{ClosestPoint, Coherence, Crossing, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
+use crate::traverse::exact::crossings::Crossings;
 
 impl Scene {
     /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`.
@@ -24,29 +26,139 @@ impl Scene {
     /// The closest hit of every ray, decided exactly for the float64 corners: edges, corners and both ends of the range of t
     /// belong to it, and the order is that of (t, instance, triangle). On the calling thread; `hits` is as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
-        self.trace_exact(rays, triangles, false, hits);
+        self.trace_exact(rays, triangles, None, false, hits);
     }
 
-    /// True for every ray that hits anything, decided as by [`Scene::closest_exact`].
-    pub fn occluded_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, occluded: &mut [bool]) {
+    /// [`Scene::closest_exact`] of the hits that a filter accepts.
+    pub fn closest_exact_of<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        filter: &dyn HitFilter,
+        hits: &mut [ExactHit],
+    ) {
+        self.trace_exact(rays, triangles, Some(filter), false, hits);
+    }
+
+    /// True for every ray that hits anything that a filter accepts, decided as by [`Scene::closest_exact`].
+    pub fn occluded_exact<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        filter: Option<&dyn HitFilter>,
+        occluded: &mut [bool],
+    ) {
         assert_eq!(rays.len(), occluded.len(), "as many answers as rays");
         let mut hits = vec![ExactHit::MISS; rays.len()];
-        self.trace_exact(rays, triangles, true, &mut hits);
+        self.trace_exact(rays, triangles, filter, true, &mut hits);
         for (occluded, hit) in occluded.iter_mut().zip(hits) {
             *occluded = hit.instance != INVALID_ID;
         }
     }
 
-    fn trace_exact<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, any_hit: bool, hits: &mut [ExactHit]) {
+    fn trace_exact<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        filter: Option<&dyn HitFilter>,
+        any_hit: bool,
+        hits: &mut [ExactHit],
+    ) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        let trace = |triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>, hits: &mut [ExactHit]| {
+            traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits);
+            if let Some(filter) = filter {
+                traverse::filter_exact(self.dispatch, self, rays, triangles, filter, any_hit, hits);
+            }
+        };
         match &self.mesh_ranges {
-            None => traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits),
+            None => trace(triangles, filter, hits),
             Some(mesh_ranges) => {
-                let all = FlattenedTriangles(mesh_ranges, triangles);
-                traverse::closest_exact(self.dispatch, self, rays, &all, any_hit, hits);
+                let inner = filter.map(|filter| FlattenedFilter(mesh_ranges, filter));
+                let filter = inner.as_ref().map(|filter| filter as &dyn HitFilter);
+                trace(&FlattenedTriangles(mesh_ranges, triangles), filter, hits);
                 mesh_ranges.remap_hits(hits.iter_mut().map(|hit| (&mut hit.instance, &mut hit.triangle)));
             }
         }
+    }
+
+    /// The crossings of every ray within its range of t, at most `limit` a ray, by (t, instance, triangle); appended to
+    /// `found` ray by ray, their numbers in `counts`, which is as long as `rays`. On the calling thread.
+    ///
+    /// Each ray is moved by an infinitesimal vector (simulation of simplicity), so it passes no edge, no corner and no
+    /// surface with its start: through an edge that triangles share the surface is crossed once, and a line crosses a
+    /// closed mesh an even number of times.
+    ///
+    /// # Panics
+    /// For flattened scenes.
+    pub fn crossings<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        filter: Option<&dyn HitFilter>,
+        limit: usize,
+        (counts, found): (&mut [u32], &mut Vec<Crossing>),
+    ) {
+        assert!(rays.len() == counts.len() && self.mesh_ranges.is_none(), "as many counts as rays, of instances");
+        counts.fill(0);
+        let mut answers = Crossings::List { limit, counts, found };
+        traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
+    }
+
+    /// The number of crossings of every ray, as of [`Scene::crossings`]; `signed`: those that leave less those that enter.
+    ///
+    /// # Panics
+    /// For flattened scenes.
+    pub fn count_crossings<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        filter: Option<&dyn HitFilter>,
+        signed: bool,
+        counts: &mut [i32],
+    ) {
+        assert!(rays.len() == counts.len() && self.mesh_ranges.is_none(), "as many counts as rays, of instances");
+        counts.fill(0);
+        let mut answers = if signed { Crossings::SignedCount(counts) } else { Crossings::Count(counts) };
+        traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
+    }
+
+    /// The closest point of the scene to every point within a distance, one for all points or one for each; ties go to the
+    /// smaller (instance, triangle). Of a hit the filter sees instance and triangle. On the calling thread; fast if
+    /// neighbours in the slice are near each other. `found` is as long as `points`.
+    ///
+    /// # Panics
+    /// For flattened scenes.
+    pub fn closest_points<T: ExactTriangles>(
+        &self,
+        points: &[[f64; 3]],
+        max_distance: &[f64],
+        triangles: &T,
+        filter: Option<&dyn HitFilter>,
+        found: &mut [ClosestPoint],
+    ) {
+        assert!(points.len() == found.len() && self.mesh_ranges.is_none(), "as many answers as points, of instances");
+        assert!(max_distance.len() == 1 || max_distance.len() == points.len(), "one limit, or one for each point");
+        traverse::closest_points(self.dispatch, self, points, max_distance, triangles, filter, found);
+    }
+}
+
+/// The squared distance from a point to a triangle.
+pub fn squared_distance_to_triangle(point: [f64; 3], corners: [[f64; 3]; 3]) -> f64 {
+    closest_point(point, corners).squared_distance
+}
+
+/// A filter of instances for a flattened scene.
+struct FlattenedFilter<'a>(&'a InstanceRanges, &'a dyn HitFilter);
+
+impl HitFilter for FlattenedFilter<'_> {
+    fn accepts_instance(&self, _: usize, _: u32) -> bool {
+        true
+    }
+
+    fn accepts(&self, ray: usize, hit: &ExactHit) -> bool {
+        let (instance, triangle) = self.0.locate(hit.triangle);
+        self.1.accepts_instance(ray, instance) && self.1.accepts(ray, &ExactHit { instance, triangle, ..*hit })
     }
 }
 

@@ -10,15 +10,17 @@
 //!
 //! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the same
 //! operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hence hits are the same bits in a
-//! packet and alone. `exact` repeats closest hits in float64; `closest` and `occluded` are the queries in float32.
+//! packet and alone. `exact` repeats closest hits in float64 and finds all
+//! crossings; `point` finds closest points; `closest` and `occluded` are the queries in float32.
 //!
-//! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact, closest, occluded.
+//! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point; closest, occluded.
 
 pub(crate) mod closest;
 pub(crate) mod exact;
 pub(crate) mod node_test;
 pub(crate) mod occluded;
 mod packet;
+pub(crate) mod point;
 pub(crate) mod single;
 mod stack;
 pub(crate) mod stream;
@@ -26,11 +28,14 @@ pub mod trav_ray;
 pub(crate) mod triangle;
 
 use crate::platform::dispatch::kernel;
-use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
+use crate::ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, Ray};
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse::closest::closest as closest_packets;
+use crate::traverse::exact::crossings::{Crossings, crossings_batch};
 use crate::traverse::exact::packet::closest_exact_batch;
+use crate::traverse::exact::single::filter_hits;
 use crate::traverse::occluded::occluded as occluded_packets;
+use crate::traverse::point::search::closest_points_batch;
 
 kernel! {
     /// The closest hits.
@@ -45,4 +50,25 @@ kernel! {
     fn closest_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, hits: &mut [ExactHit],
     ) = closest_exact_batch
+}
+kernel! {
+    /// Replaces hits that a filter does not accept by hits that it does.
+    fn filter_exact(
+        scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
+        hits: &mut [ExactHit],
+    ) = filter_hits
+}
+kernel! {
+    /// All crossings.
+    fn crossings(
+        scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>,
+        answers: &mut Crossings,
+    ) = crossings_batch
+}
+kernel! {
+    /// The closest points.
+    fn closest_points(
+        scene: &Scene, points: &[[f64; 3]], max_distance: &[f64], triangles: &dyn ExactTriangles,
+        filter: Option<&dyn HitFilter>, found: &mut [ClosestPoint],
+    ) = closest_points_batch
 }

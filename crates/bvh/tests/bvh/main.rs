@@ -1,6 +1,8 @@
 //! One file for each concept of the crate.
 
 mod brute;
+mod closest_points;
+mod crossings;
 mod degenerate;
 mod flattened;
 mod rebraid;

@@ -74,13 +74,15 @@ impl Geometry {
         hit.t + RESTART_OFFSET * reach
     }
 
-    fn is_skippable(&self, hit: &Hit, direction: DVec3) -> bool {
+    /// True if camera rays pass the surface: it refracts, is not opaque enough, or one-sided and seen from behind.
+    pub(crate) fn is_skippable(&self, hit: &Hit, direction: DVec3) -> bool {
         let material = &self.material(hit).material;
         is_refractive(material)
             || self.opacity(hit) < OPACITY_THRESHOLD
             || !material.double_sided && self.is_culled_back_face(hit, direction)
     }
 
+    /// True if the surface is seen from behind.
     fn is_culled_back_face(&self, hit: &Hit, direction: DVec3) -> bool {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;

@@ -1,4 +1,7 @@
-//! Caustic casters: mirrors, clear glass and nearly specular objects, which focus light on diffuse surfaces.
+//! Caustic casters: mirrors, clear glass and glossy objects, which throw light on diffuse surfaces.
+//!
+//! [`find_caustic_candidates`] finds what may throw light, by its materials. The photon pass measures how much each throws,
+//! and [`choose_casters`] takes those that throw most.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -15,57 +18,91 @@ pub(crate) struct CausticCaster {
     /// Scene-local centre.
     pub center: DVec3,
     pub radius: f64,
+    /// True if some of its surfaces are so rough that samples are guided only to much light.
+    pub is_rough: bool,
+    /// Its share of guided samples, relative to a caster that throws most.
+    pub weight: f32,
 }
 
-/// The largest casters that count: each costs time at every diffuse hit.
+/// Casters that count: each costs time at every diffuse hit.
 pub(crate) const MAX_CASTERS: usize = 4;
-/// Rougher objects focus little, and light sampling at their surfaces finds it.
-const MAX_CONDUCTOR_ROUGHNESS: f32 = 0.45;
-const MAX_DIELECTRIC_ROUGHNESS: f32 = 0.35;
+/// Objects whose thrown light is measured: the largest.
+const MAX_CANDIDATES: usize = 32;
+/// Roughness above which an object counts as rough, and above which it throws nothing in particular.
+const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
+const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
+const MAX_ROUGHNESS: f32 = 0.8;
+/// Fraction of all light that a rough caster throws at least: light sampling at its surfaces finds the rest.
+const MIN_ROUGH_FRACTION: f64 = 0.2;
+/// Weight of a caster, at least.
+const MIN_WEIGHT: f64 = 0.1;
 
-/// The caustic casters of a world, largest first.
-pub(crate) fn find_caustic_casters(geometry: &Geometry) -> Vec<CausticCaster> {
-    let casts = |(_, object): &(usize, &PreparedInstance)| {
+/// The objects of a world that may be caustic casters, largest first.
+pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster> {
+    let candidate = |(index, object): (usize, &PreparedInstance)| {
         if !object.is_visible {
-            return false;
+            return None;
         }
         let slots = object.mesh.mesh.slot_count().max(1);
-        let casts_caustics = |&material: &usize| casts_caustics(&geometry.materials[material].material);
-        object.materials.iter().take(slots).all(casts_caustics)
+        let roughness = |&material: &usize| caustic_roughness(&geometry.materials[material].material);
+        let all: Option<Vec<_>> = object.materials.iter().take(slots).map(roughness).collect();
+        let is_rough = all?.contains(&CausticRoughness::Rough);
+        Some(CausticCaster::bounding_sphere(index as u32, object, is_rough, geometry.origin))
     };
-    let mut all: Vec<_> = geometry
-        .instances
-        .iter()
-        .enumerate()
-        .filter(casts)
-        .map(|(index, object)| CausticCaster::bounding_sphere(index as u32, object, geometry.origin))
-        .collect();
+    let mut all: Vec<_> = geometry.instances.iter().enumerate().filter_map(candidate).collect();
     // A stable sort: the order of the world among equal sizes.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    all.truncate(MAX_CANDIDATES);
+    all
+}
+
+/// The casters among the candidates with their indices, those first that throw most; `thrown` is the fraction of all light
+/// that each throws. Smooth candidates count if they throw nothing as well: light may reach them on other ways.
+pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
+    let mut all: Vec<_> = candidates.iter().copied().enumerate().collect();
+    all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);
+    // A stable sort: the largest first among those that throw nothing.
+    all.sort_by(|&(a, _), &(b, _)| thrown[b].total_cmp(&thrown[a]));
     all.truncate(MAX_CASTERS);
+    let most = all.first().map_or(0.0, |&(index, _)| thrown[index]);
+    for (index, caster) in &mut all {
+        caster.weight = if most > 0.0 { (thrown[*index] / most).max(MIN_WEIGHT) as f32 } else { 1.0 };
+    }
     all
 }
 
 impl CausticCaster {
-    fn bounding_sphere(index: u32, object: &PreparedInstance, origin: DVec3) -> Self {
+    fn bounding_sphere(index: u32, object: &PreparedInstance, is_rough: bool, origin: DVec3) -> Self {
         let placed = |point| object.world_from_mesh.transform_point3(point);
         let center = placed(object.mesh.center);
         let vertices = object.mesh.mesh.vertices.iter();
         let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
-        Self { instance: index, center: center - origin, radius: vertices.map(away).fold(0.0, f64::max).sqrt() }
+        let radius = vertices.map(away).fold(0.0, f64::max).sqrt();
+        Self { instance: index, center: center - origin, radius, is_rough, weight: 1.0 }
     }
 }
 
-fn casts_caustics(material: &Material) -> bool {
-    match &material.model {
-        MaterialModel::Metal(metal) => metal.roughness < MAX_CONDUCTOR_ROUGHNESS,
-        MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_DIELECTRIC_ROUGHNESS,
-        MaterialModel::Principled(p) => {
-            let roughness = p.roughness.value;
-            (p.metallic.value > 0.5 && roughness < MAX_CONDUCTOR_ROUGHNESS)
-                || (has_interior(p) && p.transmission.value > 0.5 && roughness < MAX_DIELECTRIC_ROUGHNESS)
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum CausticRoughness {
+    Smooth,
+    Rough,
+}
+
+/// How rough a material is that may cast caustics; `None` for others.
+fn caustic_roughness(material: &Material) -> Option<CausticRoughness> {
+    let (roughness, max_smooth) = match &material.model {
+        MaterialModel::Metal(metal) => (metal.roughness, MAX_SMOOTH_CONDUCTOR),
+        MaterialModel::Glass(glass) if !glass.thin => (glass.roughness, MAX_SMOOTH_DIELECTRIC),
+        MaterialModel::Principled(p) if p.metallic.value > 0.5 => (p.roughness.value, MAX_SMOOTH_CONDUCTOR),
+        MaterialModel::Principled(p) if has_interior(p) && p.transmission.value > 0.5 => {
+            (p.roughness.value, MAX_SMOOTH_DIELECTRIC)
         }
-        MaterialModel::Phong { .. } | MaterialModel::Unlit => false,
+        _ => return None,
+    };
+    match roughness {
+        _ if roughness < max_smooth => Some(CausticRoughness::Smooth),
+        _ if roughness < MAX_ROUGHNESS => Some(CausticRoughness::Rough),
+        _ => None,
     }
 }
 
@@ -79,6 +116,7 @@ mod tests {
     use crate::control::Control;
     use crate::film::channel::Channel;
     use crate::film::image_plane::ImagePlane;
+    use crate::guiding::Caustics;
     use crate::prepare::world::PreparedWorld;
     use crate::render;
     use crate::settings::{Integrator, Settings};
@@ -134,8 +172,9 @@ mod tests {
     fn casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
-            .caustic_casters()
+            .caustic_candidates()
             .iter()
+            .filter(|caster| !caster.is_rough)
             .map(|mirror| (mirror.center + prepared.geometry.origin, mirror.radius))
             .collect();
         seen.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x));
@@ -172,9 +211,10 @@ mod tests {
         let apart = |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
         let pictures = |prepared: &PreparedWorld| -> Vec<_> { (1..=8).map(|seed| picture(prepared, seed)).collect() };
         let thrown = pictures(&prepared);
-        prepared.guiding.caustic_maps = vec![].into();
+        let casters = prepared.caustic_casters().0.to_vec();
+        prepared.guiding.caustics = Caustics { casters, maps: vec![] }.into();
         let with = pictures(&prepared);
-        prepared.guiding.caustic_casters = vec![].into();
+        prepared.guiding.caustics = Caustics::default().into();
         let without = pictures(&prepared);
         let all = [&thrown, &with, &without];
         let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());

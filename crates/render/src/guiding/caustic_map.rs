@@ -134,7 +134,8 @@ fn cell_index(point: Vec3) -> usize {
 pub(crate) mod tests {
     use super::*;
 
-    const CASTER: CausticCaster = CausticCaster { instance: 0, center: DVec3::new(1.0, 2.0, 3.0), radius: 0.5 };
+    const CASTER: CausticCaster =
+        CausticCaster { instance: 0, center: DVec3::new(1.0, 2.0, 3.0), radius: 0.5, is_rough: false, weight: 1.0 };
 
     /// The map of photons that leave a small ball within the caster in all directions, both in units of its radius.
     pub fn from_ball(caster: &CausticCaster, center: DVec3, radius: f64) -> CausticMap {

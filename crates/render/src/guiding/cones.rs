@@ -152,7 +152,7 @@ mod tests {
             (DVec3::new(0.0, 0.0, 2.0), 5.0),
             (DVec3::new(0.0, 0.0, 9e3), 1.0),
         ]
-        .map(|(center, radius)| CausticCaster { instance: 0, center, radius })
+        .map(|(center, radius)| CausticCaster { instance: 0, center, radius, is_rough: false, weight: 1.0 })
         .into()
     }
 

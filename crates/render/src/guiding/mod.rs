@@ -8,3 +8,61 @@ pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod cones;
 pub(crate) mod sample_cones;
+
+use std::sync::OnceLock;
+
+use crate::guiding::caustic_casters::{CausticCaster, choose_casters, find_caustic_candidates};
+use crate::guiding::caustic_map::CausticMap;
+use crate::prepare::geometry::Geometry;
+
+/// Caustic guiding of a prepared world.
+#[derive(Debug, Default)]
+pub(crate) struct Guiding {
+    /// Result of [`Guiding::candidates`], computed on demand.
+    candidates: OnceLock<Vec<CausticCaster>>,
+    /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
+    pub caustics: OnceLock<Caustics>,
+    /// True for a world within an exposure.
+    is_within_exposure: bool,
+}
+
+/// The casters that samples are guided to.
+#[derive(Debug, Default)]
+pub(crate) struct Caustics {
+    pub casters: Vec<CausticCaster>,
+    /// The caustic map of each caster; none for a world within an exposure.
+    pub maps: Vec<CausticMap>,
+}
+
+impl Guiding {
+    /// Guiding to smooth casters without maps: a photon pass for every time of an exposure would cost too much.
+    pub fn within_exposure() -> Self {
+        Self { is_within_exposure: true, ..Self::default() }
+    }
+
+    /// True if photons may look for casters.
+    pub fn needs_photons(&self) -> bool {
+        !self.is_within_exposure && self.caustics.get().is_none()
+    }
+
+    /// The objects that may be casters, found now unless they are known.
+    pub fn candidates(&self, geometry: &Geometry) -> &[CausticCaster] {
+        if let Some(known) = self.candidates.get() {
+            return known;
+        }
+        // Found outside of the cell: threads must not wait for it.
+        let candidates = find_caustic_candidates(geometry);
+        self.candidates.get_or_init(|| candidates)
+    }
+
+    /// The casters and their maps; none before they were found.
+    pub fn casters(&self, geometry: &Geometry) -> (&[CausticCaster], &[CausticMap]) {
+        if self.is_within_exposure && self.caustics.get().is_none() {
+            let candidates = self.candidates(geometry);
+            let chosen = choose_casters(candidates, &vec![0.0; candidates.len()]);
+            let casters = chosen.into_iter().map(|(_, caster)| caster).collect();
+            let _ = self.caustics.set(Caustics { casters, maps: vec![] });
+        }
+        self.caustics.get().map_or((&[], &[]), |found| (&found.casters, &found.maps))
+    }
+}

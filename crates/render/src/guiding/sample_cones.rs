@@ -48,12 +48,12 @@ impl TargetCone {
 }
 
 impl<const N: usize> GuidingCones<N> {
-    /// Sets the cone of a lane, and the weight that it would have alone.
+    /// Sets the cone of a lane, and the weight that it would have alone, times `weight`.
     #[inline(always)]
-    fn set_cone(&mut self, k: usize, lane: usize, cone: &TargetCone, density_ratio: f32) {
+    fn set_cone(&mut self, k: usize, lane: usize, cone: &TargetCone, density_ratio: f32, weight: f32) {
         set_lane(&mut self.axis[k], lane, cone.axis.to_array());
         self.one_minus_cos[k][lane] = cone.one_minus_cos;
-        self.weight[k][lane] = (density_ratio * cone.max_fraction).min(1.0);
+        self.weight[k][lane] = weight * (density_ratio * cone.max_fraction).min(1.0);
     }
 
     /// Scales the weights of some cones down to this sum, and reduces the cosine's weight by the result.
@@ -121,7 +121,7 @@ impl<const N: usize> GuidingCones<N> {
                 let direction = (caster.center - position).as_vec3();
                 let normal = interactions.shading_normal(lane);
                 let cone = TargetCone::new(direction, caster.radius as f32, normal);
-                self.set_cone(k, lane, &cone, MAX_DENSITY_RATIO);
+                self.set_cone(k, lane, &cone, MAX_DENSITY_RATIO, caster.weight);
             }
         }
         for (caster, map) in casters.iter().zip(maps) {
@@ -132,7 +132,7 @@ impl<const N: usize> GuidingCones<N> {
                 let direction = Vec3::from(target.center) - point;
                 let normal = interactions.shading_normal(lane);
                 let cone = TargetCone::new(direction, target.radius, normal);
-                self.set_cone(self.count, lane, &cone, MAX_MAP_DENSITY_RATIO);
+                self.set_cone(self.count, lane, &cone, MAX_MAP_DENSITY_RATIO, caster.weight);
                 let beside = max_casters.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
                 *max_casters = if cone.max_fraction > 0.0 { beside } else { *max_casters };
             }

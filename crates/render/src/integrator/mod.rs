@@ -8,7 +8,7 @@
 //! * [`path_tracer`]: what all paths share, and the steps that do not depend on a BSDF: escaped rays, emission, the
 //!   continuation of a path. Light is found by light sampling and by BSDF sampling, weighed by the balance heuristic of
 //!   multiple importance sampling (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section
-//!   9.2.2). Russian roulette ends dim paths after some segments, by the throughput times `eta_scale`.
+//!   9.2.2). Russian roulette ends paths of less than a threshold after some segments, by the throughput times `eta_scale`.
 //! * [`direct_lighting`]: next-event estimation, one shadow ray for each light sample.
 //! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
 //! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).

@@ -9,6 +9,7 @@ use raycam_bvh::{Coherence, Hit};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::integrator::batch::hits::{Chunk, HitBatch};
+use crate::integrator::batch::sort::KindSort;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
@@ -27,6 +28,7 @@ pub(crate) struct PathScratch {
     hits: Vec<Hit>,
     /// Radiance and density of the environment for the escaped rays of a bounce.
     escaped: Vec<(Vec3, f32)>,
+    kind_sort: KindSort,
     hit_batch: HitBatch,
     queues: WavefrontQueues,
 }
@@ -109,7 +111,10 @@ impl PathScratch {
 
     /// Shades all hits: queues shadow rays, and the rays of the paths that continue.
     fn evaluate_materials(&mut self, tracer: &PathTracer, radiance: &mut [Vec3]) {
-        let Self { paths, active, next_active, hits, hit_batch, queues, .. } = self;
+        let Self { paths, active, next_active, hits, kind_sort, hit_batch, queues, .. } = self;
+        if tracer.modes.has_many_kinds {
+            kind_sort.sort(tracer.geometry, active, hits);
+        }
         hit_batch.begin_bounce(tracer, paths, active, hits);
         next_active.clear();
         let chunks = hits.chunks(LANES).zip(active.chunks(LANES)).enumerate();

@@ -21,8 +21,14 @@ use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 
-/// Segments before Russian roulette may end a path: ending sooner adds more noise than it saves time.
+/// Segments before Russian roulette may end a path.
 const MIN_ROULETTE_DEPTH: u32 = 6;
+/// Throughput below which roulette may end a path: brighter ones go on, as they are. Without a threshold, every survivor is
+/// weighted up to a throughput of about one at the first roulette, which is more noise than the time is worth.
+const ROULETTE_THRESHOLD: f32 = 1.0 / 8.0;
+/// Bounces after which roulette ends some paths of any throughput: light inside clear glass is never dimmed.
+const MAX_CERTAIN_BOUNCES: u32 = 11;
+const MAX_LATE_SURVIVAL: f32 = 0.95;
 
 /// Segments from a surface over a caustic caster to a light, at least.
 pub(crate) const MIN_CAUSTIC_SEGMENTS: u32 = 2;
@@ -71,6 +77,8 @@ pub(crate) struct PathModes<'a> {
     pub last_segment_is_occlusion_only: bool,
     /// True if some batched BSDF chooses between lobes.
     pub needs_lobe_choice: bool,
+    /// True if materials are of several kinds, by which hits are sorted.
+    pub has_many_kinds: bool,
 }
 
 impl<'a> PathModes<'a> {
@@ -89,6 +97,9 @@ impl<'a> PathModes<'a> {
             LightChoice::Single(lights.single_light(sampling).filter(|_| is_single))
         };
         let needs_lobe_choice = |prepared: &PreparedMaterial| prepared.kind.needs_lobe_choice(&prepared.material);
+        let kind = |prepared: &PreparedMaterial| std::mem::discriminant(&prepared.kind);
+        let mut kinds = geometry.materials.iter().map(kind);
+        let first_kind = kinds.next();
         Self {
             light_choice,
             mis_with_bsdf: lights.is_hittable(settings.ambient_term.is_some()),
@@ -96,6 +107,7 @@ impl<'a> PathModes<'a> {
             split_lights: settings.split_lights && lights.max_split_samples().is_some(),
             last_segment_is_occlusion_only: last_segment_is_occlusion_only(geometry, lights),
             needs_lobe_choice: geometry.materials.iter().any(needs_lobe_choice),
+            has_many_kinds: kinds.any(|kind| Some(kind) != first_kind),
         }
     }
 
@@ -142,17 +154,18 @@ pub(crate) struct PathTracer<'a> {
 impl<'a> PathTracer<'a> {
     pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, samplers: &'a [Sampler]) -> Self {
         let lights = settings.lights;
+        let (caustic_casters, caustic_maps): (&[_], &[_]) = match lights.can_cast_caustics() {
+            true => world.caustic_casters(),
+            false => (&[], &[]),
+        };
         Self {
             geometry: &world.geometry,
             lights,
             settings,
             samplers,
             modes: PathModes::new(&world.geometry, settings),
-            caustic_casters: match lights.can_cast_caustics() {
-                true => world.caustic_casters(),
-                false => &[],
-            },
-            caustic_maps: world.guiding.caustic_maps.get().map_or(&[], Vec::as_slice),
+            caustic_casters,
+            caustic_maps,
             bounce: 0,
         }
     }
@@ -310,7 +323,8 @@ impl PathTracer<'_> {
         let mut throughput = path.throughput * sample.weight;
         let eta_scale = path.eta_scale * sample.eta_scale;
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
-            let survival = (throughput.max_element() * eta_scale).min(0.95);
+            let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
+            let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
             let dimension = Dimension::OpacityAndRoulette(self.bounce);
             let [_, random] = self.samplers[path.ray_index].get_2d(dimension);
             if random >= survival {

@@ -1,4 +1,5 @@
-//! The photon pass: photons from lights over caustic casters to diffuse receivers, which fill the caustic maps.
+//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate choose the
+//! casters, many fill their caustic maps.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +10,8 @@ use rayon::prelude::*;
 use crate::bsdf::BsdfModel;
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
-use crate::guiding::caustic_casters::CausticCaster;
+use crate::guiding::Caustics;
+use crate::guiding::caustic_casters::{CausticCaster, choose_casters};
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
@@ -24,7 +26,7 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Photons emitted to each caustic caster, and those traced together.
+/// Photons emitted to each caustic caster, and those traced together, which are also those emitted to each candidate.
 const PHOTONS_PER_CASTER: u32 = 1 << 14;
 const PHOTON_BATCH: u32 = 1 << 11;
 /// Surfaces that a photon may meet.
@@ -36,52 +38,64 @@ struct Photon {
     direction: Vec3,
     power: f64,
     interior_list: InteriorList,
-    /// Index of the caster that the photon left last, and the point.
+    /// Index of the candidate that the photon left last, and the point.
     last_exit: Option<(usize, DVec3)>,
 }
 
-/// Builds the caustic maps of a world once, if the paths of a picture are long enough to be guided.
+/// Finds the caustic casters of a world and builds their maps once, if the paths of a picture are long enough to be guided.
 pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
     let lights = settings.integrator.effective_lights(world);
     let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
     let is_guided = settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
-    if is_guided && !world.caustic_casters().is_empty() && world.guiding.caustic_maps.get().is_none() {
+    if is_guided && world.guiding.needs_photons() {
         // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
-        let _ = world.guiding.caustic_maps.set(build_maps(world, lights));
+        let _ = world.guiding.caustics.set(find_caustics(world, lights));
     }
 }
 
-/// The caustic map of every caster. Maps guide paths only: light that they lack adds noise and no bias.
-fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticMap> {
-    let casters = world.caustic_casters();
-    let batches: Vec<_> = (0..casters.len())
-        .flat_map(|caster| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (caster, batch)))
+/// The casters and the caustic map of each. Both guide paths only: light that they lack adds noise and no bias.
+fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
+    let candidates = world.caustic_candidates();
+    if candidates.is_empty() {
+        return Caustics::default();
+    }
+    let chosen = choose_casters(candidates, &thrown_fractions(world, lights));
+    let batches: Vec<_> = chosen
+        .iter()
+        .flat_map(|&(index, _)| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (index, batch)))
         .collect();
-    let deposits: Vec<_> = batches
-        .into_par_iter()
-        .map(|(caster, batch)| {
-            let sampler = Sampler::for_pixel(0, caster as u32, [0, 0]);
-            let samples = batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH;
-            let samplers = samples.map(|i| sampler.with_sample(i));
-            trace_photons(world, lights, &casters[caster], samplers)
-        })
-        .collect();
-    let map = |(index, caster)| {
+    let deposits: Vec<_> =
+        batches.into_par_iter().map(|(index, batch)| trace_photons(world, lights, index, batch)).collect();
+    let map = |&(index, ref caster): &(usize, CausticCaster)| {
         let all = deposits.iter().flatten();
-        let own = all.filter(|(last_caster, _)| *last_caster == index);
+        let own = all.filter(|(last, _)| *last == index);
         CausticMap::new(caster, own.map(|(_, deposit)| *deposit))
     };
-    casters.iter().enumerate().map(map).collect()
+    let maps = chosen.iter().map(map).collect();
+    Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps }
 }
 
-/// Emits photons to a caster; returns their deposits, each with the caster that the photon left last.
-fn trace_photons(
-    world: &PreparedWorld,
-    lights: &Lights,
-    caster: &CausticCaster,
-    samplers: impl Iterator<Item = Sampler>,
-) -> Vec<(usize, PhotonDeposit)> {
-    let emitted = samplers.filter_map(|sampler| emit_photon(world, lights, caster, sampler));
+/// The fraction of all light that every candidate throws, as far as photons emitted to it tell.
+fn thrown_fractions(world: &PreparedWorld, lights: &Lights) -> Vec<f64> {
+    let phi = lights.phi();
+    let candidates = world.caustic_candidates();
+    let thrown = |index: usize| {
+        let deposits = trace_photons(world, lights, index, 0);
+        let own = deposits.iter().filter(|(last, _)| *last == index);
+        let fluence = own.map(|(_, deposit)| deposit.power).sum::<f64>() / f64::from(PHOTON_BATCH);
+        // The fluence times the cross-section of the sphere, over the flux of a flat light.
+        let fraction = fluence * candidates[index].radius.powi(2) / phi;
+        if fraction.is_finite() { fraction } else { 0.0 }
+    };
+    (0..candidates.len()).into_par_iter().map(thrown).collect()
+}
+
+/// Emits a batch of photons to a candidate; returns their deposits, each with the candidate that the photon left last.
+fn trace_photons(world: &PreparedWorld, lights: &Lights, candidate: usize, batch: u32) -> Vec<(usize, PhotonDeposit)> {
+    let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
+    let samples = batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH;
+    let caster = &world.caustic_candidates()[candidate];
+    let emitted = samples.filter_map(|i| emit_photon(world, lights, caster, sampler.with_sample(i)));
     let (mut photons, mut rays): (Vec<_>, Vec<_>) = emitted.unzip();
     let (mut hits, mut deposits) = (vec![], vec![]);
     for bounce in 0..MAX_BOUNCES {
@@ -143,8 +157,8 @@ impl Photon {
         deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
         let interaction = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
-        let mut casters = world.caustic_casters().iter();
-        let Some(caster) = casters.position(|caster| caster.instance == hit.instance) else {
+        let mut candidates = world.caustic_candidates().iter();
+        let Some(caster) = candidates.position(|caster| caster.instance == hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
                 let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };
                 (caster, deposit)
@@ -222,8 +236,8 @@ mod tests {
     /// The target of the ball's map for a point of the world: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
-        let thrown = &world.guiding.caustic_maps.get().unwrap()[0];
-        let CausticCaster { center, radius, .. } = world.caustic_casters()[0];
+        let (casters, maps) = world.caustic_casters();
+        let (thrown, CausticCaster { center, radius, .. }) = (&maps[0], casters[0]);
         let exit = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
         (center + world.geometry.origin + left, f64::from(exit.radius) * radius)
@@ -268,9 +282,9 @@ mod tests {
         let world = world(gold(), false);
         for (integrator, depth) in [(Integrator::Direct, 6), (Integrator::Flat, 6), (Integrator::Path, 2)] {
             build_caustic_maps(&world, &settings(integrator, depth));
-            assert!(world.guiding.caustic_maps.get().is_none());
+            assert!(world.guiding.caustics.get().is_none());
         }
         build_caustic_maps(&world, &settings(Integrator::Path, 3));
-        assert_eq!(world.guiding.caustic_maps.get().map(Vec::len), Some(1));
+        assert_eq!(world.caustic_casters().1.len(), 1);
     }
 }

@@ -90,6 +90,11 @@ impl Lights {
         self.has_emissive_triangles() || self.lights.iter().any(found)
     }
 
+    /// Largest total intensity of the finite lights and emissive triangles in W/sr, summed over the colour channels.
+    pub fn phi(&self) -> f64 {
+        self.tree.phi() + self.emissive_triangles.tree().phi()
+    }
+
     /// True if any light has an extent without surrounding the scene.
     pub fn can_cast_caustics(&self) -> bool {
         self.has_emissive_triangles() || self.lights.iter().any(PreparedLight::can_cast_caustics)

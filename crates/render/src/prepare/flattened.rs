@@ -8,7 +8,7 @@
 use std::sync::atomic::Ordering;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, Scene};
+use raycam_bvh::{ExactHit, ExactRay, HitFilter, Scene};
 use rayon::prelude::*;
 
 use crate::prepare::geometry::Geometry;
@@ -74,10 +74,16 @@ impl Geometry {
         merged.unwrap_or(&self.scene).closest_exact(rays, self, hits);
     }
 
-    /// True for every ray that hits anything, in float64.
-    pub(crate) fn occluded_exact(&self, rays: &[ExactRay], occluded: &mut [bool]) {
+    /// Nearest hit of every ray that a filter accepts, in float64.
+    pub(crate) fn closest_exact_of(&self, rays: &[ExactRay], filter: &dyn HitFilter, hits: &mut [ExactHit]) {
         let merged = self.flattened.scene.get().and_then(Option::as_ref);
-        merged.unwrap_or(&self.scene).occluded_exact(rays, self, occluded);
+        merged.unwrap_or(&self.scene).closest_exact_of(rays, self, filter, hits);
+    }
+
+    /// True for every ray that hits anything, or anything that a filter accepts, in float64.
+    pub(crate) fn occluded_exact(&self, rays: &[ExactRay], filter: Option<&dyn HitFilter>, occluded: &mut [bool]) {
+        let merged = self.flattened.scene.get().and_then(Option::as_ref);
+        merged.unwrap_or(&self.scene).occluded_exact(rays, self, filter, occluded);
     }
 
     /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many

@@ -167,6 +167,10 @@ impl ExactTriangles for Geometry {
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
         self.corners(instance, triangle).map(|corner| corner.to_array())
     }
+
+    fn is_mirrored(&self, instance: u32) -> bool {
+        self.instances[instance as usize].flips_orientation
+    }
 }
 
 /// Places meshes, and builds the top-level BVH over them.

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use raycam_bvh::Bvh;
+use raycam_scene::mesh::surface::{PointTriangles, SurfaceTopology};
 use raycam_scene::{Mesh, World};
 use rayon::prelude::*;
 
@@ -24,6 +25,10 @@ pub(crate) struct PreparedMesh {
     pub center: DVec3,
     /// Result of [`is_watertight`], computed on demand.
     is_closed: OnceLock<bool>,
+    /// Topology, found on demand.
+    surface: OnceLock<SurfaceTopology>,
+    /// Triangles around each point, found on demand.
+    point_triangles: OnceLock<PointTriangles>,
     /// SAH cost of the BVH when it was built.
     built_cost: f64,
 }
@@ -124,6 +129,8 @@ impl PreparedMesh {
             upper,
             center,
             is_closed: OnceLock::new(),
+            surface: OnceLock::new(),
+            point_triangles: OnceLock::new(),
         })
     }
 
@@ -137,6 +144,20 @@ impl PreparedMesh {
     /// True if a mesh has as many vertices and triangles: perhaps it is the same in another form.
     fn has_size_of(&self, mesh: &Mesh) -> bool {
         (self.mesh.vertices.len(), self.mesh.triangles.len()) == (mesh.vertices.len(), mesh.triangles.len())
+    }
+
+    /// Topology of the mesh. Found outside of the cell: threads must not wait for it.
+    pub fn surface(&self) -> &SurfaceTopology {
+        let known = self.surface.get().is_some();
+        let found = if known { SurfaceTopology::default() } else { SurfaceTopology::new(&self.mesh) };
+        self.surface.get_or_init(|| found)
+    }
+
+    /// Triangles around each point of the mesh, found as [`PreparedMesh::surface`].
+    pub fn point_triangles(&self) -> &PointTriangles {
+        let known = self.point_triangles.get().is_some();
+        let found = if known { PointTriangles::default() } else { PointTriangles::new(&self.mesh) };
+        self.point_triangles.get_or_init(|| found)
     }
 
     /// Same triangles with moved vertices; `None` if a rebuild is required.
@@ -157,6 +178,8 @@ impl PreparedMesh {
             upper,
             center,
             is_closed: OnceLock::new(),
+            surface: OnceLock::new(),
+            point_triangles: OnceLock::new(),
         })
     }
 }

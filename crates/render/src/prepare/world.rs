@@ -1,14 +1,15 @@
 //! Prepared world: geometry, lighting and caustic guiding, composed.
 
 use std::collections::HashSet;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use raycam_bvh::Bvh;
 use raycam_scene::{Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::{CausticCaster, find_caustic_casters};
+use crate::guiding::Guiding;
+use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 use crate::light::lighting::{Lighting, LightingCell, RecentLighting};
 use crate::prepare::family::SharedParts;
@@ -36,16 +37,6 @@ pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
     textures: SharedParts<PreparedTexture>,
     lighting: RecentLighting,
-}
-
-/// Caustic guiding of a prepared world.
-#[derive(Debug, Default)]
-pub(crate) struct Guiding {
-    /// Result of [`PreparedWorld::caustic_casters`], computed on demand.
-    pub caustic_casters: OnceLock<Vec<CausticCaster>>,
-    /// Caustic map of each caster, built when paths need them: see
-    /// [`crate::integrator::photon_pass::build_caustic_maps`]. Empty for a world within an exposure.
-    pub caustic_maps: OnceLock<Vec<CausticMap>>,
 }
 
 /// Objects that one thread places in less time than others take to wake.
@@ -132,11 +123,7 @@ impl PreparedWorld {
         let extent = Extent::around(base.origin, world_bounds(&world.objects, &meshes));
         let materials = prepare_materials(&world.materials, &base.materials);
         let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone())?;
-        let guiding = Guiding {
-            // A photon pass for every time would cost too much.
-            caustic_maps: vec![].into(),
-            ..Guiding::default()
-        };
+        let guiding = Guiding::within_exposure();
         let lighting = LightingCell::new(world, &geometry, [&reference.lighting])?;
         Ok(Self { geometry, lighting, guiding, family: family.clone() })
     }
@@ -151,20 +138,21 @@ impl PreparedWorld {
         self.lighting.is_made()
     }
 
-    /// Mirrors, clear glass and nearly specular objects, computed now unless they are known.
-    pub(crate) fn caustic_casters(&self) -> &[CausticCaster] {
-        if let Some(known) = self.guiding.caustic_casters.get() {
-            return known;
-        }
-        let casters = find_caustic_casters(&self.geometry);
-        self.guiding.caustic_casters.get_or_init(|| casters)
+    /// The objects that may be caustic casters, found now unless they are known.
+    pub(crate) fn caustic_candidates(&self) -> &[CausticCaster] {
+        self.guiding.candidates(&self.geometry)
+    }
+
+    /// The casters and their maps; none before they were found.
+    pub(crate) fn caustic_casters(&self) -> (&[CausticCaster], &[CausticMap]) {
+        self.guiding.casters(&self.geometry)
     }
 
     /// Makes what pictures of light need, in the current pool: threads that wait for it would make it as well.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
         self.geometry.dielectric_bounds();
-        self.caustic_casters();
+        self.caustic_candidates();
     }
 
     /// Number of instances whose BVH `other` shares.

@@ -4,7 +4,9 @@ use std::collections::HashSet;
 
 use crate::common::*;
 use glam::{DAffine3, DMat3, DVec3};
-use raycam_render::annotations::ray_queries::{self, Kernel, RayArrays};
+use raycam_render::annotations::queries::fields::{Column, Columns, Field};
+use raycam_render::annotations::queries::rays::{self as ray_queries, Kernel, RayArrays};
+use raycam_render::annotations::queries::selection::Selection;
 use raycam_render::{Channel, Control, Filter, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Camera, Light, Mesh, PixelCenter, Texture, TextureSlot, World, Wrap};
@@ -221,7 +223,7 @@ fn cast_rays_agrees_with_the_picture() {
     let (origins, directions): (Vec<_>, Vec<_>) = rays.map(|(o, d)| (o.to_array(), d.to_array())).unzip();
     let cast = |kernel, threads| {
         let rays = RayArrays { kernel, ..all_of(&origins, &directions) };
-        ray_queries::cast_rays(&prepared, &rays, threads, &Control::new()).unwrap()
+        Hits::new(ray_queries::cast_rays(&prepared, &rays, &FIELDS, threads, &Control::new()).unwrap())
     };
     let hits = cast(Kernel::Exact, None);
     let exactly = |i: usize| hits.instance[i] == i32s(&frame, Channel::Instance)[i];
@@ -256,9 +258,45 @@ fn cast_rays_agrees_with_the_picture() {
     assert_eq!(cast(Kernel::Exact, Some(1)).t, cast(Kernel::Exact, Some(3)).t);
 }
 
+const FIELDS: [Field; 6] =
+    [Field::T, Field::Instance, Field::Triangle, Field::Barycentric, Field::Normal, Field::Position];
+
+/// Fields of hits by name.
+struct Hits {
+    t: Vec<f64>,
+    instance: Vec<i32>,
+    triangle: Vec<i32>,
+    barycentric: Vec<[f64; 3]>,
+    normal: Vec<[f64; 3]>,
+    position: Vec<[f64; 3]>,
+}
+
+impl Hits {
+    fn new(columns: Columns) -> Self {
+        let floats = |field| match columns.get(field) {
+            Some(Column::Float64(values)) => values.clone(),
+            other => panic!("{field:?}: {other:?}"),
+        };
+        let integers = |field| match columns.get(field) {
+            Some(Column::Int32(values)) => values.clone(),
+            other => panic!("{field:?}: {other:?}"),
+        };
+        let vectors = |field| floats(field).as_chunks::<3>().0.to_vec();
+        Self {
+            t: floats(Field::T),
+            instance: integers(Field::Instance),
+            triangle: integers(Field::Triangle),
+            barycentric: vectors(Field::Barycentric),
+            normal: vectors(Field::Normal),
+            position: vectors(Field::Position),
+        }
+    }
+}
+
 /// Rays from t = 0 on.
 fn all_of<'a>(origins: &'a [[f64; 3]], directions: &'a [[f64; 3]]) -> RayArrays<'a> {
-    RayArrays { origins, directions, t_min: &[0.0], t_max: &[f64::INFINITY], kernel: Kernel::Exact }
+    let selection = Selection::default();
+    RayArrays { origins, directions, t_min: &[0.0], t_max: &[f64::INFINITY], kernel: Kernel::Exact, selection }
 }
 
 #[test]
@@ -286,7 +324,7 @@ fn queries_take_any_ray() {
     let directions = rays.map(|ray| ray.1);
     let control = Control::new();
     let all = all_of(&origins, &directions);
-    let hits = ray_queries::cast_rays(&prepared, &all, None, &control).unwrap();
+    let hits = Hits::new(ray_queries::cast_rays(&prepared, &all, &FIELDS, None, &control).unwrap());
     let limit = |factor: f64| {
         let t_max = rays.map(|ray| if ray.2 > 0.0 { ray.2 * factor } else { ray.2 });
         ray_queries::occluded(&prepared, &RayArrays { t_max: &t_max, ..all }, None, &control).unwrap()
@@ -307,7 +345,7 @@ fn queries_take_any_ray() {
     assert!(message.contains("3 values of t_max for 14 rays"), "{message}");
     let message = error(RayArrays { t_min: &[nan], ..all });
     assert!(message.contains("t_min[0] is NaN"), "{message}");
-    let none = ray_queries::cast_rays(&prepared, &all_of(&[], &[]), None, &control).unwrap();
+    let none = Hits::new(ray_queries::cast_rays(&prepared, &all_of(&[], &[]), &FIELDS, None, &control).unwrap());
     assert!(none.t.is_empty());
     assert!(!hits.t[13].is_nan());
 }

@@ -3,6 +3,7 @@
 pub mod oriented_box;
 pub mod primitive;
 pub mod subdivide;
+pub mod surface;
 pub(crate) mod topology;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};

@@ -219,13 +219,14 @@ impl RaySoa64 {
         *hit = ray.best;
     }
 
-    /// Writes the t of the hit, if any, in lengths of the given direction.
+    /// Writes the t of the hit in lengths of the given direction; that of a miss is infinite.
     #[inline(always)]
     pub fn to_hit(&self, i: usize, hit: &mut ExactHit) {
         let i = i & (PACKET_SIZE - 1);
-        if hit.triangle != crate::INVALID_ID {
-            hit.t = self.t_hit[i] / self.direction_scale[i];
-        }
+        *hit = match hit.triangle {
+            crate::INVALID_ID => ExactHit::MISS,
+            _ => ExactHit { t: self.t_hit[i] / self.direction_scale[i], ..*hit },
+        };
     }
 
     /// Intersects one ray with a triangle; keeps the hit if it is closer.

@@ -6,7 +6,7 @@
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::{LeafNode, NodeRef, leaf, node};
-use crate::ray::{ExactHit, ExactRay};
+use crate::ray::{ExactHit, ExactRay, HitFilter};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
@@ -112,9 +112,15 @@ impl ClippedRay {
         ExactHit { t: self.best.t / self.direction_scale, ..self.best }
     }
 
-    /// Intersects a triangle in float64; keeps the hit if it is the closest.
+    /// Intersects a triangle in float64; keeps the hit if it is the closest that is accepted.
     #[inline(always)]
-    pub fn intersect_exact(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles) {
+    fn intersect_exact(
+        &mut self,
+        instance: u32,
+        triangle: u32,
+        triangles: &dyn ExactTriangles,
+        accepts: impl Fn(&ExactHit) -> bool,
+    ) {
         let corners = triangles.corners(instance, triangle);
         let Some(found) = self.ray.intersect(corners) else {
             return;
@@ -122,8 +128,86 @@ impl ClippedRay {
         let so_far = HitSoFar::new(self.t_min, self.best.t, self.t_error, &self.best);
         if self.ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
             let t = if self.any_hit { DONE } else { found.t };
-            self.t_error = if self.any_hit { 0.0 } else { found.t_error };
-            self.best = ExactHit { t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
+            let hit = ExactHit { t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
+            if accepts(&hit) {
+                self.t_error = if self.any_hit { 0.0 } else { found.t_error };
+                self.best = hit;
+            }
+        }
+    }
+}
+
+/// A search along one ray: it visits the triangles that the ray may hit.
+pub trait RaySearch {
+    fn clipped_ray(&self) -> &ClippedRay;
+
+    /// True if triangles of an instance are of interest.
+    #[inline(always)]
+    fn accepts_instance(&self, _: u32) -> bool {
+        true
+    }
+
+    fn visit(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles);
+}
+
+impl RaySearch for ClippedRay {
+    #[inline(always)]
+    fn clipped_ray(&self) -> &ClippedRay {
+        self
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles) {
+        self.intersect_exact(instance, triangle, triangles, |_| true);
+    }
+}
+
+/// The search for the closest hit that a filter accepts.
+struct FilteredRay<'a> {
+    ray: ClippedRay,
+    number: usize,
+    filter: &'a dyn HitFilter,
+}
+
+impl RaySearch for FilteredRay<'_> {
+    #[inline(always)]
+    fn clipped_ray(&self) -> &ClippedRay {
+        &self.ray
+    }
+
+    #[inline(always)]
+    fn accepts_instance(&self, instance: u32) -> bool {
+        self.filter.accepts_instance(self.number, instance)
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles) {
+        let accepts = |hit: &ExactHit| self.filter.accepts(self.number, hit);
+        self.ray.intersect_exact(instance, triangle, triangles, accepts);
+    }
+}
+
+/// Replaces hits that a filter does not accept by the closest, or any, that it does.
+#[inline(always)]
+pub fn filter_hits<I: Isa>(
+    scene: &Scene,
+    rays: &[ExactRay],
+    triangles: &dyn ExactTriangles,
+    filter: &dyn HitFilter,
+    any_hit: bool,
+    hits: &mut [ExactHit],
+) {
+    for (number, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+        let counts = || filter.accepts_instance(number, hit.instance) && filter.accepts(number, hit);
+        if hit.instance == crate::INVALID_ID || counts() {
+            continue;
+        }
+        *hit = ExactHit::MISS;
+        if let Some(mut ray) = ClippedRay::new(scene, ray) {
+            ray.any_hit = any_hit;
+            let mut search = FilteredRay { ray, number, filter };
+            intersect_tlas::<I>(scene, &mut search, triangles);
+            *hit = search.ray.to_hit();
         }
     }
 }
@@ -140,7 +224,8 @@ pub fn t_max_f32(t: f64, forward: f64) -> f32 {
 
 /// One ray through the TLAS.
 #[inline(always)]
-pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &dyn ExactTriangles) {
+pub fn intersect_tlas<I: Isa>(scene: &Scene, search: &mut impl RaySearch, triangles: &dyn ExactTriangles) {
+    let ray = search.clipped_ray();
     let start = ray.local_origin.map(|x| x as f32);
     let direction = ray.ray.direction.map(|d| (d * scene.scale) as f32);
     let distance = max_abs(start);
@@ -151,7 +236,7 @@ pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &d
         loop {
             if !at.is_leaf() {
                 let node = node(scene.blocks(), at);
-                let limit = outer.to_local_t(ray.t_max_f32()).next_up();
+                let limit = outer.to_local_t(search.clipped_ray().t_max_f32()).next_up();
                 let (into, enter) = intersect_children::<I>(node, &outer, limit);
                 let into = <I::F32x8 as Vector>::to_bitmask(into);
                 if into != 0 {
@@ -160,9 +245,11 @@ pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &d
                 }
             } else {
                 let subtree = &scene.subtree_refs[at.index()];
-                intersect_subtree::<I>(scene, subtree, ray, triangles);
+                if search.accepts_instance(subtree.instance) {
+                    intersect_subtree::<I>(scene, subtree, search, triangles);
+                }
             }
-            match stack.pop(0, outer.to_local_t(ray.t_max_f32()).next_up()) {
+            match stack.pop(0, outer.to_local_t(search.clipped_ray().t_max_f32()).next_up()) {
                 Some(next) => at = next,
                 None => return,
             }
@@ -191,9 +278,10 @@ pub fn to_mesh_space(
 pub fn intersect_subtree<I: Isa>(
     scene: &Scene,
     subtree: &SubtreeRef,
-    ray: &mut ClippedRay,
+    search: &mut impl RaySearch,
     triangles: &dyn ExactTriangles,
 ) {
+    let ray = search.clipped_ray();
     let instance = subtree.instance;
     let instance_record: &InstanceRecord = &scene.instances[instance as usize];
     let mesh = &*instance_record.bvh;
@@ -209,7 +297,8 @@ pub fn intersect_subtree<I: Isa>(
     loop {
         if !at.is_leaf() {
             let node = node(mesh.blocks(), at);
-            let (into, enter) = intersect_children::<I>(node, &local, local.to_local_t(ray.t_max_f32()).next_up());
+            let (into, enter) =
+                intersect_children::<I>(node, &local, local.to_local_t(search.clipped_ray().t_max_f32()).next_up());
             let into = <I::F32x8 as Vector>::to_bitmask(into);
             if into != 0 {
                 at = stack.push::<I>(node, enter, into);
@@ -222,10 +311,10 @@ pub fn intersect_subtree<I: Isa>(
                 let lane = near.trailing_zeros();
                 near &= near - 1;
                 let triangle = mesh.prim_id(leaf.first_prim + lane);
-                ray.intersect_exact(instance, triangle, triangles);
+                search.visit(instance, triangle, triangles);
             }
         }
-        match stack.pop(0, local.to_local_t(ray.t_max_f32()).next_up()) {
+        match stack.pop(0, local.to_local_t(search.clipped_ray().t_max_f32()).next_up()) {
             Some(next) => at = next,
             None => return,
         }
@@ -233,7 +322,7 @@ pub fn intersect_subtree<I: Isa>(
 }
 
 /// The largest absolute coordinate.
-fn max_abs(point: [f32; 3]) -> f32 {
+pub fn max_abs(point: [f32; 3]) -> f32 {
     point[0].abs().max(point[1].abs()).max(point[2].abs())
 }
 

@@ -62,6 +62,22 @@ impl HitSoFar {
     }
 }
 
+/// Sheared edge functions of a triangle, the t of its corners along the main axis, and the error bound of the former.
+struct EdgeFunctions {
+    values: [f64; 3],
+    depths: [f64; 3],
+    error: f64,
+}
+
+impl EdgeFunctions {
+    /// True if the signs are those of the exact values.
+    #[inline(always)]
+    fn are_sure(&self) -> bool {
+        let [u, v, w] = self.values.map(f64::abs);
+        min_f64(min_f64(u, v), w) > self.error
+    }
+}
+
 impl ShearedRay {
     #[inline(always)]
     pub fn new(origin: [f64; 3], direction: [f64; 3]) -> ShearedRay {
@@ -83,10 +99,10 @@ impl ShearedRay {
         RayPredicates { origin: self.origin, direction: self.direction }
     }
 
-    /// The intersection of the line with a closed triangle; none edge on and with a triangle of no area. The watertight
-    /// test of [`crate::traverse::packet::triangle`] in float64, made exact.
+    /// The sheared edge functions of a triangle, if the line may pass it. The watertight test of
+    /// [`crate::traverse::packet::triangle`] in float64.
     #[inline(always)]
-    pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
+    fn edges(&self, corners: [[f64; 3]; 3]) -> Option<EdgeFunctions> {
         let z = self.major_axis % 3;
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
         let mut largest = 0.0;
@@ -100,25 +116,56 @@ impl ShearedRay {
         let w = b[0] * a[1] - b[1] * a[0];
         let sum = a[0].abs() + a[1].abs() + b[0].abs() + b[1].abs() + c[0].abs() + c[1].abs();
         let error = largest * (NEAR_EDGE_ERROR * sum + SQUARED_ERROR * largest);
-        if !same_sign(u, v, w, error) {
+        let depths = [a[2], b[2], c[2]];
+        same_sign(u, v, w, error).then_some(EdgeFunctions { values: [u, v, w], depths, error })
+    }
+
+    /// The intersection of the line with a closed triangle; none edge on and with a triangle of no area.
+    #[inline(always)]
+    pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
+        let edges = self.edges(corners)?;
+        if !edges.are_sure() && !self.is_inside(corners) {
             return None;
         }
+        Some(self.intersect_plane(&edges, corners))
+    }
+
+    /// The crossing of the line, moved by an infinitesimal vector, with a triangle, and its side: see
+    /// [`RayPredicates::crossing_side`].
+    #[inline(always)]
+    pub fn cross(&self, corners: [[f64; 3]; 3]) -> Option<(Intersection, i32)> {
+        let edges = self.edges(corners)?;
+        let [u, ..] = edges.values;
+        let side = if edges.are_sure() {
+            if (u > 0.0) == (self.direction[self.major_axis % 3] > 0.0) { -1 } else { 1 }
+        } else {
+            self.crossing_side(corners)
+        };
+        (side != 0).then(|| (self.intersect_plane(&edges, corners), side))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn crossing_side(&self, corners: [[f64; 3]; 3]) -> i32 {
+        self.predicates().crossing_side(corners)
+    }
+
+    /// The intersection of the line with the plane of a triangle that it passes.
+    #[inline(always)]
+    fn intersect_plane(&self, edges: &EdgeFunctions, corners: [[f64; 3]; 3]) -> Intersection {
+        let ([u, v, w], [za, zb, zc]) = (edges.values, edges.depths);
         let normal = cross(corners);
         let det = u + v + w;
-        let least = min_f64(min_f64(u.abs(), v.abs()), w.abs());
-        if least <= error && !self.is_inside(corners) {
-            return None;
-        }
         // Weights of a ray through an edge may be negative by rounding.
-        let relative = 3.0 * error / det.abs();
+        let relative = 3.0 * edges.error / det.abs();
         let sure = relative <= MAX_RELATIVE_ERROR;
         if !sure || min_f64(u * det, min_f64(v * det, w * det)) < 0.0 {
-            return Some(self.intersect_precisely(corners, normal));
+            return self.intersect_precisely(corners, normal);
         }
         let (wa, wb, wc) = (u / det, v / det, w / det);
-        let t = wa * a[2] + wb * b[2] + wc * c[2];
-        let farthest = max_f64(max_f64(a[2].abs(), b[2].abs()), c[2].abs());
-        Some(Intersection { t, t_error: (relative + 8.0 * f64::EPSILON) * farthest, u: wb, v: wc, normal })
+        let t = wa * za + wb * zb + wc * zc;
+        let farthest = max_f64(max_f64(za.abs(), zb.abs()), zc.abs());
+        Intersection { t, t_error: (relative + 8.0 * f64::EPSILON) * farthest, u: wb, v: wc, normal }
     }
 
     /// True if the line passes through the closed triangle, by exact signs.
@@ -193,6 +240,25 @@ impl ShearedRay {
         };
         let other = self.precise_t(triangles.corners(other_instance, other_triangle));
         t < other || t == other && triangle < (other_instance, other_triangle)
+    }
+
+    /// True if a crossing lies in a range of t. At `t_min` = 0 the moved start decides.
+    #[inline(always)]
+    pub fn is_within(&self, found: &Intersection, corners: [[f64; 3]; 3], side: i32, [t_min, t_max]: [f64; 2]) -> bool {
+        let starts = if (found.t - t_min).abs() > found.t_error {
+            found.t > t_min
+        } else if t_min == 0.0 {
+            self.predicates().moved_start_sign(corners) == side
+        } else {
+            self.precise_t(corners) >= t_min
+        };
+        starts
+            && if (found.t - t_max).abs() > found.t_error { found.t < t_max } else { self.precise_t(corners) <= t_max }
+    }
+
+    /// t and the weights of the second and third corner, off by one unit in the last place at most.
+    pub fn precise_intersection(&self, corners: [[f64; 3]; 3]) -> [f64; 3] {
+        self.predicates().intersection(corners)
     }
 
     #[cold]

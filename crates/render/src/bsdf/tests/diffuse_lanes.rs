@@ -50,8 +50,13 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
     }
     dispatch_simd(&mut interactions);
     if first.is_multiple_of(2 * LANES) {
-        let casters =
-            [DVec3::X, DVec3::Y].map(|center| CausticCaster { instance: 0, center: 2.0 * center, radius: 0.7 });
+        let casters = [DVec3::X, DVec3::Y].map(|center| CausticCaster {
+            instance: 0,
+            center: 2.0 * center,
+            radius: 0.7,
+            is_rough: false,
+            weight: 1.0,
+        });
         let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
         dispatch_simd(SampleGuided {
             casters: &casters,

@@ -1,6 +1,6 @@
 //! The hits of one bounce, [`crate::soa::LANES`] at a time: loading, BSDFs, direct lighting, shading.
 //!
-//! [`hits`] holds what all hits of the bounce need, and evaluates the materials of a chunk; [`shade`] then advances each
+//! [`sort`] brings hits of a kind together, [`hits`] holds what all hits of the bounce need, and evaluates the materials of a chunk; [`shade`] then advances each
 //! path of the chunk. This folder uses the steps of [`crate::integrator::path_tracer`].
 
 pub(crate) mod bsdf;
@@ -8,3 +8,4 @@ pub(crate) mod direct_lighting;
 pub(crate) mod hits;
 pub(crate) mod path_lanes;
 pub(crate) mod shade;
+pub(crate) mod sort;

@@ -64,6 +64,11 @@ impl LightTree {
         self.count
     }
 
+    /// Intensity of all lights together in W/sr, summed over the colour channels.
+    pub fn phi(&self) -> f64 {
+        self.bounds.map_or(0.0, |all| f64::from(all.phi))
+    }
+
     /// Root of a tree of one node.
     pub fn only_node(&self) -> Option<&LightTreeNode> {
         match &*self.nodes {

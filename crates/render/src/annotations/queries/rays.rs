@@ -1,19 +1,18 @@
 //! Ray queries: nearest hits and occlusion of the caller's rays, decided exactly for the float64 numbers given.
 
-use glam::DVec3;
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
-use rayon::prelude::*;
+use std::ops::Range;
 
+use glam::DVec3;
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+
+use crate::annotations::queries::fields::{Columns, Field, columns};
+use crate::annotations::queries::selection::Selection;
+use crate::annotations::queries::tasks::in_tasks_by;
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::ground_truth::convert::signed_id;
-use crate::interaction::vector::{face_forward, unit_normal};
 use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::{MAX_WORK_HERE, Workers};
-
-/// Rays of one task.
-const RAYS_PER_TASK: usize = 4096;
 
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +27,8 @@ pub struct RayArrays<'a> {
     pub t_max: &'a [f64],
     /// Arithmetic that decides hits.
     pub kernel: Kernel,
+    /// Surfaces that count.
+    pub selection: Selection<'a>,
 }
 
 /// Arithmetic that decides hits.
@@ -44,7 +45,7 @@ pub enum Kernel {
 }
 
 impl RayArrays<'_> {
-    fn check(&self) -> Result<(), RenderError> {
+    pub(super) fn check(&self, world: &PreparedWorld) -> Result<(), RenderError> {
         let (o, d) = (self.origins.len(), self.directions.len());
         if o != d {
             return Err(RenderError::Settings(format!("{o} origins and {d} directions; expected one of each per ray")));
@@ -62,7 +63,17 @@ impl RayArrays<'_> {
             let message = "t_min needs the exact kernel: leave out exact=False, or move the origins";
             return Err(RenderError::Settings(message.into()));
         }
-        Ok(())
+        if self.kernel != Kernel::Exact && !self.selection.is_everything() {
+            let message =
+                "a choice of surfaces (objects, skip, facing, surface) needs the exact kernel: leave out exact=False";
+            return Err(RenderError::Settings(message.into()));
+        }
+        self.selection.check(world.geometry.instances.len(), o)
+    }
+
+    /// Rays of a range.
+    pub(super) fn slice(&self, range: Range<usize>) -> Vec<ExactRay> {
+        range.map(|i| self.ray(i)).collect()
     }
 
     fn ray(&self, i: usize) -> ExactRay {
@@ -76,89 +87,34 @@ impl RayArrays<'_> {
     }
 }
 
-/// Nearest hit of each ray, one entry per ray.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RayHits {
-    /// In lengths of the ray's direction; +inf for a miss.
-    pub t: Vec<f64>,
-    /// Index of the object; -1 for a miss.
-    pub instance: Vec<i32>,
-    /// Index of the triangle in its mesh; -1 for a miss.
-    pub triangle: Vec<i32>,
-    /// Barycentric coordinates, of sum 1; 0 for a miss.
-    pub barycentric: Vec<[f64; 3]>,
-    /// Unit geometric normal in world coordinates, on the ray's side; 0 for a miss.
-    pub normal: Vec<[f64; 3]>,
-    /// Surface point in world coordinates; NaN for a miss.
-    pub position: Vec<[f64; 3]>,
-}
-
-/// Nearest hit of each ray `origin + t * direction`, `t_min <= t <= t_max`, in world coordinates.
+/// Fields of the nearest hit of each ray `origin + t * direction`, `t_min <= t <= t_max`, in world coordinates.
 ///
 /// A triangle is closed: its edges and corners belong to it; seen edge on it is not met. Signs are exact, t is off by one
 /// unit in the last place at most, and the position is weighted from the corners, so far origins lose nothing. First is
 /// the smallest (t, instance, triangle). A ray that is not finite or has a zero direction misses.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and
-/// [`RenderError::Threads`].
+/// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors of
+/// [`crate::thread_pool::with_pool`].
 pub fn cast_rays(
     world: &PreparedWorld,
     rays: &RayArrays,
+    fields: &[Field],
     threads: Option<usize>,
     control: &Control,
-) -> Result<RayHits, RenderError> {
-    rays.check()?;
+) -> Result<Columns, RenderError> {
+    rays.check(world)?;
     let n = rays.origins.len();
-    check_memory(|| format!("{n} hits"), n as u64 * 88)?;
-    let mut found = RayHits {
-        t: vec![f64::INFINITY; n],
-        instance: vec![-1; n],
-        triangle: vec![-1; n],
-        barycentric: vec![[0.0; 3]; n],
-        normal: vec![[0.0; 3]; n],
-        position: vec![[f64::NAN; 3]; n],
+    check_memory(|| format!("{n} hits"), n as u64 * 8 * fields.iter().map(|field| field.width() as u64).sum::<u64>())?;
+    let geometry = &world.geometry;
+    let mut found = Columns::empty(fields);
+    let work = |range: Range<usize>| {
+        let local = rays.slice(range.clone());
+        let hits = closest_hits(world, &local, rays, range);
+        columns(geometry, fields, local.iter().zip(&hits))
     };
-    control.start(n.div_ceil(RAYS_PER_TASK));
     world.geometry.note_exact_rays(n as u64);
-    let RayHits { t, instance, triangle, barycentric, normal, position } = &mut found;
-    type Outputs<'a> = (&'a mut [f64], &'a mut [i32], &'a mut [i32], Corners<'a>, Corners<'a>, Corners<'a>);
-    type Corners<'a> = &'a mut [[f64; 3]];
-    let cast = |chunk: usize, (t, instance, triangle, barycentric, normal, position): Outputs| {
-        control.check()?;
-        let first = chunk * RAYS_PER_TASK;
-        let kernel = rays.kernel;
-        let rays: Vec<ExactRay> = (first..first + t.len()).map(|i| rays.ray(i)).collect();
-        let hits = closest_hits(world, &rays, kernel);
-        for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
-            let corners = world.geometry.corners(hit.instance, hit.triangle);
-            let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-            t[i] = hit.t;
-            instance[i] = signed_id(hit.instance);
-            triangle[i] = signed_id(hit.triangle);
-            barycentric[i] = weights;
-            normal[i] = face_forward(unit_normal(corners), rays[i].direction.into()).to_array();
-            position[i] = (corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]).to_array();
-        }
-        control.advance();
-        Ok::<(), RenderError>(())
-    };
-    let workers = Workers::for_work(threads, work(n), true)?;
-    if n <= RAYS_PER_TASK {
-        workers.run(|| cast(0, (t, instance, triangle, barycentric, normal, position)))?;
-        return Ok(found);
-    }
-    workers.run(|| {
-        let results = (
-            t.par_chunks_mut(RAYS_PER_TASK),
-            instance.par_chunks_mut(RAYS_PER_TASK),
-            triangle.par_chunks_mut(RAYS_PER_TASK),
-            barycentric.par_chunks_mut(RAYS_PER_TASK),
-            normal.par_chunks_mut(RAYS_PER_TASK),
-            position.par_chunks_mut(RAYS_PER_TASK),
-        );
-        results.into_par_iter().enumerate().try_for_each(|(chunk, out)| cast(chunk, out))
-    })?;
+    in_tasks_by(&Workers::for_work(threads, work_of(n), true)?, n, control, work, |more| found.append(more))?;
     Ok(found)
 }
 
@@ -172,52 +128,50 @@ pub fn occluded(
     threads: Option<usize>,
     control: &Control,
 ) -> Result<Vec<bool>, RenderError> {
-    rays.check()?;
-    let mut occluded = vec![false; rays.origins.len()];
-    control.start(occluded.len().div_ceil(RAYS_PER_TASK));
-    world.geometry.note_exact_rays(occluded.len() as u64);
-    let cast = |chunk: usize, occluded: &mut [bool]| {
-        control.check()?;
-        let first = chunk * RAYS_PER_TASK;
-        let kernel = rays.kernel;
-        let rays: Vec<ExactRay> = (first..first + occluded.len()).map(|i| rays.ray(i)).collect();
-        match kernel {
-            Kernel::Exact => world.geometry.occluded_exact(&rays, occluded),
+    rays.check(world)?;
+    let n = rays.origins.len();
+    let mut found = Vec::with_capacity(n);
+    let work = |range: Range<usize>| {
+        let local = rays.slice(range.clone());
+        let mut occluded = vec![false; local.len()];
+        match rays.kernel {
+            Kernel::Exact => {
+                let filter = rays.selection.filter(&world.geometry, &local, range);
+                let filter = (!rays.selection.is_everything()).then_some(&filter as &dyn HitFilter);
+                world.geometry.occluded_exact(&local, filter, &mut occluded);
+            }
             Kernel::Float32 { coherent } => {
-                world.geometry.scene.occluded(&local_rays(world, &rays), occluded, coherence(coherent));
+                world.geometry.scene.occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
             }
         }
-        control.advance();
-        Ok::<(), RenderError>(())
+        occluded
     };
-    let workers = Workers::for_work(threads, work(occluded.len()), true)?;
-    if occluded.len() <= RAYS_PER_TASK {
-        workers.run(|| cast(0, &mut occluded))?;
-        return Ok(occluded);
-    }
-    workers.run(|| {
-        let chunks = occluded.par_chunks_mut(RAYS_PER_TASK).enumerate();
-        chunks.try_for_each(|(chunk, occluded)| cast(chunk, occluded))
-    })?;
-    Ok(occluded)
+    world.geometry.note_exact_rays(n as u64);
+    in_tasks_by(&Workers::for_work(threads, work_of(n), true)?, n, control, work, |mut more| found.append(&mut more))?;
+    Ok(found)
 }
 
 /// Estimated time of this many rays on one thread, in nanoseconds.
-fn work(rays: usize) -> f64 {
+fn work_of(rays: usize) -> f64 {
     300.0 * rays as f64
 }
 
 /// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
 pub fn is_brief(rays: usize) -> bool {
-    work(rays) <= MAX_WORK_HERE
+    work_of(rays) <= MAX_WORK_HERE
 }
 
 /// Nearest hits with precise t and weights.
-fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], kernel: Kernel) -> Vec<ExactHit> {
+fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, range: Range<usize>) -> Vec<ExactHit> {
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    match kernel {
+    match query.kernel {
         Kernel::Exact => {
-            world.geometry.closest_exact(rays, &mut hits);
+            if query.selection.is_everything() {
+                world.geometry.closest_exact(rays, &mut hits);
+            } else {
+                let filter = query.selection.filter(&world.geometry, rays, range);
+                world.geometry.closest_exact_of(rays, &filter, &mut hits);
+            }
             for (hit, ray) in hits.iter_mut().zip(rays).filter(|(hit, _)| hit.instance != INVALID_ID) {
                 let corners = world.geometry.corners(hit.instance, hit.triangle);
                 *hit = hit.refined(ray, corners.map(|corner| corner.to_array()));

@@ -7,20 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import SettingsError, nearest
-from ._options import load_calibration
+from ...errors import SettingsError, nearest
+from .._options import load_calibration
 
 if TYPE_CHECKING:
-    from ..camera import Camera
-    from ..render.frame import Frame
-    from ..rig import Rig
-    from ..world import World
+    from ...camera import Camera
+    from ...render.frame import Frame
+    from ...rig import Rig
+    from ...world import World
 
 WORLDS = (".toml", ".glb", ".gltf")
 """Endings of world files that may have cameras."""
 
 
-def add_rig(command: argparse.ArgumentParser) -> None:
+def add_rig(command: argparse._ActionsContainer) -> None:
     """Adds `--rig`."""
     command.add_argument(
         "--rig",
@@ -55,7 +55,7 @@ def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
 
 def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
     """Loads the rigs of a calibration or a world file."""
-    from ..world.load import load
+    from ...world.load import load
 
     rigs = load(path).rigs if path.endswith(WORLDS) else load_calibration(path, options).rigs
     if not rigs:
@@ -65,7 +65,7 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
 
 def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
     """Loads the cameras of a world file or a calibration; a rig of a world stands for its cameras."""
-    from ..world.load import load
+    from ...world.load import load
 
     if not path.endswith(WORLDS):
         return load_calibration(path, options)

@@ -1,0 +1,167 @@
+//! Queries of points and of pairs of points. Python has made the arrays C-contiguous and broadcast them.
+
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::annotations::queries::points::{self, PointArrays};
+use raycam_render::annotations::queries::selection::Selection;
+use raycam_render::annotations::queries::signed_distance::{self, Sign};
+use raycam_render::annotations::queries::visible::{self, PointPairs};
+use raycam_render::annotations::queries::{inside, winding};
+use raycam_scene::mesh::surface::SurfaceTopology;
+
+use crate::arrays::{Floats, array, rows};
+use crate::error::settings_error;
+use crate::interruptible::run_interruptible;
+use crate::queries::rays::{mask, surface};
+use crate::world::state::World;
+
+/// The chosen objects, a flag for each of the world's.
+type Mask<'py> = PyReadonlyArrayDyn<'py, bool>;
+
+/// A dict of points [n, 3], their largest distances [1] or [n], and the objects that count.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct PointArguments<'py> {
+    points: Floats<'py>,
+    max_distance: Floats<'py>,
+    objects: Option<Mask<'py>>,
+    threads: Option<usize>,
+}
+
+impl PointArguments<'_> {
+    fn arrays(&self) -> PyResult<PointArrays<'_>> {
+        let limits = self.max_distance.as_slice();
+        Ok(PointArrays {
+            points: rows(&self.points, "points")?,
+            max_distance: limits.map_err(|_| settings_error("max_distance: expected a C-contiguous array".into()))?,
+            objects: mask(self.objects.as_ref())?,
+        })
+    }
+}
+
+/// The closest point of each point, by the names of `World.closest_points`.
+#[pyfunction]
+pub(crate) fn world_closest_points<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: PointArguments<'py>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (arrays, threads) = (query.arrays()?, query.threads);
+    let prepared = world.prepared(py, threads)?;
+    let found = run_interruptible(py, None, |control| points::closest_points(&prepared, &arrays, threads, control))?;
+    let n = found.distance.len();
+    let dict = PyDict::new(py);
+    dict.set_item("distance", array(py, found.distance, &[n])?)?;
+    dict.set_item("position", array(py, found.position.into_flattened(), &[n, 3])?)?;
+    dict.set_item("instance", array(py, found.instance, &[n])?)?;
+    dict.set_item("triangle", array(py, found.triangle, &[n])?)?;
+    dict.set_item("barycentric", array(py, found.barycentric.into_flattened(), &[n, 3])?)?;
+    dict.set_item("normal", array(py, found.normal.into_flattened(), &[n, 3])?)?;
+    Ok(dict)
+}
+
+/// The distance of each point.
+#[pyfunction]
+pub(crate) fn world_distance<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: PointArguments<'py>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let (arrays, threads) = (query.arrays()?, query.threads);
+    let prepared = world.prepared(py, threads)?;
+    let found = run_interruptible(py, None, |control| points::distance(&prepared, &arrays, threads, control))?;
+    array(py, found, &[arrays.points.len()])
+}
+
+/// The distance of each point, negative inside.
+#[pyfunction]
+pub(crate) fn world_signed_distance<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: PointArguments<'py>,
+    sign: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let (arrays, threads) = (query.arrays()?, query.threads);
+    let sign = match sign {
+        "auto" => Sign::Auto,
+        "winding" => Sign::Winding,
+        "pseudonormal" => Sign::Pseudonormal,
+        name => return Err(settings_error(format!("unknown sign {name:?}"))),
+    };
+    let prepared = world.prepared(py, threads)?;
+    let found = run_interruptible(py, None, |control| {
+        signed_distance::signed_distance(&prepared, &arrays, sign, threads, control)
+    })?;
+    array(py, found, &[arrays.points.len()])
+}
+
+/// For each point [n, 3], true if it is inside of any of the chosen objects.
+#[pyfunction]
+pub(crate) fn world_inside<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    points: Floats<'py>,
+    objects: Option<Mask<'py>>,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+    let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
+    let prepared = world.prepared(py, threads)?;
+    let found = run_interruptible(py, None, |control| inside::inside(&prepared, rows, chosen, threads, control))?;
+    array(py, found, &[rows.len()])
+}
+
+/// The winding number of the chosen objects around each point [n, 3].
+#[pyfunction]
+pub(crate) fn world_winding_number<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    points: Floats<'py>,
+    objects: Option<Mask<'py>>,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
+    let prepared = world.prepared(py, threads)?;
+    let found =
+        run_interruptible(py, None, |control| winding::winding_number(&prepared, rows, chosen, threads, control))?;
+    array(py, found, &[rows.len()])
+}
+
+/// For each pair of points [n, 3], true if no triangle is between them.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn world_visible<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    a: Floats<'py>,
+    b: Floats<'py>,
+    margin: f64,
+    objects: Option<Mask<'py>>,
+    surface_name: &str,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+    let selection =
+        Selection { objects: mask(objects.as_ref())?, surface: surface(surface_name)?, ..Selection::default() };
+    let pairs = PointPairs { from: rows(&a, "a")?, to: rows(&b, "b")?, margin, selection };
+    let prepared = world.prepared(py, threads)?;
+    let found = run_interruptible(py, None, |control| visible::visible(&prepared, &pairs, threads, control))?;
+    array(py, found, &[pairs.from.len()])
+}
+
+/// (closed, oriented, boundary edges [k, 2], volume, components).
+type TopologyParts<'py> = (bool, bool, Bound<'py, PyArrayDyn<i32>>, f64, usize);
+
+/// The topology of an object's mesh; the volume is that of the placed object.
+#[pyfunction]
+pub(crate) fn world_topology<'py>(py: Python<'py>, world: &World, object: usize) -> PyResult<TopologyParts<'py>> {
+    let world = world.snapshot();
+    let placed = world
+        .objects
+        .get(object)
+        .ok_or_else(|| settings_error(format!("object {object} of a world with {} objects", world.objects.len())))?;
+    let surface = py.detach(|| SurfaceTopology::new(&world.meshes[placed.mesh]));
+    let edges: Vec<i32> = surface.boundary_edges.iter().flatten().map(|&vertex| vertex as i32).collect();
+    let count = surface.boundary_edges.len();
+    let volume = surface.volume * placed.world_from_mesh.matrix3.determinant().abs();
+    Ok((surface.is_closed, surface.is_oriented, array(py, edges, &[count, 2])?, volume, surface.components))
+}

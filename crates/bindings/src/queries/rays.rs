@@ -1,0 +1,194 @@
+//! Queries of rays. Python has made the arrays C-contiguous and broadcast them.
+
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::TruthSurface;
+use raycam_render::annotations::queries::crossings;
+use raycam_render::annotations::queries::fields::{Column, Columns, FIELDS, Field};
+use raycam_render::annotations::queries::rays::{self, Kernel, RayArrays};
+use raycam_render::annotations::queries::selection::{Facing, Selection};
+
+use crate::arrays::{Floats, array, rows};
+use crate::error::settings_error;
+use crate::interruptible::{run_for_work, run_interruptible};
+use crate::world::state::World;
+
+/// An array of one dimension.
+fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
+    array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
+}
+
+/// A dict of rays [n, 3], their limits [1] or [n], and the surfaces that count.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct RayArguments<'py> {
+    origins: Floats<'py>,
+    directions: Floats<'py>,
+    t_min: Floats<'py>,
+    t_max: Floats<'py>,
+    /// True if exact signs decide, false if float32 does.
+    exact: bool,
+    coherent: Option<bool>,
+    objects: Option<PyReadonlyArrayDyn<'py, bool>>,
+    /// Objects and triangles that rays start from, [n] each.
+    skip: Option<(PyReadonlyArrayDyn<'py, i32>, PyReadonlyArrayDyn<'py, i32>)>,
+    facing: String,
+    surface: String,
+    threads: Option<usize>,
+}
+
+impl RayArguments<'_> {
+    fn arrays(&self) -> PyResult<RayArrays<'_>> {
+        let skip = match &self.skip {
+            Some((objects, triangles)) => Some((flat(objects, "skip")?, flat(triangles, "skip")?)),
+            None => None,
+        };
+        let facing = match &self.facing[..] {
+            "both" => Facing::Both,
+            "front" => Facing::Front,
+            "back" => Facing::Back,
+            "material" => Facing::Material,
+            name => return Err(settings_error(format!("unknown facing {name:?}"))),
+        };
+        Ok(RayArrays {
+            origins: rows(&self.origins, "origins")?,
+            directions: rows(&self.directions, "directions")?,
+            t_min: flat(&self.t_min, "t_min")?,
+            t_max: flat(&self.t_max, "t_max")?,
+            kernel: if self.exact { Kernel::Exact } else { Kernel::Float32 { coherent: self.coherent } },
+            selection: Selection {
+                objects: mask(self.objects.as_ref())?,
+                skip,
+                facing,
+                surface: surface(&self.surface)?,
+            },
+        })
+    }
+}
+
+/// The chosen objects.
+pub(crate) fn mask<'a>(objects: Option<&'a PyReadonlyArrayDyn<'_, bool>>) -> PyResult<Option<&'a [bool]>> {
+    objects.map(|objects| flat(objects, "objects")).transpose()
+}
+
+/// The surface of a name.
+pub(crate) fn surface(name: &str) -> PyResult<TruthSurface> {
+    match name {
+        "first" => Ok(TruthSurface::First),
+        "solid" => Ok(TruthSurface::Solid),
+        _ => Err(settings_error(format!("unknown surface {name:?}"))),
+    }
+}
+
+/// The names of the fields of hits.
+#[pyfunction]
+pub(crate) fn ray_fields() -> Vec<&'static str> {
+    FIELDS.iter().map(|(name, _)| *name).collect()
+}
+
+fn fields(names: &[String]) -> PyResult<Vec<Field>> {
+    let field = |name: &String| {
+        let found = FIELDS.iter().find(|(known, _)| known == name).map(|(_, field)| *field);
+        found.ok_or_else(|| settings_error(format!("unknown field {name:?}")))
+    };
+    names.iter().map(field).collect()
+}
+
+/// Columns as arrays [n] or [n, width] by name.
+fn columns_to_dict(py: Python<'_>, columns: Columns) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    for (field, column) in columns.0 {
+        let name = FIELDS.iter().find(|(_, known)| *known == field).map_or("", |(name, _)| name);
+        let shape = |len: usize| match field.width() {
+            1 => vec![len],
+            width => vec![len / width, width],
+        };
+        match column {
+            Column::Float64(values) => {
+                let shape = shape(values.len());
+                dict.set_item(name, array(py, values, &shape)?)?;
+            }
+            Column::Float32(values) => {
+                let shape = shape(values.len());
+                dict.set_item(name, array(py, values, &shape)?)?;
+            }
+            Column::Int32(values) => {
+                let shape = shape(values.len());
+                dict.set_item(name, array(py, values, &shape)?)?;
+            }
+            Column::Bool(values) => {
+                let shape = shape(values.len());
+                dict.set_item(name, array(py, values, &shape)?)?;
+            }
+        }
+    }
+    Ok(dict)
+}
+
+/// Fields of the first hit of each ray, by name.
+#[pyfunction]
+pub(crate) fn world_cast_rays<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: RayArguments<'py>,
+    names: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
+    let prepared = world.prepared(py, threads)?;
+    let is_brief = rays::is_brief(arrays.origins.len());
+    let found = run_for_work(py, is_brief, |control| rays::cast_rays(&prepared, &arrays, &fields, threads, control))?;
+    columns_to_dict(py, found)
+}
+
+/// For each ray, true if anything lies in its range of t.
+#[pyfunction]
+pub(crate) fn world_occluded<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: RayArguments<'py>,
+) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+    let (arrays, threads) = (query.arrays()?, query.threads);
+    let prepared = world.prepared(py, threads)?;
+    let is_brief = rays::is_brief(arrays.origins.len());
+    let occluded = run_for_work(py, is_brief, |control| rays::occluded(&prepared, &arrays, threads, control))?;
+    array(py, occluded, &[arrays.origins.len()])
+}
+
+/// Crossings of each ray: `offsets`, `ray`, and fields by name.
+#[pyfunction]
+pub(crate) fn world_intersections<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: RayArguments<'py>,
+    max_hits: Option<usize>,
+    names: Vec<String>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
+    let prepared = world.prepared(py, threads)?;
+    let found = run_interruptible(py, None, |control| {
+        crossings::intersections(&prepared, &arrays, max_hits, &fields, threads, control)
+    })?;
+    let dict = PyDict::new(py);
+    let (offsets, owners) = (found.offsets.len(), found.rays.len());
+    dict.set_item("offsets", array(py, found.offsets, &[offsets])?)?;
+    dict.set_item("ray", array(py, found.rays, &[owners])?)?;
+    dict.update(columns_to_dict(py, found.columns)?.as_mapping())?;
+    Ok(dict)
+}
+
+/// The number of crossings of each ray; `signed`: those that leave less those that enter.
+#[pyfunction]
+pub(crate) fn world_count_intersections<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    query: RayArguments<'py>,
+    signed: bool,
+) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
+    let (arrays, threads) = (query.arrays()?, query.threads);
+    let prepared = world.prepared(py, threads)?;
+    let counts = run_interruptible(py, None, |control| {
+        crossings::count_intersections(&prepared, &arrays, signed, threads, control)
+    })?;
+    array(py, counts, &[arrays.origins.len()])
+}

@@ -1,0 +1,190 @@
+//! The search for the closest point: nearest instances, nodes and leaves first.
+
+use crate::exact::closest_point::closest_point;
+use crate::node::{NodeRef, leaf, node};
+use crate::ray::{ClosestPoint, ExactHit, HitFilter, INVALID_ID};
+use crate::scene::rebraid::SubtreeRef;
+use crate::scene::{ExactTriangles, InstanceRecord, Scene};
+use crate::simd::{Isa, Vector};
+use crate::traverse::exact::single::{F64_ERROR, coordinate_error, max_abs};
+use crate::traverse::point::bounds::{Sphere, box_distances, near_triangles};
+use crate::traverse::stack::Stack;
+
+/// One point with its closest point so far.
+struct PointSearch<'a> {
+    scene: &'a Scene,
+    triangles: &'a dyn ExactTriangles,
+    filter: Option<&'a dyn HitFilter>,
+    number: usize,
+    point: [f64; 3],
+    /// The point in scaled scene coordinates, and its error bound.
+    local: [f64; 3],
+    error: f64,
+    best: ClosestPoint,
+    /// The squared distance of `best`.
+    squared_distance: f64,
+}
+
+#[inline(always)]
+pub fn closest_points_batch<I: Isa>(
+    scene: &Scene,
+    points: &[[f64; 3]],
+    max_distance: &[f64],
+    triangles: &dyn ExactTriangles,
+    filter: Option<&dyn HitFilter>,
+    found: &mut [ClosestPoint],
+) {
+    let mut hint = None;
+    for (number, (&point, found)) in points.iter().zip(found.iter_mut()).enumerate() {
+        *found = ClosestPoint::MISS;
+        let max_distance = if max_distance.len() == 1 { max_distance[0] } else { max_distance[number] };
+        // Also excludes a limit that is NaN.
+        if !point.iter().all(|x| x.is_finite()) || scene.root == NodeRef::EMPTY || !(max_distance >= 0.0) {
+            continue;
+        }
+        let world = scene.origin();
+        let local: [f64; 3] = std::array::from_fn(|a| (point[a] - world[a]) * scene.scale);
+        let reach = (0..3).fold(0.0, |most: f64, a| most.max(local[a].abs()).max((world[a] * scene.scale).abs()));
+        let mut search = PointSearch {
+            scene,
+            triangles,
+            filter,
+            number,
+            point,
+            local,
+            error: F64_ERROR * (reach + f64::from(scene.max_abs_coord)),
+            best: ClosestPoint::MISS,
+            // A little more: the distance itself is compared at the end.
+            squared_distance: max_distance * max_distance * (1.0 + 4.0 * f64::EPSILON),
+        };
+        if let Some((instance, triangle)) = hint
+            && search.accepts_instance(instance)
+        {
+            search.visit(instance, triangle);
+        }
+        search.traverse_tlas::<I>();
+        if search.best.instance != INVALID_ID && search.best.distance <= max_distance {
+            *found = search.best;
+            hint = Some((found.instance, found.triangle));
+        }
+    }
+}
+
+impl PointSearch<'_> {
+    #[inline(always)]
+    fn accepts_instance(&self, instance: u32) -> bool {
+        self.filter.is_none_or(|filter| filter.accepts_instance(self.number, instance))
+    }
+
+    /// Computes the closest point of a triangle; keeps it if it is the smallest by (distance, instance, triangle).
+    #[inline(always)]
+    fn visit(&mut self, instance: u32, triangle: u32) {
+        let found = closest_point(self.point, self.triangles.corners(instance, triangle));
+        let order = (self.best.instance, self.best.triangle);
+        let closer = found.squared_distance < self.squared_distance
+            || found.squared_distance == self.squared_distance && (instance, triangle) < order;
+        if !closer || self.filter.is_some_and(|filter| !filter.accepts(self.number, &hit(instance, triangle))) {
+            return;
+        }
+        self.squared_distance = found.squared_distance;
+        self.best = ClosestPoint {
+            distance: found.squared_distance.sqrt(),
+            position: found.position,
+            weights: found.weights,
+            instance,
+            triangle,
+        };
+    }
+
+    /// The radius within which something is near, in coordinates `scale` times as large as those of the world.
+    #[inline(always)]
+    fn radius(&self, scale: f64) -> f32 {
+        let radius = (self.squared_distance.sqrt() * scale * (1.0 + 4.0 * f64::EPSILON)) as f32;
+        radius.next_up().min(f32::MAX)
+    }
+
+    #[inline(always)]
+    fn traverse_tlas<I: Isa>(&mut self) {
+        let scene = self.scene;
+        let point = self.local.map(|x| x as f32);
+        let error = 2.0 * scene.box_padding(max_abs(point)) + 2.0 * self.error as f32;
+        let mut sphere = Sphere::new(point, error);
+        let mut stack = Stack::new();
+        let mut at = scene.root;
+        loop {
+            sphere.radius = self.radius(scene.scale);
+            if !at.is_leaf() {
+                let node = node(scene.blocks(), at);
+                let distances = box_distances::<I>(node, &sphere);
+                let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
+                if into != 0 {
+                    at = stack.push::<I>(node, distances, into);
+                    continue;
+                }
+            } else {
+                let subtree = &scene.subtree_refs[at.index()];
+                if self.accepts_instance(subtree.instance) {
+                    self.traverse_subtree::<I>(subtree);
+                    sphere.radius = self.radius(scene.scale);
+                }
+            }
+            match stack.pop(0, sphere.squared_limit()) {
+                Some(next) => at = next,
+                None => return,
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn traverse_subtree<I: Isa>(&mut self, subtree: &SubtreeRef) {
+        let scene = self.scene;
+        let record = &scene.instances[subtree.instance as usize];
+        let mesh = &*record.bvh;
+        let point = to_mesh_point(record, self.local);
+        let distance = max_abs(self.local.map(|x| x as f32));
+        let error = coordinate_error(scene, record, distance, self.error) + 8.0 * f32::EPSILON * max_abs(point);
+        let scale = scene.scale * f64::from(record.max_scale) * (1.0 + 8.0 * f64::from(f32::EPSILON));
+        let mut sphere = Sphere::new(point, error);
+        let mut stack = Stack::new();
+        let mut at = subtree.node;
+        loop {
+            sphere.radius = self.radius(scale);
+            if !at.is_leaf() {
+                let node = node(mesh.blocks(), at);
+                let distances = box_distances::<I>(node, &sphere);
+                let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
+                if into != 0 {
+                    at = stack.push::<I>(node, distances, into);
+                    continue;
+                }
+            } else {
+                let leaf = leaf(mesh.blocks(), at);
+                let mut near = near_triangles::<I>(leaf, &sphere);
+                while near != 0 {
+                    let lane = near.trailing_zeros();
+                    near &= near - 1;
+                    self.visit(subtree.instance, mesh.prim_id(leaf.first_prim + lane));
+                }
+                sphere.radius = self.radius(scale);
+            }
+            match stack.pop(0, sphere.squared_limit()) {
+                Some(next) => at = next,
+                None => return,
+            }
+        }
+    }
+}
+
+/// A triangle as a filter sees it.
+fn hit(instance: u32, triangle: u32) -> ExactHit {
+    ExactHit { instance, triangle, ..ExactHit::MISS }
+}
+
+/// A point of scaled scene coordinates in tree coordinates of the mesh.
+#[inline(always)]
+fn to_mesh_point(record: &InstanceRecord, point: [f64; 3]) -> [f32; 3] {
+    record.mesh_from_scene.map(|row| {
+        let [x, y, z, w] = row.map(f64::from);
+        (x * point[0] + y * point[1] + z * point[2] + w) as f32
+    })
+}

@@ -1,0 +1,72 @@
+//! Closest points of placed meshes against every triangle.
+
+use crate::support::{Mesh, Rng, soup, sphere};
+use raycam_bvh::{
+    ClosestPoint, ExactTriangles, INVALID_ID, Instance, InstructionSet, Scene, squared_distance_to_triangle,
+};
+
+/// Meshes at places of float32, each used twice.
+struct Placed(Vec<(Mesh, [[f32; 4]; 3])>);
+
+impl Placed {
+    fn scene(&self) -> Scene {
+        let instance = |(mesh, place): &(Mesh, _)| Instance { bvh: mesh.build(), world_from_mesh: *place };
+        Scene::build(self.0.iter().map(instance).collect(), [0.0; 3]).unwrap()
+    }
+
+    /// The smallest (squared distance, instance, triangle).
+    fn brute(&self, point: [f64; 3]) -> (f64, u32, u32) {
+        let mut best = (f64::INFINITY, INVALID_ID, INVALID_ID);
+        for (instance, (mesh, _)) in self.0.iter().enumerate() {
+            for triangle in 0..mesh.triangles.len() as u32 {
+                let corners = self.corners(instance as u32, triangle);
+                let candidate = (squared_distance_to_triangle(point, corners), instance as u32, triangle);
+                if candidate < best {
+                    best = candidate;
+                }
+            }
+        }
+        best
+    }
+}
+
+impl ExactTriangles for Placed {
+    fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        let (mesh, place) = &self.0[instance as usize];
+        mesh.triangles[triangle as usize].map(|vertex| {
+            let at = mesh.vertices[vertex as usize].map(f64::from);
+            place.map(|[x, y, z, w]| f64::from(x) * at[0] + f64::from(y) * at[1] + f64::from(z) * at[2] + f64::from(w))
+        })
+    }
+}
+
+#[test]
+fn closest_points_are_brute_force_with_every_instruction_set() {
+    let mut rng = Rng(11);
+    let turned = [[0.8, -0.6, 0.0, 2.0], [0.06, 0.08, 1.5, -1.0], [0.3, 0.4, 0.0, 0.5]];
+    let moved = [[1.0, 0.0, 0.0, -3.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0]];
+    let world = Placed(vec![
+        (sphere(12, &mut rng), turned),
+        (soup(60, 0.3, &mut rng), moved),
+        (soup(60, 0.001, &mut rng), turned),
+    ]);
+    let mut points: Vec<[f64; 3]> = (0..400).map(|_| rng.vector().map(|x| 4.0 * f64::from(x))).collect();
+    // On corners, far away, and beyond what float32 reaches.
+    points.extend((0..60).map(|i| world.corners(0, i)[0]));
+    points.extend([[1e5, 2e5, -3e5], [1e12, 0.0, 0.0], [0.0, 1e30, 1e30], [0.0, f64::NAN, 0.0]]);
+    let expected: Vec<_> = points.iter().map(|point| world.brute(*point)).collect();
+    let mut scene = world.scene();
+    let mut answers: Option<Vec<ClosestPoint>> = None;
+    for isa in InstructionSet::ALL.into_iter().filter(|isa| isa.is_available()) {
+        assert!(scene.set_instruction_set(isa));
+        let mut found = vec![ClosestPoint::MISS; points.len()];
+        scene.closest_points(&points, &[f64::INFINITY], &world, None, &mut found);
+        for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            let order = (found.distance, found.instance, found.triangle);
+            assert_eq!(order, (expected.0.sqrt(), expected.1, expected.2), "{isa:?}, {:?}", points[i]);
+        }
+        let bits = |all: &[ClosestPoint]| all.iter().map(|found| found.position.map(f64::to_bits)).collect::<Vec<_>>();
+        let first = answers.get_or_insert_with(|| found.clone());
+        assert_eq!(bits(first), bits(&found), "{isa:?}");
+    }
+}

@@ -1,0 +1,222 @@
+//! Fields of hits: columns of numbers by name.
+
+use glam::DVec3;
+use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID};
+
+use crate::ground_truth::convert::{signed_id, to_float_hit};
+use crate::interaction::ray_cone::Footprint;
+use crate::interaction::vector::unit_normal;
+use crate::prepare::geometry::Geometry;
+
+/// A property of a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// In lengths of the ray's direction; +inf for a miss.
+    T,
+    /// Index of the object; -1 for a miss.
+    Instance,
+    /// Index of the triangle in its mesh; -1 for a miss.
+    Triangle,
+    /// Weights of the corners, at least 0 and of sum 1; 0 for a miss.
+    Barycentric,
+    /// Unit geometric normal in world coordinates, on the ray's side; 0 for a miss.
+    Normal,
+    /// Surface point in world coordinates; NaN for a miss.
+    Position,
+    /// True if the ray enters by the front: corners counter-clockwise, clockwise in a mirrored instance.
+    Front,
+    /// In world units; +inf for a miss.
+    Distance,
+    /// Unit normal interpolated from the corners, on the ray's side; 0 for a miss.
+    ShadingNormal,
+    /// Texture coordinates of the first set, v down; NaN for a miss and without texture coordinates.
+    Uv,
+    /// Index of the material; -1 for a miss.
+    Material,
+    /// Number of the category; -1 for a miss and without a category.
+    Category,
+    /// Linear base colour with its texture; 0 for a miss.
+    Albedo,
+}
+
+/// Names of all fields.
+pub const FIELDS: [(&str, Field); 13] = [
+    ("t", Field::T),
+    ("instance", Field::Instance),
+    ("triangle", Field::Triangle),
+    ("barycentric", Field::Barycentric),
+    ("normal", Field::Normal),
+    ("position", Field::Position),
+    ("front", Field::Front),
+    ("distance", Field::Distance),
+    ("shading_normal", Field::ShadingNormal),
+    ("uv", Field::Uv),
+    ("material", Field::Material),
+    ("category", Field::Category),
+    ("albedo", Field::Albedo),
+];
+
+/// Values of a field for a list of hits: `width` numbers a hit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Column {
+    /// float64.
+    Float64(Vec<f64>),
+    /// float32.
+    Float32(Vec<f32>),
+    /// int32.
+    Int32(Vec<i32>),
+    /// bool.
+    Bool(Vec<bool>),
+}
+
+impl Column {
+    /// Appends a column of the same type.
+    pub(super) fn append(&mut self, other: Column) {
+        match (self, other) {
+            (Column::Float64(all), Column::Float64(mut more)) => all.append(&mut more),
+            (Column::Float32(all), Column::Float32(mut more)) => all.append(&mut more),
+            (Column::Int32(all), Column::Int32(mut more)) => all.append(&mut more),
+            (Column::Bool(all), Column::Bool(mut more)) => all.append(&mut more),
+            _ => unreachable!("columns of one field have one type"),
+        }
+    }
+}
+
+/// Columns of several fields.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns(pub Vec<(Field, Column)>);
+
+impl Columns {
+    pub(super) fn empty(fields: &[Field]) -> Self {
+        Self(fields.iter().map(|&field| (field, field.empty())).collect())
+    }
+
+    pub(super) fn append(&mut self, other: Columns) {
+        for ((_, all), (_, more)) in self.0.iter_mut().zip(other.0) {
+            all.append(more);
+        }
+    }
+
+    /// The column of a field, if it is there.
+    pub fn get(&self, field: Field) -> Option<&Column> {
+        self.0.iter().find(|(name, _)| *name == field).map(|(_, column)| column)
+    }
+}
+
+impl Field {
+    /// Numbers of one hit.
+    pub fn width(self) -> usize {
+        match self {
+            Field::Barycentric | Field::Normal | Field::Position | Field::ShadingNormal | Field::Albedo => 3,
+            Field::Uv => 2,
+            _ => 1,
+        }
+    }
+
+    fn empty(self) -> Column {
+        match self {
+            Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![]),
+            Field::Front => Column::Bool(vec![]),
+            Field::Albedo => Column::Float32(vec![]),
+            _ => Column::Float64(vec![]),
+        }
+    }
+}
+
+/// A ray and its hit, whose t and weights are precise.
+pub(super) type RayHit<'a> = (&'a ExactRay, &'a ExactHit);
+
+/// Columns of the fields of these hits.
+pub(super) fn columns<'a>(
+    geometry: &Geometry,
+    fields: &[Field],
+    hits: impl Iterator<Item = RayHit<'a>> + Clone,
+) -> Columns {
+    let column = |&field| (field, column(geometry, field, hits.clone()));
+    Columns(fields.iter().map(column).collect())
+}
+
+fn column<'a>(geometry: &Geometry, field: Field, hits: impl Iterator<Item = RayHit<'a>>) -> Column {
+    let id = |hit: &ExactHit, id: &dyn Fn() -> i32| if is_hit(hit) { id() } else { -1 };
+    match field {
+        Field::T => Column::Float64(hits.map(|(_, hit)| hit.t).collect()),
+        Field::Instance => Column::Int32(hits.map(|(_, hit)| signed_id(hit.instance)).collect()),
+        Field::Triangle => Column::Int32(hits.map(|(_, hit)| signed_id(hit.triangle)).collect()),
+        Field::Barycentric => vectors(hits, 0.0, |_, hit| weights(hit)),
+        Field::Normal => vectors(hits, 0.0, |ray, hit| facing_normal(geometry, ray, hit).to_array()),
+        Field::Position => vectors(hits, f64::NAN, |_, hit| position(geometry, hit)),
+        Field::Front => Column::Bool(hits.map(|(ray, hit)| is_hit(hit) && is_front(geometry, ray, hit)).collect()),
+        Field::Distance => Column::Float64(hits.map(|(ray, hit)| distance(ray, hit)).collect()),
+        Field::ShadingNormal => vectors(hits, 0.0, |ray, hit| shading_normal(geometry, ray, hit).to_array()),
+        Field::Uv => vectors(hits, f64::NAN, |_, hit| {
+            let found = geometry.uv(hit.instance, hit.triangle, 0, [hit.u, hit.v]);
+            found.map_or([f64::NAN; 2], |uv| uv.map(f64::from))
+        }),
+        Field::Material => {
+            let number = |hit: &ExactHit| geometry.material_index(hit.instance, hit.triangle) as i32;
+            Column::Int32(hits.map(|(_, hit)| id(hit, &|| number(hit))).collect())
+        }
+        Field::Category => {
+            let number = |hit: &ExactHit| geometry.instances[hit.instance as usize].category;
+            Column::Int32(hits.map(|(_, hit)| id(hit, &|| number(hit))).collect())
+        }
+        Field::Albedo => Column::Float32(
+            hits.flat_map(|(_, hit)| match is_hit(hit) {
+                true => geometry.base_color(&to_float_hit(hit), &Footprint::default()).to_array(),
+                false => [0.0; 3],
+            })
+            .collect(),
+        ),
+    }
+}
+
+fn is_hit(hit: &ExactHit) -> bool {
+    hit.instance != INVALID_ID
+}
+
+fn vectors<'a, const N: usize>(
+    hits: impl Iterator<Item = RayHit<'a>>,
+    miss: f64,
+    value: impl Fn(&ExactRay, &ExactHit) -> [f64; N],
+) -> Column {
+    Column::Float64(hits.flat_map(|(ray, hit)| if is_hit(hit) { value(ray, hit) } else { [miss; N] }).collect())
+}
+
+/// Weights of the corners, at least 0.
+pub(super) fn weights(hit: &ExactHit) -> [f64; 3] {
+    [(1.0 - hit.u - hit.v).max(0.0), hit.u, hit.v]
+}
+
+fn position(geometry: &Geometry, hit: &ExactHit) -> [f64; 3] {
+    let [a, b, c] = geometry.corners(hit.instance, hit.triangle);
+    let [u, v, w] = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    (a * u + b * v + c * w).to_array()
+}
+
+/// 1 if the ray runs along the normal of the corners as they are, -1 if against it.
+fn side(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> i32 {
+    ray.side(ExactTriangles::corners(geometry, hit.instance, hit.triangle))
+}
+
+/// True if the ray enters by the front of the surface.
+pub(super) fn is_front(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> bool {
+    (side(geometry, ray, hit) < 0) != geometry.instances[hit.instance as usize].flips_orientation
+}
+
+fn facing_normal(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> DVec3 {
+    let normal = unit_normal(geometry.corners(hit.instance, hit.triangle));
+    if side(geometry, ray, hit) > 0 { -normal } else { normal }
+}
+
+fn shading_normal(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> DVec3 {
+    let facing = facing_normal(geometry, ray, hit);
+    let Some([a, b, c]) = geometry.facing_vertex_normals(hit.instance, hit.triangle, facing) else {
+        return facing;
+    };
+    let [u, v, w] = weights(hit);
+    (a * u + b * v + c * w).normalize_or(facing)
+}
+
+fn distance(ray: &ExactRay, hit: &ExactHit) -> f64 {
+    if is_hit(hit) { hit.t * DVec3::from(ray.direction).length() } else { f64::INFINITY }
+}

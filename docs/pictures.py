@@ -1,0 +1,99 @@
+"""Makes the pictures of the pages: runs the blocks of a page and keeps the files that the page shows.
+
+    python docs/pictures.py                       all pages
+    python docs/pictures.py docs/howto/glass.md   one page
+
+A page shows `images/howto/NAME.jpg`; one of its blocks writes NAME.png. Needs Pillow.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+from raycam import cli
+
+DOCS = Path(__file__).resolve().parent
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
+SHOWN = re.compile(r"images/howto/([\w-]+)\.jpg")
+MAX_BYTES = 60_000
+MAX_SIDE = 480
+
+
+def run(text: str, page: Path) -> None:
+    """Runs the blocks of a page in the current folder."""
+    names: dict[str, object] = {}
+    for language, block in BLOCK.findall(text):
+        if language == "python":
+            exec(compile(block, str(page), "exec"), names)
+        elif language == "toml" and (named := re.match(r"# (\S+\.toml)\n", block)):
+            Path(named[1]).write_text(block, encoding="utf-8")
+        elif language == "sh":
+            for line in block.replace("\\\n", " ").splitlines():
+                words = shlex.split(line, comments=True)
+                if words[:1] == ["raycam"]:
+                    cli.main(words[1:])
+
+
+def keep(name: str) -> None:
+    """Writes a picture of the current folder to the documentation, small enough."""
+    with Image.open(f"{name}.png") as image:
+        picture = image.convert("RGBA")
+    white = Image.new("RGBA", picture.size, "white")
+    picture = Image.alpha_composite(white, picture).convert("RGB")
+    picture.thumbnail((MAX_SIDE, MAX_SIDE), Image.Resampling.LANCZOS)
+    for quality in range(88, 30, -6):
+        data = io.BytesIO()
+        picture.save(data, "JPEG", quality=quality, optimize=True)
+        if data.tell() <= MAX_BYTES:
+            break
+    target = DOCS / "images" / "howto" / f"{name}.jpg"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(data.getvalue())
+    print(f"{target.name}: {data.tell()} bytes")
+
+
+def strip() -> None:
+    """The four pictures on top of the README, side by side."""
+    names = ("sky", "fisheye", "normal", "coco")
+    height = 240
+    parts = []
+    for name in names:
+        with Image.open(DOCS / "images" / "howto" / f"{name}.jpg") as image:
+            side = image.height * 5 // 4
+            left = max(0, (image.width - side) // 2)
+            cut = image.crop((left, 0, min(left + side, image.width), image.height))
+            parts.append(cut.resize((height * cut.width // cut.height, height), Image.Resampling.LANCZOS))
+    whole = Image.new("RGB", (sum(part.width + 4 for part in parts) - 4, height), "white")
+    place = 0
+    for part in parts:
+        whole.paste(part, (place, 0))
+        place += part.width + 4
+    whole.save(DOCS / "images" / "strip.jpg", quality=84, optimize=True)
+
+
+def main() -> None:
+    """Makes the pictures of the pages that are named, or of all."""
+    pages = [Path(name).resolve() for name in sys.argv[1:]] or sorted(DOCS.rglob("*.md"))
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        names = list(dict.fromkeys(SHOWN.findall(text)))
+        if not names:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            run(text, page)
+            for name in names:
+                keep(name)
+            os.chdir(DOCS)
+    strip()
+
+
+if __name__ == "__main__":
+    main()

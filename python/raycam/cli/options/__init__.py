@@ -1,0 +1,1 @@
+"""Options of rigs, looks and framing, which several commands share."""

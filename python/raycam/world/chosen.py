@@ -1,0 +1,59 @@
+"""Choice of objects by number or name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..arrays import Bools
+from ..errors import WorldError, nearest
+
+__all__ = ["Chosen", "object_mask", "object_number"]
+
+Chosen = int | str | Iterable[int | str]
+"""An object, or several: numbers and names."""
+
+
+def object_mask(core: _core.World, objects: Chosen | None, exclude: Chosen | None = None) -> Bools | None:
+    """A flag for each object of a world: those of `objects` (None: all) without those of `exclude`.
+
+    None if that is all of them. A name stands for every object of that name. Raises `WorldError` for unknown objects.
+    """
+    if objects is None and exclude is None:
+        return None
+    names = [parts[0] for parts in core.objects]
+    mask = np.full(len(names), objects is None)
+    for chosen, flag in ((objects, True), (exclude, False)):
+        if chosen is not None:
+            mask[_numbers(names, chosen)] = flag
+    return mask
+
+
+def object_number(core: _core.World, which: int | str) -> int:
+    """The number of one object; raises `WorldError` for an unknown object and a name that several have."""
+    found = _numbers([parts[0] for parts in core.objects], which)
+    if len(found) != 1:
+        raise WorldError(f"{len(found)} objects are called {which!r} (numbers {found}): give the number")
+    return found[0]
+
+
+def _numbers(names: list[str], chosen: Chosen) -> list[int]:
+    several: Iterable[Any] = [chosen] if isinstance(chosen, str) or hasattr(chosen, "__index__") else chosen
+    found: list[int] = []
+    for which in several:
+        if isinstance(which, str):
+            named = [number for number, name in enumerate(names) if name == which]
+            if not named:
+                raise WorldError(nearest("object", which, sorted(set(names))))
+            found += named
+        elif isinstance(which, bool | np.bool_) or not hasattr(which, "__index__"):
+            raise WorldError(f"objects are numbers or names, not {which!r}")
+        else:
+            number = int(which.__index__())
+            if not 0 <= number < len(names):
+                raise WorldError(f"object {number} of a world with {len(names)} objects")
+            found.append(number)
+    return found

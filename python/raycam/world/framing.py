@@ -1,0 +1,139 @@
+"""Cameras that frame a world, seen from a named side or a direction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats, floats, product
+from ..camera import Camera
+from ..errors import CameraError, SettingsError, nearest
+
+if TYPE_CHECKING:
+    from . import World
+
+__all__ = ["DIRECTIONS", "FOV", "axes_of", "bounding_corners", "framing_camera"]
+
+DIRECTIONS: dict[str, tuple[float, float, float]] = {
+    "default": (1.0, 2.463, 1.085),
+    "front": (0.0, 1.0, 0.0),
+    "back": (0.0, -1.0, 0.0),
+    "right": (1.0, 0.0, 0.0),
+    "left": (-1.0, 0.0, 0.0),
+    "top": (0.0, 0.0, 1.0),
+    "bottom": (0.0, 0.0, -1.0),
+    "iso": (1.0, 1.0, 1.0),
+}
+"""Directions from the middle to the eye by name: to the right, to the front and up."""
+FOV = 45.0
+"""Degrees, vertical: the field of view of a framing camera."""
+MARGIN = 0.9
+"""The part of the picture, from its middle, that the world fills."""
+MAX_TRIANGLES = 400_000
+"""Larger worlds are framed by the corners of their bounds, whose framing is looser and needs no memory."""
+
+
+def axes_of(up: str) -> Floats:
+    """The unit vectors [3, 3] to the right, to the front and up, in rows; "front" is where the default view stands."""
+    return np.array(
+        [[1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]] if up == "z" else [[1.0, 0, 0], [0, 0, 1.0], [0, 1.0, 0]]
+    )
+
+
+def framing_camera(
+    world: World,
+    direction: str | npt.ArrayLike = "default",
+    *,
+    size: Sequence[int] = (640, 480),
+    fov: float = FOV,
+    zoom: float = 1.0,
+    turning: bool = False,
+) -> Camera:
+    """A camera from which the whole world just fits into the picture; see `World.view_from`.
+
+    If `turning`, the world fits whatever angle it is turned to about the upright axis through its middle.
+    """
+    toward = _direction(direction, world.up)
+    points = bounding_corners(world)
+    if points is None:
+        raise CameraError("the world has no objects: there is nothing to look at")
+    if not 0 < zoom < np.inf:
+        raise SettingsError(f"zoom is {zoom!r}: expected a number above 0, as 1.5 for half as large again")
+    _, front, upward = axes_of(world.up)
+    rise = float((toward * upward).sum())
+    up_vector = -np.sign(rise) * front if abs(rise) > 0.999 else upward
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    if turning:
+        points = _turned_around(points, middle, 2 if world.up == "z" else 1)
+    facing = Camera.look_at(middle + toward, middle, up_vector, size=(int(size[0]), int(size[1])), fov=fov)
+    seen = product(points - middle, facing.R.T)
+    reach = MARGIN * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
+    # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points; so too for y. The nearest such eye is wanted.
+    left_of = (-seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
+    right_of = (seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
+    depth = float((-(left_of + right_of) / (2 * reach)).min())
+    eye = np.append((right_of - left_of) / 2, depth)
+    nearest_point = float(seen[:, 2].min())
+    extent = float(np.abs(seen).max())
+    if nearest_point - eye[2] <= 1e-9 * extent or extent == 0.0:
+        eye[2] = nearest_point - (extent or 1.0)
+    return facing.replace(C=middle + product(eye[None], facing.R)[0])
+
+
+def bounding_corners(world: World) -> Floats | None:
+    """Points [n, 3] that bound the world: all corners of its triangles, or those of its bounds; None if it is empty."""
+    bounds = world.bounds
+    if bounds is None:
+        return None
+    if world.counts["triangles"] <= MAX_TRIANGLES:
+        corners = world.triangles().reshape(-1, 3)
+        corners = corners[np.isfinite(corners).all(axis=1)]
+        if len(corners):
+            return corners
+    grid = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    found: Floats = np.where(grid == 1, bounds[1], bounds[0])
+    return found
+
+
+def _direction(direction: str | npt.ArrayLike, up: str) -> Floats:
+    """The unit vector from the middle to the eye."""
+    if isinstance(direction, str):
+        if direction not in DIRECTIONS:
+            raise SettingsError(nearest("side to look from", direction, list(DIRECTIONS)))
+        vector = product(np.array([DIRECTIONS[direction]]), axes_of(up))[0]
+    else:
+        vector = floats("direction", direction, (3,), error=SettingsError)
+    length = float(np.sqrt((vector * vector).sum()))
+    if not 0 < length < np.inf:
+        raise SettingsError(f"direction is {direction!r}: expected a direction that is not zero")
+    unit: Floats = vector / length
+    return unit
+
+
+def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
+    """Points around the upright axis through the middle that bound all turns of `points`: rings at every height."""
+    level = [number for number in range(3) if number != axis]
+    radius = np.sqrt(((points[:, level] - middle[level]) ** 2).sum(axis=1))
+    low, high = points[:, axis].min(), points[:, axis].max()
+    step = (high - low) / RINGS or 1.0
+    ring = np.minimum(((points[:, axis] - low) / step).astype(int), RINGS - 1)
+    widest = np.zeros(RINGS)
+    np.maximum.at(widest, ring, radius)
+    angles = [2 * math.pi * number / CORNERS for number in range(CORNERS)]
+    corner = np.array([[math.cos(angle), math.sin(angle)] for angle in angles]) / math.cos(math.pi / CORNERS)
+    found = []
+    for number in range(RINGS):
+        for height in (low + number * step, low + (number + 1) * step):
+            around = np.empty((CORNERS, 3))
+            around[:, level] = middle[level] + widest[number] * corner
+            around[:, axis] = height
+            found.append(around)
+    return np.concatenate(found)
+
+
+RINGS, CORNERS = 32, 32
+"""The rings that bound a turning world, and the corners of each."""

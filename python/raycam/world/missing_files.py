@@ -1,0 +1,46 @@
+"""Files that cannot be found, and the names nearest to theirs."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+__all__ = ["MODELS", "check_exists"]
+
+MODELS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off", ".usd", ".usda", ".usdc", ".usdz")
+"""The endings of files that are worlds or models."""
+SHOWN = 3
+
+
+def check_exists(path: str | os.PathLike[str]) -> None:
+    """Raises `FileNotFoundError` with the nearest names of models in the folder if there is no such file."""
+    if os.path.lexists(path):
+        return
+    raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
+
+
+def _hint(path: Path) -> str:
+    """The nearest names, or the nearest folder that exists, as the end of a message."""
+    import difflib
+
+    folder = path.parent
+    if not folder.is_dir():
+        there = next((parent for parent in folder.parents if parent.is_dir()), None)
+        return "" if there is None else f"; there is no folder {folder}, only {there.absolute()}"
+    try:
+        names = sorted(name for name in os.listdir(folder) if Path(name).suffix.lower() in MODELS)
+    except OSError:
+        return ""
+    by_name = {name.lower(): name for name in names}
+    close = [
+        by_name[name] for name in difflib.get_close_matches(path.name.lower(), by_name, n=SHOWN, cutoff=0.5)
+    ]
+    same = [name for name in names if Path(name).stem.lower() == path.stem.lower() and name not in close]
+    found = [*same, *close][:SHOWN]
+    if found:
+        return f"; did you mean {' or '.join(str(folder / name) for name in found)}?"
+    if names:
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        return f"; models and worlds in {folder.absolute()}: {', '.join(names[:SHOWN])}{more}"
+    return f"; there are no models or worlds in {folder.absolute()}"

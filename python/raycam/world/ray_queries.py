@@ -1,0 +1,290 @@
+"""Queries of rays: first hits, occlusion, crossings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Bools, limits, numbers, paired, rows_of, triples, whole
+from ..errors import SettingsError, nearest
+from ..io.fork_guard import no_fork
+from .chosen import Chosen, object_mask
+
+__all__ = ["RayQueries"]
+
+Facing = Literal["both", "front", "back", "material"]
+Surface = Literal["first", "solid"]
+Arrays = dict[str, npt.NDArray[Any]]
+
+FIRST_HIT_FIELDS = ("t", "instance", "triangle", "barycentric", "normal", "position")
+CROSSING_FIELDS = ("t", "instance", "triangle", "barycentric", "front")
+
+
+class RayQueries:
+    """Methods of `World` that take rays."""
+
+    __slots__ = ()
+
+    _core: _core.World
+
+    def cast_rays(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        t_min: npt.ArrayLike = 0.0,
+        t_max: npt.ArrayLike = np.inf,
+        objects: Chosen | None = None,
+        exclude: Chosen | None = None,
+        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+        surface: Surface = "first",
+        facing: Facing = "both",
+        fields: Iterable[str] = FIRST_HIT_FIELDS,
+        exact: bool = True,
+        coherent: bool | None = None,
+        threads: int | None = None,
+    ) -> Arrays:
+        """The closest hit of each ray `origin + t * direction`, `t_min` <= t <= `t_max`.
+
+        `origins` and `directions` are [..., 3] in the world and broadcast as in NumPy. Directions need not be
+        normalised. `t_min` and `t_max` are one number or one for each ray; they may be negative or infinite.
+        Returns arrays of the shape of the rays, those named in `fields`:
+
+        ============== ================ ================================================================ =====
+        t              float64 [...]    ray parameter, in lengths of the direction                       +inf
+        instance       int32 [...]      number of the object                                             -1
+        triangle       int32 [...]      index of the triangle in its mesh                                -1
+        barycentric    float64 [..., 3] weights of the corners, at least 0 and of sum 1                  0
+        normal         float64 [..., 3] the triangle's unit normal, on the side that the ray comes from  0
+        position       float64 [..., 3] the hit point in the world                                       NaN
+        front          bool [...]       the ray enters by the front: corners counter-clockwise as the    False
+                                        mesh has them; mirrored objects keep their outside
+        distance       float64 [...]    t times the length of the direction                              +inf
+        shading_normal float64 [..., 3] unit normal interpolated from the corners, on the same side      0
+        uv             float64 [..., 2] texture coordinates, v down; NaN without any                     NaN
+        material       int32 [...]      as in the channel `material`                                     -1
+        category       int32 [...]      as in the channel `category`                                     -1
+        albedo         float32 [..., 3] base colour with its texture, linear                             0
+        ============== ================ ================================================================ =====
+
+        The last column is the value of a miss. The first six are the default. Rays that are not finite or have a zero
+        direction are misses.
+
+        `objects` and `exclude` choose the objects that count, by number or name. `skip=(instance, triangle)`, one for
+        each ray, leaves out the triangle that a ray starts from, as a hit names it; -1 as triangle leaves out the whole
+        object, -1 as instance nothing. `facing` takes hits of one side alone: "front", "back", or "material" (one-sided
+        materials from the front). `surface="solid"` passes what one sees through, as in pictures.
+
+        A triangle is closed: a ray through an edge or a corner hits it, one that sees it edge on does not. Hits are
+        those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-70 to
+        1e70; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
+        instance, triangle).
+
+        `exact=False` decides in float32 instead: several times as fast for rays that share nothing, but a hit nearer
+        than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
+        other. It starts all rays at t = 0 and takes all surfaces; `coherent` tells it whether neighbouring rays are
+        similar (None: detected), for speed only.
+
+        Raises `SettingsError` for other shapes, limits that are NaN and unknown fields, with the nearest, and
+        `WorldError` for unknown objects.
+        """
+        query, shape = self._rays(
+            origins,
+            directions,
+            t_min,
+            t_max,
+            objects,
+            exclude,
+            facing,
+            surface,
+            exact,
+            coherent,
+            threads,
+            skip,
+        )
+        found = _core.world_cast_rays(self._core, query, _fields(fields))
+        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+
+    def occluded(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        t_max: npt.ArrayLike = np.inf,
+        *,
+        t_min: npt.ArrayLike = 0.0,
+        objects: Chosen | None = None,
+        exclude: Chosen | None = None,
+        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+        surface: Surface = "first",
+        facing: Facing = "both",
+        exact: bool = True,
+        coherent: bool | None = None,
+        threads: int | None = None,
+    ) -> Bools:
+        """True [...] for rays that hit anything at `t_min` <= t <= `t_max`; arguments and rules of `cast_rays`."""
+        query, shape = self._rays(
+            origins,
+            directions,
+            t_min,
+            t_max,
+            objects,
+            exclude,
+            facing,
+            surface,
+            exact,
+            coherent,
+            threads,
+            skip,
+        )
+        return _core.world_occluded(self._core, query).reshape(shape)
+
+    def intersections(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        t_min: npt.ArrayLike = 0.0,
+        t_max: npt.ArrayLike = np.inf,
+        max_hits: int | None = None,
+        objects: Chosen | None = None,
+        exclude: Chosen | None = None,
+        surface: Surface = "first",
+        facing: Facing = "both",
+        fields: Iterable[str] = CROSSING_FIELDS,
+        threads: int | None = None,
+    ) -> Arrays:
+        """All crossings of each ray `origin + t * direction`, `t_min` <= t <= `t_max`, with surfaces.
+
+        Arguments are those of `cast_rays`; `max_hits` keeps the first of each ray. Returns
+
+        ======= ============= ========================================================================
+        offsets int64 [n + 1] crossings of ray i are `offsets[i]:offsets[i + 1]`; n rays, in C order
+        ray     int64 [m]     the ray of each crossing
+        ...     [m], [m, k]   the fields of `cast_rays` named in `fields`, by default t, instance,
+                              triangle, barycentric and front
+        ======= ============= ========================================================================
+
+        sorted by (ray, t, instance, triangle).
+
+        Each ray is moved by an infinitesimal vector (e, e², e³), by simulation of simplicity (Edelsbrunner and Mücke
+        1990), so it passes no edge, no corner and no surface with its start. Through an edge or a corner that
+        triangles share the surface is crossed once, or 0 or 2 times at a silhouette; a line crosses a closed mesh an
+        even number of times; a ray in the plane of a triangle does not cross it. Duplicated faces are two surfaces. A
+        crossing at the start counts for `t_min=0` if the moved start is before it. Signs are exact as in `cast_rays`.
+        """
+        if max_hits is not None:
+            max_hits = whole("max_hits", max_hits, 0, 2**62)
+        query, _ = self._rays(
+            origins, directions, t_min, t_max, objects, exclude, facing, surface, True, None, threads, None
+        )
+        return _core.world_intersections(self._core, query, max_hits, _fields(fields))
+
+    def count_intersections(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        t_min: npt.ArrayLike = 0.0,
+        t_max: npt.ArrayLike = np.inf,
+        signed: bool = False,
+        objects: Chosen | None = None,
+        exclude: Chosen | None = None,
+        surface: Surface = "first",
+        facing: Facing = "both",
+        threads: int | None = None,
+    ) -> npt.NDArray[np.int32]:
+        """The number of crossings of each ray, int32 [...], by the rules of `intersections`.
+
+        `signed`: crossings that leave (through the back of a triangle) less those that enter, which is the winding
+        number of closed oriented meshes around the origin.
+        """
+        query, shape = self._rays(
+            origins, directions, t_min, t_max, objects, exclude, facing, surface, True, None, threads, None
+        )
+        return _core.world_count_intersections(self._core, query, bool(signed)).reshape(shape)
+
+    def _rays(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        t_min: npt.ArrayLike,
+        t_max: npt.ArrayLike,
+        objects: Chosen | None,
+        exclude: Chosen | None,
+        facing: str,
+        surface: str,
+        exact: bool,
+        coherent: bool | None,
+        threads: int | None,
+        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None,
+    ) -> tuple[dict[str, Any], tuple[int, ...]]:
+        """The query as the core takes it, and the shape of the rays; prepares the world."""
+        starts, ways = paired(
+            ("origins", triples("origins", origins)), ("directions", triples("directions", directions))
+        )
+        shape = starts.shape[:-1]
+        query = {
+            "origins": rows_of(starts),
+            "directions": rows_of(ways),
+            "t_min": limits("t_min", t_min, shape),
+            "t_max": limits("t_max", t_max, shape),
+            "exact": bool(exact),
+            "coherent": coherent,
+            "objects": object_mask(self._core, objects, exclude),
+            "skip": None if skip is None else _skipped(skip, shape),
+            "facing": one_of("facing", facing, ("both", "front", "back", "material")),
+            "surface": one_of("surface", surface, ("first", "solid")),
+            "threads": threads,
+        }
+        with no_fork():
+            self._core.prepare(threads)
+        return query, shape
+
+
+def one_of(name: str, given: object, valid: tuple[str, ...]) -> str:
+    """`given` if it is one of the words; raises `SettingsError` with the nearest."""
+    if given not in valid:
+        raise SettingsError(nearest(name, str(given), list(valid)))
+    return str(given)
+
+
+def _fields(names: Iterable[str]) -> list[str]:
+    """Names of fields, checked."""
+    given = [names] if isinstance(names, str) else list(names)
+    valid = _core.ray_fields()
+    for name in given:
+        if name not in valid:
+            raise SettingsError(nearest("field", str(name), valid))
+    return list(dict.fromkeys(given))
+
+
+def _skipped(
+    skip: tuple[npt.ArrayLike, npt.ArrayLike], shape: tuple[int, ...]
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """Objects and triangles that do not count, int32 [n] each."""
+    try:
+        pair = tuple(skip)
+    except TypeError:
+        pair = ()
+    if len(pair) != 2:
+        raise SettingsError(f"skip must be (instance, triangle), one for each ray, not {skip!r}")
+    both = []
+    for name, values in zip(("skip[0]", "skip[1]"), pair, strict=True):
+        array = numbers(name, values)
+        if array.dtype.kind not in "iu" and array.size:
+            raise SettingsError(f"{name} must be whole numbers, not of dtype {array.dtype}")
+        try:
+            spread = np.broadcast_to(array, shape)
+        except ValueError:
+            raise SettingsError(
+                f"{name} must be one number or one for each ray {list(shape)}, not {list(array.shape)}"
+            ) from None
+        limit = np.iinfo(np.int32)
+        if spread.size and not (limit.min <= spread.min() and spread.max() <= limit.max):
+            raise SettingsError(f"{name} must be numbers of objects and triangles, which fit into int32")
+        both.append(np.ascontiguousarray(spread, dtype=np.int32).reshape(-1))
+    return both[0], both[1]

@@ -1,0 +1,75 @@
+"""Lights that are aimed at a target."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Floats, floats
+from ..errors import WorldError, nearest
+
+if TYPE_CHECKING:
+    from . import World
+
+__all__ = ["aimed"]
+
+DIRECTED = ("sun", "spot", "disk", "ies")
+"""The types of lights that have a direction."""
+
+
+def aimed(world: World, keys: dict[str, Any]) -> dict[str, Any]:
+    """The keys of a light, with its `target` replaced by a direction, or by the edges of an area light.
+
+    Raises `WorldError` for a light that shines into all directions, and where `position` is missing.
+    """
+    if "target" not in keys:
+        return keys
+    keys = dict(keys)
+    kind, target = keys.get("type"), _point(world, keys.pop("target"))
+    if kind not in (*DIRECTED, "area"):
+        raise WorldError(
+            f"target: a light of type {kind!r} has no direction; lights with one: {', '.join((*DIRECTED, 'area'))}"
+        )
+    for taken in ("direction",) if kind != "area" else ("u", "v"):
+        if taken in keys:
+            raise WorldError(f"target and {taken}: both aim the light; give one of them")
+    if "position" not in keys:
+        raise WorldError("target: position is missing, the point from which the light shines at the target")
+    start = floats("position", keys["position"], (3,), error=WorldError)
+    way = target - start
+    if not way.any():
+        raise WorldError(f"target is the light's own position, {start.tolist()}")
+    if kind == "area":
+        keys["u"], keys["v"] = _edges(world.up, way, keys.pop("size", (1.0, 1.0)))
+        keys["position"] = start.tolist()
+    else:
+        keys["direction"] = way.tolist()
+        if kind == "sun":
+            del keys["position"]
+    return keys
+
+
+def _point(world: World, target: Any) -> Floats:
+    """A point [3], or the middle of the object of this name."""
+    if not isinstance(target, str):
+        return floats("target", target, (3,), error=WorldError)
+    names = {item.name: item.id for item in world.objects}
+    if target not in names:
+        raise WorldError(nearest("object to aim at", target, list(names)))
+    corners = world.triangles(names[target]).reshape(-1, 3)
+    middle: Floats = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return middle
+
+
+def _edges(up: str, way: Floats, size: Any) -> tuple[list[float], list[float]]:
+    """The edges u and v of a rectangle of `size` (width, height) whose front, u x v, looks along `way`."""
+    width, height = floats("size", size, (2,), error=WorldError)
+    forward = way / np.sqrt((way * way).sum())
+    upward = np.array([0.0, 0, 1]) if up == "z" else np.array([0.0, 1, 0])
+    if abs((forward * upward).sum()) > 0.999:
+        upward = np.array([1.0, 0, 0])
+    u = np.cross(upward, forward)
+    u /= np.sqrt((u * u).sum())
+    v = np.cross(forward, u)
+    return (u * width).tolist(), (v * height).tolist()

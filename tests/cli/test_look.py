@@ -1,0 +1,184 @@
+"""Looks from the command line: light, ground, background, sides, presets, and what is printed."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.cli import main
+
+SMALL = "--size 64x48 --samples 2"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    world = raycam.World(up="y")
+    world.add_object(sphere={"level": 4}, color="#b03020", name="ball")
+    world.to_gltf(tmp_path / "ball.glb")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(command: str) -> int:
+    return main(shlex.split(command))
+
+
+def picture(name: str) -> np.ndarray:
+    with Image.open(name) as image:
+        return np.asarray(image)
+
+
+def test_a_model_looks_as_by_the_api(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("render ball.glb --samples 2 --size 64x48") == 0
+    assert "studio" in capsys.readouterr().err
+    world = raycam.load("ball.glb")
+    camera = world.default_camera((64, 48))
+    expected = raycam.render(
+        world._in_studio(camera), camera, integrator="path", max_depth=6, samples=2, view="pbr_neutral"
+    )
+    np.testing.assert_array_equal(picture("ball.png"), expected.to_srgb8())
+
+
+def test_sides_zoom_and_fov(folder: Path) -> None:
+    sizes = {}
+    for options in ("", "--zoom 0.5", "--view-from top --fov 20", "--view-from 1,2,3"):
+        command = f"render ball.glb -o a.npz --channels instance {SMALL} --integrator flat {options}"
+        assert run(command) == 0
+        with np.load("a.npz") as read:
+            sizes[options] = int((read["instance"] >= 0).sum())
+            if options.startswith("--view-from top"):
+                np.testing.assert_allclose(read["R"][2], [0, -1, 0], atol=1e-12)
+    assert sizes["--zoom 0.5"] == pytest.approx(sizes[""] / 4, rel=0.15)
+
+
+def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sky = raycam.Frame({"color": np.full((8, 16, 3), [2, 0, 0], np.float32)}, camera=None, size=(16, 8))
+    sky.save("red.hdr")
+    assert run(f"render ball.glb -o hdri.png --hdri red.hdr --hdri-rotation 30 {SMALL}") == 0
+    assert "studio" not in capsys.readouterr().err
+    seen = picture("hdri.png").astype(int)
+    assert seen[0, 0, 0] == 255
+    assert (seen[..., 1:] == 0).all()
+    for side, brighter in (("90", "right"), ("-90", "left")):
+        assert (
+            run(f"render ball.glb -o sun.npz --sun {side} 20 --view-from front {SMALL} --channels color") == 0
+        )
+        with np.load("sun.npz") as read:
+            row = read["color"][24].mean(axis=1)
+        assert (row[44] > row[20]) == (brighter == "right")
+    assert run(f"render ball.glb -o g.npz --sun 0 80 --ground green {SMALL} --channels instance") == 0
+    with np.load("g.npz") as read:
+        assert (read["instance"] == 1).any()
+    assert run("render spot.toml -o s.png --studio --size 48x30 --samples 1") == 0
+    assert "added to 2 of the world" in capsys.readouterr().err
+
+
+def test_backgrounds(folder: Path) -> None:
+    assert run(f"render ball.glb -o clear.png --background transparent {SMALL}") == 0
+    assert picture("clear.png").shape == (48, 64, 4)
+    assert run(f"render ball.glb -o white.png --background white {SMALL}") == 0
+    white = picture("white.png")
+    np.testing.assert_array_equal(white[0, 0], 255)
+    clear = picture("clear.png")
+    below = white[40:, 34:60].mean(axis=2)[clear[40:, 34:60, 3] == 0]
+    assert below.min() < 200, "the shadow falls on the background"
+    Image.new("RGB", (30, 30), (10, 200, 30)).save("photo.png")
+    assert run(f"render ball.glb -o photo_.png --background photo.png {SMALL}") == 0
+    np.testing.assert_array_equal(picture("photo_.png")[0, 0], [10, 200, 30])
+
+
+def test_turntable(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("render ball.glb --turntable 0.25 --size 32x24 --samples 1 -o turn") == 0
+    assert "turn: 6 frames of 32 x 24" in capsys.readouterr().out
+    assert run("video ball.glb --turntable --seconds 0.25 --size 32x24 --samples 1 -o same") == 0
+    for number in range(6):
+        name = f"frame_{number:04d}.png"
+        assert Path("turn", name).read_bytes() == Path("same", name).read_bytes()
+    assert not np.array_equal(picture("turn/frame_0000.png"), picture("turn/frame_0002.png"))
+
+
+def test_presets(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("render ball.glb --preset draft --size 16x12 --verbose") == 0
+    assert "samples=4" in capsys.readouterr().err
+    assert run("render ball.glb --preset good --samples 3 --size 16x12 --verbose") == 0
+    said = capsys.readouterr().err
+    assert "samples=3" in said
+    assert "integrator=path" in said
+
+
+def test_quiet(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(f"render ball.glb --quiet {SMALL}") == 0
+    said = capsys.readouterr()
+    assert said.out == said.err == ""
+    assert run("render ball.glb --quiet --samples 0") == 2
+    assert "samples" in capsys.readouterr().err
+    assert run("info ball.glb --quiet") == 0
+    assert "triangles" in capsys.readouterr().out
+    assert run("render ball.glb --verbose --samples 0") == 2
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_the_up_axis_of_an_obj_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
+    command = f"render a.obj -o a.npz --channels depth {SMALL}"
+    assert run(command) == 0
+    assert "y up" in capsys.readouterr().err
+    with np.load("a.npz") as read:
+        assert -read["R"][1][1] > 0.8
+    assert run(f"{command} --up z") == 0
+    assert "y up" not in capsys.readouterr().err
+    with np.load("a.npz") as read:
+        assert -read["R"][1][2] > 0.8
+
+
+ERRORS = {
+    "render ball.glb --hdri-rotation 3": "--hdri FILE, which is missing",
+    "render ball.glb --sun 1 2 --integrator flat": "does not show",
+    "render ball.glb --background blu": "no colour and no .png",
+    "render ball.glb --background white --channels depth -o a.npz": "behind the channel color",
+    "render ball.glb --background white --workers 2": "goes without --workers",
+    "render ball.glb --camera ball.glb --zoom 2": "goes without --camera",
+    "render ball.glb --turntable -o a.png": "makes a video",
+    "render ball.glb --turntable --region 0,0,1,1": "goes without --turntable",
+    "video ball.glb -o a.mp4 --background white": "takes transparent",
+    "render spot.toml --up y": "at its top",
+    "render bal.glb": "did you mean ball.glb",
+}
+
+
+@pytest.mark.parametrize("command", ERRORS)
+def test_errors(folder: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+    assert run(f"{command} --size 16x12") in (1, 2)
+    assert ERRORS[command] in capsys.readouterr().err
+    assert not [path for path in folder.iterdir() if path.name != "ball.glb"]
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        (["raycam", "rend"], ["render"]),
+        (["raycam", "render", "a.glb", "--view-f"], ["--view-from"]),
+        (["raycam", "render", "a.glb", "--preset", "b"], ["best"]),
+        (["raycam", "completion", "f"], ["fish"]),
+        (["raycam", "render", "a"], []),
+    ],
+)
+def test_bash_completes(words: list[str], completed: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("completion bash") == 0
+    script = capsys.readouterr().out
+    ask = f"COMP_WORDS=({shlex.join(words)}); COMP_CWORD={len(words) - 1}; _raycam"
+    ask += "; printf '%s\\n' \"${COMPREPLY[@]}\""
+    done = subprocess.run(["bash", "-c", f"{script}\n{ask}"], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == completed
+
+
+def test_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("completion zsh") == 0
+    assert capsys.readouterr().out.startswith("autoload")
+    assert run("completion fish") == 0
+    assert "complete -c raycam" in capsys.readouterr().out

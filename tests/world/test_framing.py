@@ -1,0 +1,105 @@
+"""Cameras that frame a world from a side, and the up axis of a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+import raycam
+
+SIDES = {
+    "z": {"front": [0, -1, 0], "back": [0, 1, 0], "right": [1, 0, 0], "left": [-1, 0, 0], "top": [0, 0, 1]},
+    "y": {"front": [0, 0, 1], "back": [0, 0, -1], "right": [1, 0, 0], "left": [-1, 0, 0], "top": [0, 1, 0]},
+}
+
+
+def cloud(up: Literal["z", "y"], scale: float = 1.0) -> tuple[raycam.World, np.ndarray]:
+    """A world of one mesh of random triangles, and its corners."""
+    corners = np.random.default_rng(5).normal(size=(40, 3)) * [1, 2, 0.4] * scale + [3 * scale, -1, 2]
+    world = raycam.World(up=up)
+    world.add_mesh(corners, np.arange(39).reshape(-1, 3))
+    return world, corners[:39]
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+@pytest.mark.parametrize("direction", ["front", "back", "right", "left", "top", "bottom", "iso", "default"])
+@pytest.mark.parametrize(("size", "zoom"), [((640, 480), 1.0), ((50, 200), 1.0), ((300, 100), 0.5)])
+def test_the_world_just_fits(
+    up: Literal["z", "y"], direction: str, size: tuple[int, int], zoom: float
+) -> None:
+    world, corners = cloud(up)
+    camera = world.view_from(direction, size=size, zoom=zoom)
+    pixels, seen = camera.project(corners)
+    assert seen.all()
+    # From the middle of the picture to its sides, in parts of nine tenths of the half side.
+    share = np.abs(pixels - (np.array(size) - 1) / 2) / (np.array(size) / 2 * 0.9 / 1)
+    assert share.max() == pytest.approx(zoom, abs=0.02)
+    if direction in SIDES[up]:
+        np.testing.assert_allclose(-camera.R[2], SIDES[up][direction], atol=1e-12)
+    upward = [0, 0, 1] if up == "z" else [0, 1, 0]
+    assert (-camera.R[1] @ upward >= -1e-12) or direction in ("top", "bottom")
+
+
+def test_zoom_and_fov_and_vectors() -> None:
+    world, corners = cloud("z")
+    near, far = world.view_from("front", fov=60), world.view_from("front", fov=20)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    assert np.linalg.norm(far.C - middle) > 2 * np.linalg.norm(near.C - middle)
+    np.testing.assert_allclose(world.view_from([0, -7, 0]).P, world.view_from("front").P)
+    np.testing.assert_allclose(world.default_camera().P, world.view_from("default").P)
+    tiny, _ = cloud("z", 1e-6)
+    assert np.isfinite(tiny.view_from("iso").P).all()
+
+
+def test_errors() -> None:
+    world, _ = cloud("z")
+    with pytest.raises(raycam.SettingsError, match="did you mean 'front'"):
+        world.view_from("fornt")
+    for wrong in ([0, 0, 0], [1, 2], [np.nan, 0, 1]):
+        with pytest.raises(raycam.SettingsError, match="direction"):
+            world.view_from(wrong)
+    with pytest.raises(raycam.SettingsError, match="zoom"):
+        world.view_from(zoom=0)
+    with pytest.raises(raycam.CameraError, match="nothing to look at"):
+        raycam.World().view_from("front")
+
+
+def test_a_single_point_of_triangles_is_seen_from_somewhere() -> None:
+    world = raycam.World()
+    world.add_mesh([[1, 1, 1]] * 3, [[0, 1, 2]])
+    assert np.isfinite(world.default_camera().C).all()
+
+
+def test_the_up_axis_of_a_model(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
+    z, y = raycam.load(path), raycam.load(path, up="y")
+    assert (z.up, y.up) == ("z", "y")
+    np.testing.assert_array_equal(z.triangles(), y.triangles())
+    assert [item.name for item in z.objects] == [item.name for item in y.objects]
+    np.testing.assert_allclose(-y.view_from("front").R[1], [0, 1, 0], atol=1e-12)
+    world = tmp_path / "a.toml"
+    world.write_text("[[object]]\nbox = {}\n")
+    with pytest.raises(raycam.SettingsError, match='up = "y" at its top'):
+        raycam.load(world, up="y")
+    with pytest.raises(raycam.SettingsError, match="expected 'z' or 'y'"):
+        raycam.load(path, up="x")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("asked", "there", "said"),
+    [
+        ("cats.glb", ["cat.glb", "dog.obj"], "did you mean .*cat.glb"),
+        ("cat.gltf", ["cat.glb", "dog.obj"], "did you mean .*cat.glb"),
+        ("zebra.ply", ["cat.glb", "dog.obj"], "models and worlds in .*: cat.glb, dog.obj"),
+        ("zebra.ply", ["notes.txt"], "no models or worlds"),
+        ("nowhere/cat.glb", ["cat.glb"], "no folder .*nowhere"),
+    ],
+)
+def test_a_model_that_is_not_there(asked: str, there: list[str], said: str, tmp_path: Path) -> None:
+    for name in there:
+        (tmp_path / name).touch()
+    with pytest.raises(FileNotFoundError, match=said):
+        raycam.load(tmp_path / asked)
