@@ -122,36 +122,38 @@ def load_cameras(
 ) -> Cameras:
     """Reads the cameras of a calibration or trajectory, by name.
 
-    ==================== =============================================================================================
-    "opencv"             FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also packed (`.yml.gz`): K and lens in users' own
-                         words (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera); sensor files of EuRoC, Kimera
-    "ros"                CameraInfo of `camera_info_manager` or a message; a folder with left.yaml and right.yaml
-    "kalibr"             camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
-    "orb-slam"           settings of ORB-SLAM2 and 3, one camera or a pair
-    "camodocal" "vins"   `model_type` PINHOLE, PINHOLE_FULL, MEI, KANNALA_BRANDT; with the mounts of VINS
-    "basalt" "mrcal" "zed" files of these programs and cameras
-    "colmap"             a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
-    "metashape" "opensfm" "alicevision" "openmvg" "bundler" reconstructions; "realitycapture" CSV, "realitycapture-xmp"
-    "nerf"               transforms.json of NeRF, instant-ngp, nerfstudio; "blender" has one angle for all, "blender-splits"
-                         train, val and test
-    "3dgs" "polycam" "record3d" "camera-path" cameras.json of Gaussian splats; exports of these apps; a viewer's path
-    "poses"              4x4 matrices: one in a file (ScanNet, 7-Scenes, a folder of them), 16 numbers a line (Replica), NPY
-    "open3d" "redwood" "arkit" Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
-    "mvsnet" "neus" "llff" "middlebury" cameras of these benchmarks
-    "kitti"              `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
-    "kitti-poses"        12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
-    "bop" "hot3d"        `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted sets
-    "tum" "euroc"        trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`
-    "coco"               the `images` of data sets that raycam writes
-    ==================== =============================================================================================
+    * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also packed (`.yml.gz`): K and lens in users' own
+      words (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera); sensor files of EuRoC, Kimera
+    * "ros": CameraInfo of `camera_info_manager` or a message; a folder with left.yaml and right.yaml
+    * "kalibr": camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
+    * "orb-slam": settings of ORB-SLAM2 and 3, one camera or a pair
+    * "camodocal", "vins": `model_type` PINHOLE, PINHOLE_FULL, MEI, KANNALA_BRANDT; with the mounts of VINS
+    * "basalt", "mrcal", "zed": files of these programs and cameras
+    * "colmap": a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
+    * "metashape", "opensfm", "alicevision", "openmvg", "bundler", "realitycapture" (CSV), "realitycapture-xmp":
+      reconstructions
+    * "nerf": transforms.json of NeRF, instant-ngp, nerfstudio; "blender" has one angle for all, "blender-splits"
+      train, val and test
+    * "3dgs", "polycam", "record3d", "camera-path": cameras.json of Gaussian splats; exports of these apps; a
+      viewer's path
+    * "poses": 4x4 matrices: one in a file (ScanNet, 7-Scenes, a folder of them), 16 numbers a line (Replica),
+      `.npy`
+    * "open3d", "redwood", "arkit": Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
+    * "mvsnet", "neus", "llff", "middlebury": cameras of these benchmarks
+    * "kitti": `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
+    * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
+    * "bop", "hot3d": `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted
+      sets
+    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`
+    * "realsense", "coco": intrinsics as people dump them; the `images` of data sets that raycam writes
 
-    A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is opened
-    by what lies in it. Files of poses alone get size, K and lens of `intrinsics`, or those that lie beside. `size`
-    (width, height) is for files without a size, where no picture lies beside either; cameras that have another one are
-    resized to it, or refused where the aspect differs. `lens` is the model of coefficients of which the file does not say
-    it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and `axes` are those of matrices whose
-    file states neither ("poses"; without them a notice says what was taken). Each camera has the `pixel_center` of its
-    format. World coordinates are the file's; `up` is the axis that roll, pitch and yaw refer to.
+    A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is
+    opened by what lies in it. Files of poses alone get size, K and lens of `intrinsics`, or those that lie beside.
+    `size` (width, height) is for files without a size, where no picture lies beside either; cameras that have another
+    one are resized to it, or refused where the aspect differs. `lens` is the model of coefficients of which the file
+    does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and `axes` are those of
+    matrices whose file states neither ("poses"; without them a notice says what was taken). Each camera has the
+    `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and yaw refer to.
 
     A trajectory of a body ("euroc", "kitti-360") gives cameras where the pose of `intrinsics` (`T_BS`) puts them on it.
     Notices tell what was assumed, left out, or looks mistaken: K of another resolution, a principal point outside.
@@ -167,7 +169,9 @@ def load_cameras(
     convention = None
     if direction is not None or axes is not None:
         if direction not in (None, "world_from_camera", "camera_from_world"):
-            raise CameraError(f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"')
+            raise CameraError(
+                f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"'
+            )
         if axes not in (None, "opencv", "opengl"):
             raise CameraError(f'axes is {axes!r}; expected "opencv" or "opengl"')
         convention = (direction != "camera_from_world", axes == "opengl")

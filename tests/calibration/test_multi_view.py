@@ -32,7 +32,8 @@ def test_middlebury(tmp_path: Path) -> None:
     )
     cameras = raycam.load_cameras(tmp_path)
     check(cameras["cam1"], intrinsics(520.5, 520.5, 352.25, 242.5), np.eye(3), np.array([0.193001, 0, 0]))
-    assert list(cameras.rigs["rig"]) == ["cam0", "cam1"] and "metres" in cameras.notices[0]
+    assert list(cameras.rigs["rig"]) == ["cam0", "cam1"]
+    assert "metres" in cameras.notices[0]
     file.write_text(file.read_text().replace("cam1=[520.5", "cam1=[521.5"))
     with pytest.raises(FormatError, match=r"calib\.txt:2.*focal"):
         raycam.load_cameras(file)
@@ -57,7 +58,9 @@ def test_neus(tmp_path: Path) -> None:
     own = intrinsics(520.5, 518.25, 321.0, 242.5, 0.3)
     for i in range(12):
         R, C = pose(i)
-        arrays[f"world_mat_{i}"] = np.vstack([(-2.5 if i % 2 else 1) * own @ np.column_stack([R, -R @ C]), [0, 0, 0, 1]])
+        arrays[f"world_mat_{i}"] = np.vstack(
+            [(-2.5 if i % 2 else 1) * own @ np.column_stack([R, -R @ C]), [0, 0, 0, 1]]
+        )
         arrays[f"scale_mat_{i}"] = np.diag([3.0, 3, 3, 1])
     np.savez(tmp_path / "cameras_sphere.npz", **arrays)
     picture(tmp_path / "image/000.png")
@@ -83,7 +86,13 @@ def test_llff(tmp_path: Path, order: Any, dtype: str) -> None:
 
 
 def cam_model(kind: str, params: list[float], **keys: Any) -> dict[str, Any]:
-    return {"image_width": 640, "image_height": 480, "projection_model_type": kind, "projection_params": params, **keys}
+    return {
+        "image_width": 640,
+        "image_height": 480,
+        "projection_model_type": kind,
+        "projection_params": params,
+        **keys,
+    }
 
 
 def test_head_mounted_sets_of_bop(tmp_path: Path) -> None:
@@ -91,7 +100,10 @@ def test_head_mounted_sets_of_bop(tmp_path: Path) -> None:
     k, p, s = [0.02, -0.01, 0.003, 0.0, 0.001, 0.0], [0.001, -0.002], [0.0005, 0.0, -0.0003, 0.0001]
     place = {"cam_R_w2c": R.ravel().tolist(), "cam_t_w2c": (-1000 * R @ C).tolist()}
     table = {
-        "3": {"cam_model": cam_model("CameraModelType.FISHEYE624", [300.0, 320.0, 240.0, *k, *p, *s]), **place},
+        "3": {
+            "cam_model": cam_model("CameraModelType.FISHEYE624", [300.0, 320.0, 240.0, *k, *p, *s]),
+            **place,
+        },
         "4": {"cam_model": cam_model("PinholePlane", [520.5, 518.25, 321.0, 242.5]), **place},
     }
     file = tmp_path / "scene_camera.json"
@@ -129,7 +141,13 @@ def test_npz(tmp_path: Path, save: Any, dtype: Any) -> None:
     save(tmp_path / "a.npz", mtx=own, dist=d, ret=0.3, img_size=np.array(SIZE), map1=np.zeros((480, 640, 2)))
     camera = raycam.load_cameras(tmp_path / "a.npz")["a"]
     terms = d.ravel().astype(float)
-    check(camera, own.astype(float), np.eye(3), np.zeros(3), lambda x: brown(x, (*terms[:2], terms[4]), (*terms[2:4],)))
+    check(
+        camera,
+        own.astype(float),
+        np.eye(3),
+        np.zeros(3),
+        lambda x: brown(x, (*terms[:2], terms[4]), (*terms[2:4],)),
+    )
     assert camera.size == SIZE
 
 
@@ -140,7 +158,13 @@ def test_a_pair_and_its_views_in_npz(tmp_path: Path) -> None:
     check(raycam.load_cameras(tmp_path / "s.npz")["camera2"], K, R, C, lens)
     vectors = [Rotation.from_matrix(pose(i)[0]).as_rotvec() for i in range(3)]
     shifts = [-pose(i)[0] @ pose(i)[1] for i in range(3)]
-    np.savez(tmp_path / "v.npz", mtx=K, dist=D, rvecs=np.array(vectors)[..., None], tvecs=np.array(shifts)[..., None])
+    np.savez(
+        tmp_path / "v.npz",
+        mtx=K,
+        dist=D,
+        rvecs=np.array(vectors)[..., None],
+        tvecs=np.array(shifts)[..., None],
+    )
     cameras = raycam.load_cameras(tmp_path / "v.npz", size=SIZE)
     for i, camera in enumerate(cameras.values()):
         check(camera, K, *pose(i), lens)
@@ -187,11 +211,21 @@ def test_packed_storage(tmp_path: Path, ending: str) -> None:
 
 
 def test_the_two_files_of_a_ros_pair(tmp_path: Path) -> None:
-    turns = [Rotation.from_euler("xyz", angles, degrees=True).as_matrix() for angles in ([1, 2, -1], [-1, 1, 0.5])]
+    turns = [
+        Rotation.from_euler("xyz", angles, degrees=True).as_matrix() for angles in ([1, 2, -1], [-1, 1, 0.5])
+    ]
     for side, turn, shift in zip(("left", "right"), turns, (0.0, -60.0), strict=True):
         matrix = {"rows": 3, "cols": 3, "data": K.ravel().tolist()}
-        table = {"image_width": 640, "image_height": 480, "camera_name": f"narrow_{side}", "camera_matrix": matrix}
-        table |= {"distortion_model": "plumb_bob", "distortion_coefficients": {"rows": 1, "cols": 5, "data": D[0].tolist()}}
+        table = {
+            "image_width": 640,
+            "image_height": 480,
+            "camera_name": f"narrow_{side}",
+            "camera_matrix": matrix,
+        }
+        table |= {
+            "distortion_model": "plumb_bob",
+            "distortion_coefficients": {"rows": 1, "cols": 5, "data": D[0].tolist()},
+        }
         table["rectification_matrix"] = {"rows": 3, "cols": 3, "data": turn.ravel().tolist()}
         P = [500.0, 0, 320, shift, 0, 500.0, 240, 0, 0, 0, 1, 0]
         table["projection_matrix"] = {"rows": 3, "cols": 4, "data": P}
@@ -247,7 +281,10 @@ def test_units_of_the_size_are_refused_in_every_format(tmp_path: Path) -> None:
         (b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "MATLAB"),
         (b"\x89HDF\r\n\x1a\n", "HDF5"),
         (b'{"CalibrationInformation": {"Cameras": [{"Intrinsics": {"ModelParameters": [1]}}]}}', "Azure"),
-        (b"#polynomial coefficients for the DIRECT mapping\n5 -200 0 1e-3 2e-6 3e-9\n\n#polynomial\n", "OCamCalib"),
+        (
+            b"#polynomial coefficients for the DIRECT mapping\n5 -200 0 1e-3 2e-6 3e-9\n\n#polynomial\n",
+            "OCamCalib",
+        ),
     ],
 )
 def test_known_and_unread_formats_are_named(tmp_path: Path, data: bytes, name: str) -> None:
@@ -265,3 +302,24 @@ def test_damaged_arrays_are_errors(tmp_path: Path) -> None:
         file.write_bytes(data[:end])
         with pytest.raises(FormatError):
             raycam.load_cameras(file, size=SIZE)
+
+
+@pytest.mark.parametrize("third", ["extrinsics.yml", "stereo.yml", None])
+def test_the_two_files_of_a_pair(tmp_path: Path, third: str | None) -> None:
+    R, C = pose(3)
+    for side in ("left", "right"):
+        file = cv2.FileStorage(str(tmp_path / f"{side}.yml"), cv2.FILE_STORAGE_WRITE)
+        file.write("camera_matrix", K)
+        file.write("dist_coeffs", D)
+        file.release()
+    if third is not None:
+        file = cv2.FileStorage(str(tmp_path / third), cv2.FILE_STORAGE_WRITE)
+        file.write("R", R)
+        file.write("T", -R @ C)
+        file.release()
+    cameras = raycam.load_cameras(tmp_path, size=SIZE)
+    assert list(cameras) == ["left", "right"]
+    if third is None:
+        assert "no R and T" in " ".join(cameras.notices)
+    else:
+        check(cameras["right"], K, R, C, lens)

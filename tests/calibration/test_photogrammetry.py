@@ -43,7 +43,8 @@ def metashape(
     )
     wrong = "<transform><rotation>0 -1 0 1 0 0 0 0 1</rotation><scale>9</scale></transform>"
     inside = "".join(f"<{name}>{value}</{name}>" for name, value in terms.items())
-    adjusted = f'<calibration type="{kind}" class="adjusted"><resolution width="640" height="480"/>{inside}</calibration>'
+    size = '<resolution width="640" height="480"/>'
+    adjusted = f'<calibration type="{kind}" class="adjusted">{size}{inside}</calibration>'
     start = f'<calibration type="{kind}" class="initial"><resolution width="640" height="480"/><f>99</f></calibration>'
     listed = "".join(
         f'<camera id="{i}" sensor_id="0" component_id="0" label="IMG_{i}"><transform>'
@@ -115,7 +116,9 @@ def test_metashape_refuses_terms_by_name(tmp_path: Path, terms: Any, options: An
 
 def test_metashape_notices(tmp_path: Path) -> None:
     file = tmp_path / "a.xml"
-    rolling = f'<camera id="9" sensor_id="0" label="b" enabled="false"><transform>{text(np.eye(4))}</transform>'
+    rolling = (
+        f'<camera id="9" sensor_id="0" label="b" enabled="false"><transform>{text(np.eye(4))}</transform>'
+    )
     rolling += "<rolling_shutter><rotation>1</rotation></rolling_shutter></camera>"
     document = metashape({}, initial=True, cameras=rolling)
     reference = "<reference>GEOGCS[&quot;WGS 84&quot;]</reference></chunk><chunk label='2'></chunk>"
@@ -127,7 +130,16 @@ def test_metashape_notices(tmp_path: Path) -> None:
 
 def test_an_old_lens_alone(tmp_path: Path) -> None:
     file = tmp_path / "lens.xml"
-    terms = {"fx": 501.5, "fy": 500.0, "cx": 323.5, "cy": 237.5, "skew": -0.7, "k1": -0.1, "p1": 0.001, "p2": -0.002}
+    terms = {
+        "fx": 501.5,
+        "fy": 500.0,
+        "cx": 323.5,
+        "cy": 237.5,
+        "skew": -0.7,
+        "k1": -0.1,
+        "p1": 0.001,
+        "p2": -0.002,
+    }
     inside = "".join(f"<{name}>{value}</{name}>" for name, value in terms.items())
     file.write_text(
         f"<calibration><projection>frame</projection><width>640</width><height>480</height>{inside}</calibration>"
@@ -141,29 +153,72 @@ def test_an_old_lens_alone(tmp_path: Path) -> None:
 SFM: dict[str, Any] = {
     "perspective": ({"focal": 0.8, "k1": -0.1, "k2": 0.02}, lambda x: brown(x, (-0.1, 0.02))),
     "brown": (
-        {"focal_x": 0.8, "focal_y": 0.8, "c_x": 0.01, "c_y": -0.02, "k1": -0.1, "k2": 0.02, "k3": 0.003, "p1": 0.001, "p2": 0.002},
+        {
+            "focal_x": 0.8,
+            "focal_y": 0.8,
+            "c_x": 0.01,
+            "c_y": -0.02,
+            "k1": -0.1,
+            "k2": 0.02,
+            "k3": 0.003,
+            "p1": 0.001,
+            "p2": 0.002,
+        },
         lambda x: brown(x, (-0.1, 0.02, 0.003), (0.001, 0.002)),
     ),
-    "simple_radial": ({"focal_x": 0.8, "focal_y": 0.8, "c_x": 0.01, "c_y": -0.02, "k1": -0.1}, lambda x: brown(x, (-0.1,))),
+    "simple_radial": (
+        {"focal_x": 0.8, "focal_y": 0.8, "c_x": 0.01, "c_y": -0.02, "k1": -0.1},
+        lambda x: brown(x, (-0.1,)),
+    ),
     "fisheye": ({"focal": 0.8, "k1": -0.1, "k2": 0.02}, lambda x: brown(equidistant(x), (-0.1, 0.02))),
     "fisheye_opencv": (
-        {"focal_x": 0.8, "focal_y": 0.8, "c_x": 0.01, "c_y": -0.02, "k1": 0.1, "k2": 0.02, "k3": 0.01, "k4": 0.002},
+        {
+            "focal_x": 0.8,
+            "focal_y": 0.8,
+            "c_x": 0.01,
+            "c_y": -0.02,
+            "k1": 0.1,
+            "k2": 0.02,
+            "k3": 0.01,
+            "k4": 0.002,
+        },
         lambda x: brown(equidistant(x), (0.1, 0.02, 0.01, 0.002)),
     ),
     "fisheye62": (
-        {"focal_x": 0.8, "focal_y": 0.8, "c_x": 0.01, "c_y": -0.02, "k1": 0.1, "k2": 0.02, "k5": 0.0, "p1": 0.001, "p2": 0.002},
+        {
+            "focal_x": 0.8,
+            "focal_y": 0.8,
+            "c_x": 0.01,
+            "c_y": -0.02,
+            "k1": 0.1,
+            "k2": 0.02,
+            "k5": 0.0,
+            "p1": 0.001,
+            "p2": 0.002,
+        },
         lambda x: brown(equidistant(x), (0.1, 0.02), (0.001, 0.002)),
     ),
 }
 
 
 def open_sfm(kind: str, **terms: float) -> list[dict[str, Any]]:
-    camera = {"projection_type": kind, "width": 640, "height": 480, **SFM.get(kind, ({"focal": 0.8}, 0))[0], **terms}
+    camera = {
+        "projection_type": kind,
+        "width": 640,
+        "height": 480,
+        **SFM.get(kind, ({"focal": 0.8}, 0))[0],
+        **terms,
+    }
     shots = {}
     for i in range(2):
         R, C = pose(i)
         vector = Rotation.from_matrix(R).as_rotvec().tolist()
-        shots[f"{i}.jpg"] = {"rotation": vector, "translation": (-R @ C).tolist(), "camera": "v2 x", "orientation": 1}
+        shots[f"{i}.jpg"] = {
+            "rotation": vector,
+            "translation": (-R @ C).tolist(),
+            "camera": "v2 x",
+            "orientation": 1,
+        }
     lla = {"latitude": 47.0, "longitude": 8.0, "altitude": 400.0}
     return [{"cameras": {"v2 x": camera}, "shots": shots, "points": {}, "reference_lla": lla}]
 
@@ -203,10 +258,35 @@ def test_several_reconstructions_are_told(tmp_path: Path) -> None:
 
 
 def reality_capture(path: Path, **terms: float) -> Path:
-    names = ["name", "x", "y", "alt", "heading", "pitch", "roll", "f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2"]
+    names = [
+        "name",
+        "x",
+        "y",
+        "alt",
+        "heading",
+        "pitch",
+        "roll",
+        "f",
+        "px",
+        "py",
+        "k1",
+        "k2",
+        "k3",
+        "k4",
+        "t1",
+        "t2",
+    ]
     lines = ["#cameras 2", "#" + ",".join(names)]
     for i in range(2):
-        values = {"x": 1.0 + i, "y": 2.0, "alt": 3.0, "heading": 40.0, "pitch": 25.0, "roll": -10.0, "f": 30.0}
+        values = {
+            "x": 1.0 + i,
+            "y": 2.0,
+            "alt": 3.0,
+            "heading": 40.0,
+            "pitch": 25.0,
+            "roll": -10.0,
+            "f": 30.0,
+        }
         values |= {"px": 0.01, "py": -0.02, "k1": -0.1, "k2": 0.02, "k3": 0.001, **terms}
         lines.append(",".join([f"{i}.jpg", *(repr(values.get(name, 0.0)) for name in names[1:])]))
     path.write_text("\n".join(lines) + "\n")
@@ -222,7 +302,13 @@ def test_reality_capture(tmp_path: Path) -> None:
     focal = 30 * 640 / 36
     for i, camera in enumerate(cameras.values()):
         K = intrinsics(focal, focal, 320 + 6.4, 240 - 12.8)
-        check(camera, K, turn.T, np.array([1.0 + i, 2, 3]), lambda x: brown(x, (-0.1, 0.02, 0.001), (-0.002, 0.001)))
+        check(
+            camera,
+            K,
+            turn.T,
+            np.array([1.0 + i, 2, 3]),
+            lambda x: brown(x, (-0.1, 0.02, 0.001), (-0.002, 0.001)),
+        )
     assert "t1 and t2" in cameras.notices[0]
     picture(tmp_path / "0.jpg")
     picture(tmp_path / "1.jpg", (320, 240))
@@ -302,11 +388,20 @@ def alice_vision(version: str, rig: bool = False, **terms: Any) -> str:
     views, poses = [], []
     for i in range(3):
         own = {"rigId": 9, "subPoseId": i, "isPoseIndependant": "false"} if rig else {}
-        views.append({"viewId": 10 + i, "poseId": 0 if rig else i, "intrinsicId": 5, "path": f"/a/{i}.jpg", **own})
+        views.append(
+            {"viewId": 10 + i, "poseId": 0 if rig else i, "intrinsicId": 5, "path": f"/a/{i}.jpg", **own}
+        )
         if i < 2:
             R, C = pose(i)
-            poses.append({"poseId": i, "pose": {"transform": {"rotation": R.T.ravel().tolist(), "center": C.tolist()}}})
-    table: dict[str, Any] = {"version": version.split("."), "views": views, "intrinsics": [intrinsic], "poses": poses}
+            poses.append(
+                {"poseId": i, "pose": {"transform": {"rotation": R.T.ravel().tolist(), "center": C.tolist()}}}
+            )
+    table: dict[str, Any] = {
+        "version": version.split("."),
+        "views": views,
+        "intrinsics": [intrinsic],
+        "poses": poses,
+    }
     if rig:
         subs = [{"status": "constant", "pose": sub(i)} for i in range(2)]
         table["rigs"] = [{"rigId": 9, "subPoses": [*subs, {"status": "uninitialized", "pose": sub(2)}]}]
@@ -334,13 +429,20 @@ def test_alice_vision(tmp_path: Path, version: str, fx: float, fy: float, rig: b
     file = tmp_path / "cameras.sfm"
     file.write_text(alice_vision(version, rig))
     cameras = raycam.load_cameras(tmp_path)
-    assert list(cameras) == ["0.jpg", "1.jpg"] and "1 views without" in cameras.notices[0]
+    assert list(cameras) == ["0.jpg", "1.jpg"]
+    assert "1 views without" in cameras.notices[0]
     for i, camera in enumerate(cameras.values()):
         R, C = pose(i)
         if rig:
             (R, C), (Rs, Cs) = pose(0), pose(30 + i)
             R, C = Rs @ R, C + R.T @ Cs
-        check(camera, intrinsics(fx, fy, 323, 238), R, C, lambda x: brown(x, (-0.1, 0.02, 0.003), (0.001, -0.002)))
+        check(
+            camera,
+            intrinsics(fx, fy, 323, 238),
+            R,
+            C,
+            lambda x: brown(x, (-0.1, 0.02, 0.003), (0.001, -0.002)),
+        )
 
 
 @pytest.mark.parametrize(
@@ -380,16 +482,30 @@ def open_mvg(nested: bool) -> dict[str, Any]:
         data = {"local_path": "", "filename": f"{i}.jpg", "width": 640, "height": 480, "id_view": i}
         data |= {"id_intrinsic": i // 2 if i < 2 * len(MVG) else none, "id_pose": i}
         name = {"polymorphic_name": "view"} if i == 0 else {}
-        value = {"polymorphic_id": 2147483649 if i == 0 else 1, **name, "ptr_wrapper": {"id": 2**31 + i, "data": data}}
+        value = {
+            "polymorphic_id": 2147483649 if i == 0 else 1,
+            **name,
+            "ptr_wrapper": {"id": 2**31 + i, "data": data},
+        }
         views.append({"key": i, "value": value})
         R, C = pose(i)
         poses.append({"key": i, "value": {"rotation": R.tolist(), "center": C.tolist()}})
     for i, (kind, (terms, _)) in enumerate(MVG.items()):
         base = {"width": 640, "height": 480, "focal_length": 520.0, "principal_point": [323.0, 238.0]}
         data = {"value0": base, **terms} if nested else {**base, **terms}
-        value = {"polymorphic_id": 2**31 + 2 + i, "polymorphic_name": kind, "ptr_wrapper": {"id": 99 + i, "data": data}}
+        value = {
+            "polymorphic_id": 2**31 + 2 + i,
+            "polymorphic_name": kind,
+            "ptr_wrapper": {"id": 99 + i, "data": data},
+        }
         cameras.append({"key": i, "value": value})
-    return {"sfm_data_version": "0.3", "root_path": "/a", "views": views, "intrinsics": cameras, "extrinsics": poses}
+    return {
+        "sfm_data_version": "0.3",
+        "root_path": "/a",
+        "views": views,
+        "intrinsics": cameras,
+        "extrinsics": poses,
+    }
 
 
 @pytest.mark.parametrize("nested", [True, False])
@@ -397,7 +513,8 @@ def test_open_mvg(tmp_path: Path, nested: bool) -> None:
     file = tmp_path / "sfm_data.json"
     file.write_text(json.dumps(open_mvg(nested)))
     cameras = raycam.load_cameras(tmp_path)
-    assert len(cameras) == 10 and "1 views without" in cameras.notices[0]
+    assert len(cameras) == 10
+    assert "1 views without" in cameras.notices[0]
     for i, camera in enumerate(cameras.values()):
         check(camera, intrinsics(520, 520, 323, 238), *pose(i), list(MVG.values())[i // 2][1])
 
@@ -414,7 +531,8 @@ def test_bundler(tmp_path: Path) -> None:
     for name in "abc":
         picture(tmp_path / f"images/{name}.jpg")
     cameras = raycam.load_cameras(tmp_path)
-    assert list(cameras) == ["images/a.jpg", "images/c.jpg"] and "1 cameras with a focal length of 0" in cameras.notices[0]
+    assert list(cameras) == ["images/a.jpg", "images/c.jpg"]
+    assert "1 cameras with a focal length of 0" in cameras.notices[0]
     for i, camera in zip((0, 2), cameras.values(), strict=True):
         check(camera, intrinsics(520, 520, 320, 240), *pose(i), lambda x: brown(x, (-0.1, 0.02)))
     (tmp_path / "list.txt").unlink()

@@ -38,7 +38,9 @@ def write(path: Path, keys: dict[str, Any], space: str = " ") -> Path:
         if isinstance(value, np.ndarray):
             height, width = value.shape
             numbers = ", ".join(repr(float(v)) for v in value.ravel())
-            text += f"{key}: !!opencv-matrix\n  rows: {height}\n  cols: {width}\n  dt: f\n  data:[{numbers}]\n"
+            text += (
+                f"{key}: !!opencv-matrix\n  rows: {height}\n  cols: {width}\n  dt: f\n  data:[{numbers}]\n"
+            )
         else:
             text += f"{key}:{space}{value}\n"
     path.write_text(text)
@@ -46,7 +48,11 @@ def write(path: Path, keys: dict[str, Any], space: str = " ") -> Path:
 
 
 def focals(group: str) -> dict[str, Any]:
-    return dict(zip([f"{group}.{key}" for key in ("fx", "fy", "cx", "cy")], [458.5, 457.25, 367.0, 248.5], strict=True))
+    return dict(
+        zip(
+            [f"{group}.{key}" for key in ("fx", "fy", "cx", "cy")], [458.5, 457.25, 367.0, 248.5], strict=True
+        )
+    )
 
 
 def coefficients(group: str, **terms: float) -> dict[str, Any]:
@@ -68,7 +74,8 @@ def test_orbslam2_monocular(tmp_path: Path, space: str, k3: float) -> None:
 def test_a_baseline_is_no_pair(tmp_path: Path) -> None:
     keys = {**focals("Camera"), **coefficients("Camera", **TERMS), "Camera.bf": 45.85}
     cameras = raycam.load_cameras(write(tmp_path / "a.yaml", keys), size=(752, 480))
-    assert len(cameras) == 1 and "0.1" in " ".join(cameras.notices)
+    assert len(cameras) == 1
+    assert "0.1" in " ".join(cameras.notices)
 
 
 def test_kannala_brandt_is_a_fisheye(tmp_path: Path) -> None:
@@ -92,14 +99,22 @@ def test_a_pair(tmp_path: Path, old: bool) -> None:
 
 
 def test_rectified_pairs_have_the_baseline(tmp_path: Path) -> None:
-    keys = {"File.version": '"1.0"', "Camera.type": '"Rectified"', **focals("Camera1"), "Stereo.b": 0.11, **SIZES}
+    keys = {
+        "File.version": '"1.0"',
+        "Camera.type": '"Rectified"',
+        **focals("Camera1"),
+        "Stereo.b": 0.11,
+        **SIZES,
+    }
     cameras = raycam.load_cameras(write(tmp_path / "a.yaml", keys))
     check(cameras["Camera2"], K, np.eye(3), np.array([0.11, 0, 0]))
 
 
 def test_the_raw_pair_of_orbslam2(tmp_path: Path) -> None:
     keys: dict[str, Any] = {**focals("Camera"), "Camera.bf": 47.9}
-    turns = {side: Rotation.from_euler("xyz", angles, degrees=True).as_matrix() for side, angles in TURNS.items()}
+    turns = {
+        side: Rotation.from_euler("xyz", angles, degrees=True).as_matrix() for side, angles in TURNS.items()
+    }
     for side, shift in (("LEFT", 0.0), ("RIGHT", -47.9)):
         keys |= {f"{side}.height": 480, f"{side}.width": 752, f"{side}.K": K, f"{side}.R": turns[side]}
         keys[f"{side}.D"] = np.array([[-0.28, 0.07, 0.0002, -0.00002, 0.0]])
@@ -131,14 +146,25 @@ def test_no_lens_of_orbslam_vanishes(tmp_path: Path, keys: dict[str, Any], reaso
 def camodocal(path: Path, kind: str, groups: dict[str, dict[str, float]], space: str = " ") -> Path:
     text = f"%YAML:1.0\n---\nmodel_type:{space}{kind}\ncamera_name:{space}front\nimage_width: 752\nimage_height: 480\n"
     for name, terms in groups.items():
-        text += f"{name}_parameters:\n" + "".join(f"   {key}:{space}{value}\n" for key, value in terms.items())
+        text += f"{name}_parameters:\n" + "".join(
+            f"   {key}:{space}{value}\n" for key, value in terms.items()
+        )
     path.write_text(text)
     return path
 
 
 PROJECTION = {"fx": 458.5, "fy": 457.25, "cx": 367.0, "cy": 248.5}
 OMNI = {"gamma1": 458.5, "gamma2": 457.25, "u0": 367.0, "v0": 248.5}
-KANNALA = {"k2": 0.02, "k3": -0.01, "k4": 0.004, "k5": -0.001, "mu": 458.5, "mv": 457.25, "u0": 367.0, "v0": 248.5}
+KANNALA = {
+    "k2": 0.02,
+    "k3": -0.01,
+    "k4": 0.004,
+    "k5": -0.001,
+    "mu": 458.5,
+    "mv": 457.25,
+    "u0": 367.0,
+    "v0": 248.5,
+}
 
 
 def rational(x: Any) -> Any:
@@ -195,7 +221,10 @@ def test_vins_fusion_and_mono(tmp_path: Path) -> None:
     check(cameras["cam1"], K, *pose(1), mei)
     assert list(cameras.rigs["rig"]) == ["cam0", "cam1"]
     mono = camodocal(tmp_path / "mono.yaml", "PINHOLE", MODELS["PINHOLE"][0])
-    more = write(tmp_path / "more.yaml", {"extrinsicRotation": pose(4)[0].T, "extrinsicTranslation": pose(4)[1][:, None]})
+    more = write(
+        tmp_path / "more.yaml",
+        {"extrinsicRotation": pose(4)[0].T, "extrinsicTranslation": pose(4)[1][:, None]},
+    )
     mono.write_text(mono.read_text() + more.read_text().split("\n", 2)[2])
     check(raycam.load_cameras(mono)["front"], K, *pose(4), lens)
     (tmp_path / "cam1.yaml").unlink()
@@ -209,7 +238,12 @@ def test_basalt(tmp_path: Path) -> None:
         R, C = pose(i)
         names = ("px", "py", "pz", "qx", "qy", "qz", "qw")
         places.append(dict(zip(names, [*C, *Rotation.from_matrix(R.T).as_quat()], strict=True)))
-    kinds = [{"camera_type": "kb4", "intrinsics": {**PROJECTION, "k1": 0.02, "k2": -0.01, "k3": 0.004, "k4": -0.001}}]
+    kinds = [
+        {
+            "camera_type": "kb4",
+            "intrinsics": {**PROJECTION, "k1": 0.02, "k2": -0.01, "k3": 0.004, "k4": -0.001},
+        }
+    ]
     kinds.append({"camera_type": "pinhole-radtan8", "intrinsics": {**PROJECTION, **FULL, "rpmax": 2.7}})
     table = {"T_imu_cam": places, "intrinsics": kinds, "resolution": [[752, 480]] * 2, "vignette": []}
     file = tmp_path / "a.json"
@@ -244,7 +278,8 @@ def test_mrcal(tmp_path: Path, model: str) -> None:
 def test_zed(tmp_path: Path) -> None:
     text = ""
     for side in ("LEFT", "RIGHT"):
-        text += f"[{side}_CAM_HD]\nfx=458.5\nfy=457.25\ncx=367.0\ncy=248.5\nk1=-0.28\nk2=0.07\np1=0.0002\np2=-0.00002\n\n"
+        text += f"[{side}_CAM_HD]\nfx=458.5\nfy=457.25\ncx=367.0\ncy=248.5\n"
+        text += "k1=-0.28\nk2=0.07\np1=0.0002\np2=-0.00002\n\n"
     text += "[STEREO]\nBaseline=119.9\nTY=0.2\nTZ=-0.1\nRX_HD=0.01\nCV_HD=-0.02\nRZ_HD=0.003\n"
     file = tmp_path / "SN123.conf"
     file.write_text(text)
@@ -255,9 +290,19 @@ def test_zed(tmp_path: Path) -> None:
     assert points(R, ZERO).shape == (30, 3)
 
 
-@pytest.mark.parametrize("model", ["Brown Conrady", "distortion.brown_conrady", "Inverse Brown Conrady", "None"])
+@pytest.mark.parametrize(
+    "model", ["Brown Conrady", "distortion.brown_conrady", "Inverse Brown Conrady", "None"]
+)
 def test_realsense(tmp_path: Path, model: str) -> None:
-    table = {"width": 752, "height": 480, "fx": 458.5, "fy": 457.25, "ppx": 367.0, "ppy": 248.5, "model": model}
+    table = {
+        "width": 752,
+        "height": 480,
+        "fx": 458.5,
+        "fy": 457.25,
+        "ppx": 367.0,
+        "ppy": 248.5,
+        "model": model,
+    }
     coefficients = [0.0] * 5 if model == "None" else [-0.28, 0.07, 0.0002, -0.00002, 0.01]
     file = tmp_path / "a.json"
     file.write_text(json.dumps({**table, "coeffs": coefficients}))

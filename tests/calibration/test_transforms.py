@@ -37,17 +37,22 @@ def test_the_splits_of_a_blender_set(tmp_path: Path) -> None:
     focal = 320 / np.tan(0.35)
     for name, camera in cameras.items():
         check(camera, intrinsics(focal, focal, 320, 240), *pose(int(name[-1])))
-        assert camera.size == SIZE and camera.pixel_center == "half"
+        assert camera.size == SIZE
+        assert camera.pixel_center == "half"
     assert len(raycam.load_cameras(tmp_path / "transforms_val.json")) == 1
 
 
 def nerf(path: Path, **keys: Any) -> Path:
-    path.write_text(json.dumps({**keys, "frames": [{"file_path": "a.png", "transform_matrix": opengl(1).tolist()}]}))
+    path.write_text(
+        json.dumps({**keys, "frames": [{"file_path": "a.png", "transform_matrix": opengl(1).tolist()}]})
+    )
     return path
 
 
 def test_instant_ngp_has_angles_in_degrees(tmp_path: Path) -> None:
-    file = nerf(tmp_path / "t.json", w=640, h=480, x_fov=50.0, camera_angle_x=0.1, scale=0.3, offset=[0, 0, 1])
+    file = nerf(
+        tmp_path / "t.json", w=640, h=480, x_fov=50.0, camera_angle_x=0.1, scale=0.3, offset=[0, 0, 1]
+    )
     cameras = raycam.load_cameras(file)
     focal = 320 / np.tan(np.radians(25.0))
     check(cameras["a.png"], intrinsics(focal, focal, 320, 240), *pose(1))
@@ -56,7 +61,15 @@ def test_instant_ngp_has_angles_in_degrees(tmp_path: Path) -> None:
 
 def test_fisheye624_of_nerfstudio(tmp_path: Path) -> None:
     k, p, s = [0.02, -0.01, 0.003, 0.0, 0.001, 0.0], [0.001, -0.002], [0.0005, 0.0, -0.0003, 0.0001]
-    shared = {"w": 640, "h": 480, "fl_x": 300, "fl_y": 300, "cx": 320, "cy": 240, "camera_model": "FISHEYE624"}
+    shared = {
+        "w": 640,
+        "h": 480,
+        "fl_x": 300,
+        "fl_y": 300,
+        "cx": 320,
+        "cy": 240,
+        "camera_model": "FISHEYE624",
+    }
     short = raycam.load_cameras(nerf(tmp_path / "a.json", **shared, distortion_params=[*k, *p, *s]))["a.png"]
     long = raycam.load_cameras(
         nerf(tmp_path / "b.json", **shared, distortion_params=[300, 300, 320, 240, *k, *p, *s])
@@ -84,7 +97,15 @@ def test_what_has_no_lens_is_refused_by_name(tmp_path: Path, model: str) -> None
 def polycam(seed: int, **keys: Any) -> str:
     matrix = opengl(seed)
     rows = {f"t_{i}{j}": float(matrix[i, j]) for i in range(3) for j in range(4)}
-    shared = {"fx": 700.0, "fy": 701.0, "cx": 325.0, "cy": 244.0, "width": 640, "height": 480, "blur_score": 3.0}
+    shared = {
+        "fx": 700.0,
+        "fy": 701.0,
+        "cx": 325.0,
+        "cy": 244.0,
+        "width": 640,
+        "height": 480,
+        "blur_score": 3.0,
+    }
     return json.dumps({**shared, **rows, **keys})
 
 
@@ -154,9 +175,16 @@ def test_gaussian_splats(tmp_path: Path) -> None:
 def test_camera_paths(tmp_path: Path, kind: str) -> None:
     size = (800, 400)
     path = [
-        {"camera_to_world": opengl(i).ravel().tolist(), "fov": 50.0, "aspect": 2.0, "render_time": 0} for i in range(2)
+        {"camera_to_world": opengl(i).ravel().tolist(), "fov": 50.0, "aspect": 2.0, "render_time": 0}
+        for i in range(2)
     ]
-    table = {"camera_type": kind, "render_width": size[0], "render_height": size[1], "fps": 24, "camera_path": path}
+    table = {
+        "camera_type": kind,
+        "render_width": size[0],
+        "render_height": size[1],
+        "fps": 24,
+        "camera_path": path,
+    }
     file = tmp_path / "camera_path.json"
     file.write_text(json.dumps(table))
     if kind == "vr180":

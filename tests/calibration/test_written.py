@@ -84,14 +84,17 @@ def test_a_pair_as_orbslam_settings(tmp_path: Path, lens: str) -> None:
 
 
 def test_the_files_of_splits(tmp_path: Path) -> None:
-    cameras = {f"{split}/{i}": camera("pinhole", i) for i, split in enumerate(["train", "test", "train", "val"])}
+    cameras = {
+        f"{split}/{i}": camera("pinhole", i) for i, split in enumerate(["train", "test", "train", "val"])
+    }
     raycam.save_cameras(tmp_path / "set", cameras, "blender-splits")
     table = json.loads((tmp_path / "set/transforms_train.json").read_text())
     assert [frame["file_path"] for frame in table["frames"]] == ["train/0", "train/2"]
     assert list(raycam.load_cameras(tmp_path / "set")) == ["train/0", "train/2", "val/3", "test/1"]
     raycam.save_cameras(tmp_path / "a.json", cameras, "nerf")
     table = json.loads((tmp_path / "a.json").read_text())
-    assert table["val_filenames"] == ["val/3"] and len(table["train_filenames"]) == 2
+    assert table["val_filenames"] == ["val/3"]
+    assert len(table["train_filenames"]) == 2
 
 
 def test_formats_that_are_only_read_say_so(tmp_path: Path) -> None:
@@ -112,7 +115,19 @@ def test_crop_undistort_and_maps(tmp_path: Path) -> None:
     given = camera("opencv5", 1)
     raycam.save_cameras(file, {"front": given}, "opencv")
     output, maps = tmp_path / "b.yaml", tmp_path / "maps.npz"
-    run(str(file), "--crop", "20,10,600,440", "--undistort", "0.5", "--maps", str(maps), "--to", "opencv", "-o", str(output))
+    run(
+        str(file),
+        "--crop",
+        "20,10,600,440",
+        "--undistort",
+        "0.5",
+        "--maps",
+        str(maps),
+        "--to",
+        "opencv",
+        "-o",
+        str(output),
+    )
     (found,) = raycam.load_cameras(output).values()
     cropped = given.cropped(20, 10, 600, 440)
     expected = cropped.undistorted(0.5)
@@ -126,7 +141,11 @@ def test_times_begin_at_the_first(tmp_path: Path) -> None:
     file = tmp_path / "a.txt"
     file.write_text("".join(f"{1.5e9 + i} 0 0 {i} 0 0 0 1\n" for i in range(3)))
     run(str(file), "--time-offset", "first", "--to", "tum", "-o", str(tmp_path / "b.txt"))
-    assert [line.split()[0] for line in (tmp_path / "b.txt").read_text().splitlines()] == ["0.0", "1.0", "2.0"]
+    assert [line.split()[0] for line in (tmp_path / "b.txt").read_text().splitlines()] == [
+        "0.0",
+        "1.0",
+        "2.0",
+    ]
 
 
 def test_a_rig_stays_a_rig(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import shutil
 import sys
 import tomllib
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -60,7 +61,7 @@ def write_world(text: str, page: str) -> None:
     named = re.match(r"# (\S+\.toml)\n", text)
     if named:
         Path(named[1]).write_text(text, encoding="utf-8")
-        raycam.load(named[1])
+        (raycam.Recipe if " uniform = " in text else raycam.load)(named[1])
     else:
         assert tomllib.loads(text), page
 
@@ -69,7 +70,7 @@ def type_commands(text: str, page: str) -> None:
     for line in text.replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
         if words[:1] == ["raycam"] and not line.startswith(SLOW):
-            words = [word if before != "--samples" else "1" for before, word in zip(words, words[1:], strict=False)]
+            words = [word if before != "--samples" else "1" for before, word in pairwise(words)]
             assert cli.main(words) == 0, f"{page}: {line}"
 
 

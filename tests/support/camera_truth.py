@@ -23,7 +23,9 @@ def pose(seed: int) -> tuple[Array, Array]:
 def points(R: Array, C: Array, reach: float = 0.5) -> Array:
     """Points [n, 3] of the world in front of a camera."""
     random = np.random.default_rng(7)
-    seen = np.column_stack([random.uniform(-reach, reach, (30, 2)), np.ones(30)]) * random.uniform(1, 4, (30, 1))
+    seen = np.column_stack([random.uniform(-reach, reach, (30, 2)), np.ones(30)]) * random.uniform(
+        1, 4, (30, 1)
+    )
     return seen @ R + C
 
 

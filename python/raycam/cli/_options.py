@@ -155,8 +155,10 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     if getattr(options, "intrinsics", None) is not None:
         intrinsics = next(iter(load_cameras(options.intrinsics, size=size, lens=lens).values()))
         lens = None
-    convention = {name: getattr(options, name, None) for name in ("direction", "axes")}
-    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics, lens=lens, **convention)
+    direction, axes = getattr(options, "direction", None), getattr(options, "axes", None)
+    cameras = load_cameras(
+        path, format, size=size, intrinsics=intrinsics, lens=lens, direction=direction, axes=axes
+    )
     print_notices(cameras.notices)
     return cameras
 

@@ -103,8 +103,9 @@ def _run(options: argparse.Namespace) -> None:
     output = Path(
         options.output or f"{Path(file).stem}{'_' if name else ''}{Path(name).name}_{options.to}{ending}"
     )
-    named = {"images": images, "times": times} if name or options.time_offset or _is_edited(options) else {}
-    print_notices(save_cameras(output, cameras, options.to, **named))
+    if not (name or options.time_offset or _is_edited(options)):
+        images, times = {}, {}  # the records have them
+    print_notices(save_cameras(output, cameras, options.to, images=images, times=times))
     loaded = isinstance(cameras, Cameras)
     count = len(cameras) if loaded else sum(len(x) if isinstance(x, Rig) else 1 for x in cameras.values())
     print(f"{output}: {count} camera{'' if count == 1 else 's'}, {options.to}")

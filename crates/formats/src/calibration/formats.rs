@@ -100,7 +100,9 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("coco", coco::detect, coco::read),
     reader("euroc", euroc::detect, euroc::read).written(euroc::write).in_folders(euroc_set::detect, euroc_set::read),
     reader("arkit", arkit::detect, arkit::read),
-    reader("opencv", opencv::read::detect, opencv::read::read).written(opencv::write::write),
+    reader("opencv", opencv::read::detect, opencv::read::read)
+        .written(opencv::write::write)
+        .in_folders(opencv::pair_folder::detect_folder, opencv::pair_folder::read_folder),
     reader("kitti", kitti::detect, kitti::read)
         .written(kitti::write)
         .in_folders(kitti_set::detect, kitti_set::read)

@@ -1,7 +1,8 @@
-"""HDF5 as BlenderProc writes it: a file for each picture, from 0. Source: BlenderProc, WriterUtility.py. Needs `h5py`."""
+"""HDF5 as BlenderProc writes it: a file for each picture. Source: BlenderProc, WriterUtility.py. Needs `h5py`."""
 
 from __future__ import annotations
 
+import importlib
 import io
 import json
 from collections.abc import Callable, Iterator
@@ -21,11 +22,9 @@ BACKGROUND = 1e10
 def h5py() -> ModuleType:
     """The module; raises `SettingsError` with the way on where it is not installed."""
     try:
-        import h5py as found
+        return importlib.import_module("h5py")
     except ImportError:
         raise SettingsError("hdf5 needs h5py: pip install h5py") from None
-    module: ModuleType = found
-    return module
 
 
 def check(plan: Plan) -> None:
@@ -47,7 +46,9 @@ def make(plan: Plan, number: int) -> Made:
     arrays = {
         "colors": frame.to_srgb8(),
         "depth": np.where(np.isfinite(frame["depth"]), frame["depth"], BACKGROUND).astype(np.float32),
-        "distance": np.where(np.isfinite(frame["distance"]), frame["distance"], BACKGROUND).astype(np.float32),
+        "distance": np.where(np.isfinite(frame["distance"]), frame["distance"], BACKGROUND).astype(
+            np.float32
+        ),
         "normals": ((np.nan_to_num(normals) + 1) / 2).astype(np.float32),
         "instance_segmaps": (instance + 1).astype(np.int32),
         "category_id_segmaps": np.maximum(shot.channel(frame, "category"), 0).astype(np.int32),
@@ -56,7 +57,9 @@ def make(plan: Plan, number: int) -> Made:
     with h5py().File(memory, "w", track_order=True) as file:
         for name, array in arrays.items():
             file.create_dataset(name, data=array, compression="gzip", track_times=False)
-        file.create_dataset("instance_attribute_maps", data=np.bytes_(json.dumps(attributes)), track_times=False)
+        file.create_dataset(
+            "instance_attribute_maps", data=np.bytes_(json.dumps(attributes)), track_times=False
+        )
         file.create_dataset("blender_proc_version", data=np.bytes_("raycam"), track_times=False)
     return {f"{number}.hdf5": memory.getvalue()}, {}
 

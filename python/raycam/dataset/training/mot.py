@@ -33,7 +33,7 @@ def sequence(plan: Plan, number: int) -> tuple[str, int]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a picture, and its rows of `gt.txt`: boxes are of the whole objects, hidden or cut off, and count from 1."""
+    """Makes a picture, and its rows of `gt.txt`: boxes are of the whole objects, and count from 1."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     name, place = sequence(plan, number)

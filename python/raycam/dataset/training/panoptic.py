@@ -17,7 +17,9 @@ def check(plan: Plan) -> None:
     """Raises `SettingsError` for unknown categories in `stuff`."""
     for name in plan.options["stuff"]:
         if name not in plan.categories.values():
-            raise SettingsError(f"stuff: there is no category {name!r}, only {list(plan.categories.values())}")
+            raise SettingsError(
+                f"stuff: there is no category {name!r}, only {list(plan.categories.values())}"
+            )
 
 
 def make(plan: Plan, number: int) -> Made:
@@ -50,7 +52,11 @@ def make(plan: Plan, number: int) -> Made:
     colors = np.stack([ids % 256, ids // 256 % 256, ids // 65536], axis=-1).astype(np.uint8)
     width, height = shot.camera.size
     image = {"id": number + 1, "width": width, "height": height, "file_name": f"{name}.png"}
-    annotation = {"image_id": number + 1, "file_name": f"{name}.png", "segments_info": list(segments.values())}
+    annotation = {
+        "image_id": number + 1,
+        "file_name": f"{name}.png",
+        "segments_info": list(segments.values()),
+    }
     files = {f"images/{name}.png": frame.to_png(), f"panoptic/{name}.png": png(colors)}
     return files, {"image": image, "annotation": annotation}
 

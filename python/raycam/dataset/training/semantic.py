@@ -19,7 +19,10 @@ OPTIONS = {"labels": {}, "void": 0, "palette": {}}
 def label_ids(plan: Plan) -> dict[int, int]:
     """The label id of each category."""
     given = plan.options["labels"]
-    return {number: given.get(name, plan.options["void"] if given else number) for number, name in plan.categories.items()}
+    return {
+        number: given.get(name, plan.options["void"] if given else number)
+        for number, name in plan.categories.items()
+    }
 
 
 def check(plan: Plan) -> None:
@@ -32,14 +35,16 @@ def check(plan: Plan) -> None:
                 )
     for number in [plan.options["void"], *label_ids(plan).values()]:
         if not (isinstance(number, int) and 0 <= number <= 255):
-            raise SettingsError(f"a label id is {number!r}; 8 bits hold 0 to 255: give labels, {{category: id}}")
+            raise SettingsError(
+                f"a label id is {number!r}; 8 bits hold 0 to 255: give labels, {{category: id}}"
+            )
     for name, color in plan.options["palette"].items():
         if np.shape(color) != (3,) or not all(0 <= value <= 255 for value in color):
             raise SettingsError(f"palette of {name!r} is {color!r}, expected three numbers from 0 to 255")
 
 
 def pascal_palette() -> npt.NDArray[np.uint8]:
-    """The colours [256, 3] of PASCAL VOC: bits of the id spread over the channels. Source: VOC devkit, VOClabelcolormap."""
+    """The colours [256, 3] of PASCAL VOC: bits of the id over the channels. Source: VOC devkit, VOClabelcolormap."""
     palette = np.zeros((256, 3), dtype=np.uint8)
     for number in range(256):
         for bit in range(8):
@@ -66,7 +71,9 @@ def make(plan: Plan, number: int) -> Made:
         own, mask = ids[category], item.in_picture(item.visible_mask)
         count = counts[own] = counts.get(own, -1) + 1
         if own * 1000 + count > 65535:
-            raise SettingsError(f"label id {own} with instance {count} does not fit 16 bits: give labels up to 64")
+            raise SettingsError(
+                f"label id {own} with instance {count} does not fit 16 bits: give labels up to 64"
+            )
         labels[mask], instances[mask] = own, own * 1000 + count
         colors[mask] = plan.options["palette"].get(plan.categories[category], pascal_palette()[own])
     name = plan.picture_name(number)

@@ -24,13 +24,19 @@ def check_splits(plan: Plan) -> None:
         for name, share in splits.items()
     )
     if not named or not math.isclose(sum(splits.values()), 1.0, abs_tol=1e-9):
-        raise SettingsError(f'splits is {splits!r}; expected shares whose sum is 1, as {{"train": 0.8, "val": 0.2}}')
+        raise SettingsError(
+            f'splits is {splits!r}; expected shares whose sum is 1, as {{"train": 0.8, "val": 0.2}}'
+        )
     if not isinstance(seed, int):
         raise SettingsError(f"split_seed is {seed!r}; expected a whole number")
 
 
 def split_names(plan: Plan) -> list[str]:
-    """The split of each view: a function of the seed and of the number of its world, rig's pose, or the view."""
+    """The split of each view, a function of the seed and of the number of its world, its rig's pose, or itself.
+
+    Worlds of a recipe are drawn one by one, so that more worlds leave the others where they were; of the views of one
+    world, the shares are exact.
+    """
     whole = plan.whole or plan
     groups = [_group(view.world, view.rig, number) for number, view in enumerate(whole.shots)]
     seed = plan.options["split_seed"]
@@ -39,12 +45,20 @@ def split_names(plan: Plan) -> list[str]:
         return hashlib.sha256(f"{seed} {group}".encode()).digest()
 
     order = sorted(dict.fromkeys(groups), key=draw)
-    found: dict[str, str] = {}
-    share = 0.0
-    for name, part in plan.options["splits"].items():
-        first, share = round(share * len(order)), share + part
-        found |= dict.fromkeys(order[first : round(share * len(order))], name)
-    return [found[group] for group in groups]
+    ranks = {group: (i + 0.5) / len(order) for i, group in enumerate(order)}
+    if whole.recipe is not None:
+        ranks = {group: int.from_bytes(draw(group)[:6], "big") / 2**48 for group in order}
+    return [_at(ranks[group], plan.options["splits"]) for group in groups]
+
+
+def _at(rank: float, splits: Mapping[str, float]) -> str:
+    """The split at a place from 0 to 1, where they stand in a row, each as long as its share."""
+    end = 0.0
+    for name, share in splits.items():
+        end += share
+        if rank < end:
+            return name
+    return next(name for name, share in reversed(splits.items()) if share > 0)
 
 
 def _group(world: int | None, rig: tuple[int, str] | None, number: int) -> str:

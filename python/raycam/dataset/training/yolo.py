@@ -1,4 +1,4 @@
-"""YOLO: a text file of labels for each picture, normalised by its size. Source: Ultralytics, "Datasets" of the tasks."""
+"""YOLO: a text file of labels for each picture, normalised by its size. Source: Ultralytics, "Datasets"."""
 
 from __future__ import annotations
 
@@ -33,8 +33,10 @@ def check(plan: Plan) -> None:
         raise SettingsError(
             'task "pose" and the option keypoints go together: {"points": [[x, y, z], ...]}, of all categories'
         )
-    if points and (not isinstance(points, dict) or np.ndim(points.get("points")) != 2):
-        raise SettingsError('keypoints: expected {"points": [[x, y, z], ...]} in the coordinates of the meshes')
+    if points and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2):
+        raise SettingsError(
+            'keypoints: expected {"points": [[x, y, z], ...]} in the coordinates of the meshes'
+        )
     flip = plan.options["flip_idx"]
     if flip is not None and (not points or sorted(flip) != list(range(len(points["points"])))):
         raise SettingsError(f"flip_idx is {flip!r}, expected the numbers of the keypoints in another order")
@@ -44,7 +46,7 @@ def make(plan: Plan, number: int) -> Made:
     """Makes a picture and its labels; a picture with nothing has an empty file."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
-    place = f"{split_names(plan)[_number_in_all(plan, number)]}/{plan.picture_name(number)}"
+    place = f"{split_names(plan)[number]}/{plan.picture_name(number)}"
     least = max(int(plan.options["min_pixels"]), 1)
     classes = {category: i for i, category in enumerate(sorted(plan.categories))}
     lines = []
@@ -57,10 +59,6 @@ def make(plan: Plan, number: int) -> Made:
     return files, {"objects": len(lines)}
 
 
-def _number_in_all(plan: Plan, number: int) -> int:
-    return number
-
-
 def _short(value: float) -> str:
     return f"{value:.9f}".rstrip("0").rstrip(".") or "0"
 
@@ -70,11 +68,12 @@ def numbers(shot: Shot, item: Label) -> list[float]:
     task = shot.plan.options["task"]
     size = np.array(shot.camera.size, dtype=float)
     if task == "segment":
-        return (joined(outlines(item)) / size).ravel().tolist()
+        return list(map(float, (joined(outlines(item)) / size).ravel()))
     if task == "obb":
-        return (rectangle(np.concatenate(outlines(item))) / size).ravel().tolist()
+        return list(map(float, (rectangle(np.concatenate(outlines(item))) / size).ravel()))
     x, y, w, h = item.visible_box or (0, 0, 0, 0)
-    box = [*((np.array([x, y]) + [w / 2, h / 2]) / size).tolist(), *(np.array([w, h]) / size).tolist()]
+    width, height = shot.camera.size
+    box = [(x + w / 2) / width, (y + h / 2) / height, w / width, h / height]
     if task == "detect":
         return box
     places = shot.plan.options["keypoints"]["points"]
