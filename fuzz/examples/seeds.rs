@@ -140,10 +140,15 @@ fn main() {
         );
         add("glb", &name, &container(document.as_bytes(), &binary));
     }
-    for format in calibration::formats() {
+    for format in calibration::written_formats() {
         let written = calibration::write(&[record()], Path::new("out"), format)
             .expect("what every format holds");
-        let target = format.replace('-', "_").replace("blender", "nerf");
+        let target = match format {
+            "blender" => "nerf".into(),
+            "orb-slam" | "camodocal" | "3dgs" | "poses" | "euroc" | "blender-splits"
+            | "tum-intrinsics" => "any_cameras".into(),
+            format => format.replace('-', "_"),
+        };
         let order = ["cameras", "images", "rigs", "frames"];
         let mut files: Vec<_> = (written.files.iter())
             .filter_map(|(name, bytes)| {

@@ -193,6 +193,7 @@ pub fn cameras(format: &str, bytes: &[u8]) {
         size: Some([64, 48]),
         intrinsics: Some(intrinsics),
         lens: None,
+        poses: None,
     };
     let path = match format {
         "colmap" => {
@@ -220,5 +221,22 @@ pub fn cameras(format: &str, bytes: &[u8]) {
             let _ = record.camera();
         }
         let _ = calibration::write(&calibration.records, Path::new("out"), format);
+    }
+}
+
+/// Cameras in a file of any format, found by its contents: text, XML, JSON, NumPy's arrays, packed files.
+pub fn any_cameras(bytes: &[u8]) {
+    let known = ReadHints {
+        size: Some([64, 48]),
+        ..ReadHints::default()
+    };
+    let path = Path::new("/nonexistent/calibration");
+    if let Ok(calibration) = calibration::decode(bytes.to_vec(), path, None, &known, &budget()) {
+        for record in &calibration.records {
+            let _ = record.camera();
+        }
+        for format in calibration::written_formats() {
+            let _ = calibration::write(&calibration.records, Path::new("out"), format);
+        }
     }
 }

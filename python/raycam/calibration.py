@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Literal
 
 from . import _core
 from .arrays import size_of
@@ -15,10 +16,10 @@ from .io.atomic_files import write
 from .notices import warn_all
 from .rig import Rig
 
-__all__ = ["FORMATS", "Cameras", "load_cameras", "save_cameras"]
+__all__ = ["FORMATS", "WRITTEN_FORMATS", "Cameras", "load_cameras", "save_cameras"]
 
-FORMATS: tuple[str, ...] = tuple(_core.calibration_formats())
-"""The formats of `load_cameras` and `save_cameras`."""
+FORMATS, WRITTEN_FORMATS = (tuple(names) for names in _core.calibration_formats())
+"""The formats of `load_cameras`, and those of them that `save_cameras` writes."""
 
 
 class Cameras(Mapping[str, Camera]):
@@ -115,31 +116,47 @@ def load_cameras(
     size: Size | None = None,
     intrinsics: Camera | None = None,
     lens: Model | None = None,
+    direction: Literal["world_from_camera", "camera_from_world"] | None = None,
+    axes: Literal["opencv", "opengl"] | None = None,
     up: Up = "z",
 ) -> Cameras:
     """Reads the cameras of a calibration or trajectory, by name.
 
-    ================ =================================================================================================
-    "opencv"         YAML, JSON, XML: FileStorage, or K and lens in users' own words (`mtx`, `dist`, `K1 D1 K2 D2 R T`,
-                     a map for each camera); sensor files of EuRoC, Kimera
-    "ros"            CameraInfo of `camera_info_manager` or a message; roi and binning as `image_geometry`
-    "kalibr"         camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
-    "colmap"         a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
-    "kitti"          `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
-    "kitti-poses"    12 numbers a line; needs `intrinsics`
-    "bop"            `scene_camera.json` (needs `size`; millimetres become metres), `camera.json`
-    "nerf"           transforms.json of NeRF, instant-ngp, nerfstudio; also "blender", which has `camera_angle_x`
-    "tum"            trajectories; needs `intrinsics`
-    ================ =================================================================================================
+    * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also packed (`.yml.gz`): K and lens in users' own
+      words (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera); sensor files of EuRoC, Kimera
+    * "ros": CameraInfo of `camera_info_manager` or a message; a folder with left.yaml and right.yaml
+    * "kalibr": camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
+    * "orb-slam": settings of ORB-SLAM2 and 3, one camera or a pair
+    * "camodocal", "vins": `model_type` PINHOLE, PINHOLE_FULL, MEI, KANNALA_BRANDT; with the mounts of VINS
+    * "basalt", "mrcal", "zed": files of these programs and cameras
+    * "colmap": a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
+    * "metashape", "opensfm", "alicevision", "openmvg", "bundler", "realitycapture" (CSV), "realitycapture-xmp":
+      reconstructions
+    * "nerf": transforms.json of NeRF, instant-ngp, nerfstudio; "blender" has one angle for all, "blender-splits"
+      train, val and test
+    * "3dgs", "polycam", "record3d", "camera-path": cameras.json of Gaussian splats; exports of these apps; a
+      viewer's path
+    * "poses": 4x4 matrices: one in a file (ScanNet, 7-Scenes, a folder of them), 16 numbers a line (Replica),
+      `.npy`
+    * "open3d", "redwood", "arkit": Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
+    * "mvsnet", "neus", "llff", "middlebury": cameras of these benchmarks
+    * "kitti": `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
+    * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
+    * "bop", "hot3d": `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted
+      sets
+    * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`
+    * "realsense", "coco": intrinsics as people dump them; the `images` of data sets that raycam writes
 
-    A missing `format` is detected from the file's name and contents. `size` (width, height) is for files without a
-    size; cameras that have another one are resized to it, or refused where the aspect differs. `intrinsics` is the
-    camera whose size, K and lens the poses of a trajectory get. `lens` is the model of coefficients of which the file
-    does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. Each camera has the `pixel_center` of
-    its format: "half" for COLMAP and NeRF, "integer" for the others. World coordinates are the file's; `up` is the axis
-    that roll, pitch and yaw refer to.
+    A missing `format` is detected from the contents and, where those say nothing, the name of the file; a folder is
+    opened by what lies in it. Files of poses alone get size, K and lens of `intrinsics`, or those that lie beside.
+    `size` (width, height) is for files without a size, where no picture lies beside either; cameras that have another
+    one are resized to it, or refused where the aspect differs. `lens` is the model of coefficients of which the file
+    does not say it, as in `Camera`: four under `D` may be those of `cv2.fisheye`. `direction` and `axes` are those of
+    matrices whose file states neither ("poses"; without them a notice says what was taken). Each camera has the
+    `pixel_center` of its format. World coordinates are the file's; `up` is the axis that roll, pitch and yaw refer to.
 
-    A folder is a COLMAP model, has one in `sparse/0`, or has a transforms.json.
+    A trajectory of a body ("euroc", "kitti-360") gives cameras where the pose of `intrinsics` (`T_BS`) puts them on it.
+    Notices tell what was assumed, left out, or looks mistaken: K of another resolution, a principal point outside.
 
     No lens is lost: raises `FormatError` for a key that looks like a lens and is not understood. Raises `FormatError`
     with file, line and key for a malformed file, `CameraError` for an invalid camera, and
@@ -149,7 +166,16 @@ def load_cameras(
     if not isinstance(intrinsics, Camera | None):
         raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
     core = None if intrinsics is None else intrinsics._core
-    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, lens)
+    convention = None
+    if direction is not None or axes is not None:
+        if direction not in (None, "world_from_camera", "camera_from_world"):
+            raise CameraError(
+                f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"'
+            )
+        if axes not in (None, "opencv", "opengl"):
+            raise CameraError(f'axes is {axes!r}; expected "opencv" or "opengl"')
+        convention = (direction != "camera_from_world", axes == "opengl")
+    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, lens, convention)
     warn_all(notices)
     return Cameras(records, notices, up, os.fspath(path), pair)
 
@@ -162,7 +188,7 @@ def save_cameras(
     images: Mapping[str, str] | None = None,
     times: Mapping[str, float] | None = None,
 ) -> list[str]:
-    """Writes cameras in one of `FORMATS`; returns notices about values that the format stores differently.
+    """Writes cameras in one of `WRITTEN_FORMATS`; returns notices about values that the format stores differently.
 
     `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP takes a rig at many poses, each a frame with
     images frame/camera. Kalibr and KITTI take one rig, in the axes of its body (KITTI: of its first camera if that is
@@ -192,8 +218,11 @@ def save_cameras(
             add(name, camera, (given._core, given.name, name))
         given = {}
     for name in given:
-        if isinstance(given, Cameras) and given._size is None and name not in images and name not in times:
-            records.append(given._records[name])
+        if isinstance(given, Cameras) and given._size is None:
+            record = given._records[name]
+            if name in images or name in times:
+                record = record.replaced(images.get(name, record.image), times.get(name, record.time))
+            records.append(record)
             continue
         item = given[name]
         if isinstance(item, Rig):

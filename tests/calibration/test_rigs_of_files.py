@@ -154,7 +154,7 @@ def test_folders_are_looked_into(tmp_path: Path) -> None:
         ('{"sfm_data_version": "0.3"}', "openMVG"),
     ],
 )
-def test_known_formats_that_are_not_read_are_named(tmp_path: Path, text: str, name: str) -> None:
+def test_errors_name_the_format_that_was_found(tmp_path: Path, text: str, name: str) -> None:
     (tmp_path / "a").write_text(text)
-    with pytest.raises(FormatError, match=name):
+    with pytest.raises(FormatError, match=f"(?i){name.replace('-', '.?')}"):
         raycam.load_cameras(tmp_path / "a")

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
-from raycam import FORMATS, dataset
+from raycam import dataset
+from raycam.calibration import WRITTEN_FORMATS
 from raycam.cli import COMMANDS, main
 from support.gltf_document import Document
 
@@ -419,7 +420,7 @@ def test_the_cameras_of_a_world_file(folder: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.parametrize(
     ("command", "option", "formats"),
-    [("cameras", "--to FORMAT", FORMATS), ("dataset", "--format NAME", dataset.FORMATS)],
+    [("cameras", "--to FORMAT", WRITTEN_FORMATS), ("dataset", "--format NAME", dataset.FORMATS)],
 )
 def test_help_names_every_format(
     command: str, option: str, formats: Iterable[str], capsys: pytest.CaptureFixture[str]

@@ -119,7 +119,22 @@ def add_known(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"
     )
+    add_convention(command)
     add_lens(command)
+
+
+def add_convention(command: argparse.ArgumentParser) -> None:
+    """Adds the direction and the axes of poses whose file states neither."""
+    command.add_argument(
+        "--direction",
+        metavar="NAME",
+        help="of matrices whose file does not state it: world_from_camera (default) or camera_from_world",
+    )
+    command.add_argument(
+        "--axes",
+        metavar="NAME",
+        help="of the camera in matrices whose file does not state them: opencv (default) or opengl",
+    )
 
 
 def add_lens(command: argparse.ArgumentParser) -> None:
@@ -140,7 +155,10 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     if getattr(options, "intrinsics", None) is not None:
         intrinsics = next(iter(load_cameras(options.intrinsics, size=size, lens=lens).values()))
         lens = None
-    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics, lens=lens)
+    direction, axes = getattr(options, "direction", None), getattr(options, "axes", None)
+    cameras = load_cameras(
+        path, format, size=size, intrinsics=intrinsics, lens=lens, direction=direction, axes=axes
+    )
     print_notices(cameras.notices)
     return cameras
 

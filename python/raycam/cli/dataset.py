@@ -32,12 +32,19 @@ if TYPE_CHECKING:
 
 def _add(command: argparse.ArgumentParser) -> None:
     add_world(command)
-    command.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to write to")
+    world = next(action for action in command._actions if action.dest == "world")
+    world.nargs = "?"  # --show has none
+    command.add_argument("-o", "--output", metavar="DIR", help="the folder to write to")
+    command.add_argument(
+        "--show",
+        metavar="DIR",
+        help="write DIR/contact_sheet.html, the labels of a data set (coco, yolo) over its pictures, and no data set",
+    )
     command.add_argument(
         "--format",
         metavar="NAME",
         default="coco",
-        help="coco (default), bop, kitti, colmap, nerf, tum, scannet or webdataset",
+        help="coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, mot, hdf5",
     )
     command.add_argument(
         "--cameras",
@@ -84,12 +91,22 @@ def _add(command: argparse.ArgumentParser) -> None:
         default=[],
         help="an option of the format, as in segmentation=polygon, baseline=0.54 or flow=true; may be given again",
     )
+    command.add_argument(
+        "--licence", metavar="NAME", default="", help="that of the pictures, for the data set's card"
+    )
     add_rendering(command)
     add_job(command)
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
+    if options.show is not None:
+        from ..dataset.training.contact_sheet import contact_sheet
+
+        print(contact_sheet(options.show))
+        return
+    if options.world is None or options.output is None:
+        raise SettingsError("expected WORLD and -o DIR, or --show DIR")
     from ..dataset import write
     from ..progress import frames_bar
     from ..randomize import Recipe
@@ -112,6 +129,7 @@ def _run(options: argparse.Namespace) -> None:
             shard=shard,
             retry_failed=options.retry_failed,
             progress=progress,
+            licence=options.licence,
             **rendering(options),
             **chosen,
         )
@@ -197,6 +215,7 @@ COMMAND = Command(
         "raycam dataset room.toml -o room --format kitti --cameras poses.txt --intrinsics camera.yaml",
         "raycam dataset table.recipe.toml --sample 10000 -o table --workers 8    randomised worlds",
         "raycam dataset car.toml -o drive --rig stereo --poses body.tum --format kitti",
+        "raycam dataset room.toml -o room --format yolo --option task=segment",
         "raycam dataset room.toml -o room --shard 3/16              one of sixteen machines",
         "raycam dataset room.toml -o room --format bop --samples 64 --integrator path",
     ],

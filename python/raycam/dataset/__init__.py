@@ -10,6 +10,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from .job_units import job_package, record_name
 from .lost import lost_notices
 from .per_world import each_index
 from .plan import Format, Plan, Record, View, check_poses, resolve_options
+from .training.card import card_files
 
 __all__ = ["FORMATS", "DatasetResult", "views", "write"]
 
@@ -115,6 +117,7 @@ def write(
     retry_failed: bool = False,
     progress: Progress | None = None,
     tell: Callable[[str], object] = warn,
+    licence: str = "",
     **options: Any,
 ) -> DatasetResult:
     """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
@@ -134,6 +137,14 @@ def write(
     * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
       for the timestamps of views without a time
     * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
+    * "yolo": `task` ("detect", "segment", "pose" or "obb"), `splits` ({"train": 0.8, "val": 0.2}) by `split_seed`
+      (0), where views of one world or of one pose of a rig stay together; `min_pixels` (1), `keypoints`
+      ({"points": ...}) and `flip_idx` of "pose"; the pieces of a thing are one polygon with bridges of no width
+    * "panoptic": COCO's; `stuff`, the categories of which all objects are one segment
+    * "semantic": label ids, instance ids, colours; `labels` ({category: id}), `void` (0), `palette` ({category: rgb})
+    * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes of whole objects,
+      from 1
+    * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
 
     Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
     the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and
@@ -145,17 +156,19 @@ def write(
 
     `world` may be a path: of a world or model, or with `count` of a recipe.
 
-    A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`.
-    "coco", "kitti" and "webdataset" put all worlds into one data set. So does "bop", with a scene for each world,
-    numbered from `scene`, and one model for each shape in all scenes. The other formats write a data set for each
-    world, in a folder with its number. A view is a function of the recipe, its seed and the number of the world. Every
-    worker reads the recipe's files from their original folder.
+    A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by
+    `cameras`. "coco", "kitti", "webdataset", "yolo", "panoptic", "semantic" and "hdf5" put all worlds into one data
+    set. So does "bop", with a scene for each world, numbered from `scene`, and one model for each shape in all
+    scenes. The other formats write a data set for each world, in a folder with its number. A view is a function of
+    the recipe, its seed and the number of the world. Every worker reads the recipe's files from their original
+    folder.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted one
     with its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool` and
     `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of views;
     "colmap" keeps one bit for each point and view in a temporary file. `progress(done, total, failed)` is called after
-    each unit of work; `tell` is as in `make_pool`.
+    each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` have counts, seeds, versions and
+    `licence`, that of the pictures.
 
     Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format does
     not support; `JobError` if the folder holds another data set, and at the end if views failed; `OSError`.
@@ -196,7 +209,7 @@ def write(
             finished=finished,
         )
         told = [*late, *damaged, *pool.notices]
-    complete = _write_index(job, kind, plan)
+    complete = _write_index(job, kind, plan, format, licence)
     if complete:
         told += lost_notices(_records(job, kind.units(plan)), format)
     warn_all(told)
@@ -210,7 +223,7 @@ def _records(job: Job, end: int, first: int = 0) -> Iterator[Record]:
         yield json.loads((job.folder / record_name(unit)).read_bytes())
 
 
-def _write_index(job: Job, kind: Format, plan: Plan) -> bool:
+def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) -> bool:
     """Writes the index files if all units are finished; returns False if units of other shards are missing."""
     total = kind.units(plan)
 
@@ -223,7 +236,7 @@ def _write_index(job: Job, kind: Format, plan: Plan) -> bool:
             apart = plan.recipe is not None and not kind.many_worlds
             files = each_index(kind, plan, records) if apart else kind.index(plan, records)
             names = []
-            for name, pieces in files:
+            for name, pieces in chain(files, card_files(format, plan, records, licence)):
                 write_file(job.folder / name, pieces)
                 names.append(name)
             job.mark_assembled(names)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
+from .training import hdf5, mot, panoptic, semantic, yolo
 
 __all__ = ["FORMATS"]
 
@@ -15,5 +16,10 @@ FORMATS = {
     "tum": rgbd.TUM,
     "scannet": rgbd.SCANNET,
     "webdataset": web.FORMAT,
+    "yolo": yolo.FORMAT,
+    "panoptic": panoptic.FORMAT,
+    "semantic": semantic.FORMAT,
+    "mot": mot.FORMAT,
+    "hdf5": hdf5.FORMAT,
 }
 """Formats by name."""

@@ -171,10 +171,10 @@ class RayQueries:
         sorted by (ray, t, instance, triangle).
 
         Each ray is moved by an infinitesimal vector (e, e², e³), by simulation of simplicity (Edelsbrunner and Mücke
-        1990), so it passes no edge, no corner and no surface with its start. Through an edge or a corner that triangles
-        share the surface is crossed once, or 0 or 2 times at a silhouette; a line crosses a closed mesh an even number
-        of times; a ray in the plane of a triangle does not cross it. Duplicated faces are two surfaces. A crossing at
-        the start counts for `t_min=0` if the moved start is before it. Signs are exact as in `cast_rays`.
+        1990), so it passes no edge, no corner and no surface with its start. Through an edge or a corner that
+        triangles share the surface is crossed once, or 0 or 2 times at a silhouette; a line crosses a closed mesh an
+        even number of times; a ray in the plane of a triangle does not cross it. Duplicated faces are two surfaces. A
+        crossing at the start counts for `t_min=0` if the moved start is before it. Signs are exact as in `cast_rays`.
         """
         if max_hits is not None:
             max_hits = whole("max_hits", max_hits, 0, 2**62)

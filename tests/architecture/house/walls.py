@@ -128,3 +128,20 @@ def unknown_python_packages(root: Path) -> list[str]:
                     f"{path.relative_to(root)} imports {name} at the top, which delays every start"
                 )
     return offences
+
+
+def compat_that_reaches_in(root: Path) -> list[str]:
+    """Stand-ins for other libraries that import more than the public names, and uses of them by the package."""
+    package = root / "python" / "raycam"
+    offences = []
+    for path in python_files(root):
+        inside = path.is_relative_to(package / "compat")
+        for name in re.findall(r"^\s*(?:from|import)\s+([.\w]+)", text_of(path), re.MULTILINE):
+            private = name.startswith("raycam.") or re.match(
+                rf"\.{{{len(path.relative_to(package).parts)},}}", name
+            )
+            if inside and private and not name.startswith("raycam.compat"):
+                offences.append(f"{path.relative_to(root)} imports {name}; expected names of raycam itself")
+            if not inside and re.search(r"(^|\.)compat\b", name):
+                offences.append(f"{path.relative_to(root)} imports {name}, which is for users alone")
+    return offences

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_formats::calibration::{self, Pose, ReadHints, RigMount};
+use raycam_formats::calibration::{self, Pose, PoseConvention, ReadHints, RigMount};
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::LensModel;
 
@@ -51,6 +51,11 @@ impl PyCameraRecord {
         Ok(Self { inner })
     }
 
+    /// The same record with another image and time.
+    fn replaced(&self, image: Option<String>, time: Option<f64>) -> Self {
+        Self { inner: calibration::CameraRecord { image, time, ..self.inner.clone() } }
+    }
+
     /// The mount of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
     /// and the place of the body.
     #[getter]
@@ -91,7 +96,7 @@ impl PyCameraRecord {
 
 /// The records of a file, and notices.
 #[pyfunction]
-#[pyo3(signature = (path, format, size, intrinsics, lens=None))]
+#[pyo3(signature = (path, format, size, intrinsics, lens=None, convention=None))]
 pub(crate) fn read_cameras(
     py: Python<'_>,
     path: PathBuf,
@@ -99,11 +104,13 @@ pub(crate) fn read_cameras(
     size: Option<[u32; 2]>,
     intrinsics: Option<&Camera>,
     lens: Option<&str>,
+    convention: Option<(bool, bool)>,
 ) -> PyResult<(Vec<PyCameraRecord>, Vec<String>)> {
     let known = ReadHints {
         size,
         intrinsics: intrinsics.map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
         lens: lens.map(LensModel::from_name).transpose().map_err(|error| camera_error(error.to_string()))?,
+        poses: convention.map(|(world_from_camera, opengl)| PoseConvention { world_from_camera, opengl }),
     };
     let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
     let found = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
@@ -125,8 +132,8 @@ pub(crate) fn write_cameras(
     Ok((written.files, written.notices))
 }
 
-/// The names of the formats.
+/// The names of the formats that are read, and of those that are written.
 #[pyfunction]
-pub(crate) fn calibration_formats() -> Vec<&'static str> {
-    calibration::formats().collect()
+pub(crate) fn calibration_formats() -> (Vec<&'static str>, Vec<&'static str>) {
+    (calibration::formats().collect(), calibration::written_formats().collect())
 }

@@ -1,7 +1,7 @@
 //! Crossings: closed meshes are crossed an even number of times, by the same answer with every instruction set.
 
-use crate::support::{IDENTITY, Mesh, Rng, sphere};
-use raycam_bvh::{ExactHit, ExactRay, HitFilter, Instance, InstructionSet, Scene};
+use crate::support::{Mesh, Rng, World, sphere};
+use raycam_bvh::{ExactHit, ExactRay, HitFilter, InstructionSet};
 
 /// Lines from one vertex of a mesh through others, and through middles of its edges.
 fn lines(mesh: &Mesh, count: usize, rng: &mut Rng) -> Vec<ExactRay> {
@@ -21,18 +21,19 @@ fn lines(mesh: &Mesh, count: usize, rng: &mut Rng) -> Vec<ExactRay> {
 fn lines_through_vertices_and_edges_are_even_with_every_instruction_set() {
     let mut rng = Rng(3);
     let mesh = sphere(24, &mut rng);
-    let mut scene = mesh.scene();
+    let world = World::of(&mesh);
+    let mut scene = world.scene();
     let lines = lines(&mesh, 4000, &mut rng);
     let mut expected = None;
     for isa in InstructionSet::ALL.into_iter().filter(|isa| isa.is_available()) {
         assert!(scene.set_instruction_set(isa));
         let (mut counts, mut signed) = (vec![0; lines.len()], vec![0; lines.len()]);
-        scene.count_crossings(&lines, &mesh, None, false, &mut counts);
-        scene.count_crossings(&lines, &mesh, None, true, &mut signed);
+        scene.count_crossings(&lines, &world, None, false, &mut counts);
+        scene.count_crossings(&lines, &world, None, true, &mut signed);
         assert!(counts.iter().all(|count| count % 2 == 0), "{isa:?}");
         assert!(signed.iter().all(|sum| *sum == 0), "as many leave as enter");
         let (mut of_ray, mut found) = (vec![0; lines.len()], vec![]);
-        scene.crossings(&lines, &mesh, None, usize::MAX, (&mut of_ray, &mut found));
+        scene.crossings(&lines, &world, None, usize::MAX, (&mut of_ray, &mut found));
         assert!(of_ray.iter().zip(&counts).all(|(list, count)| *list as i32 == *count));
         let expected = expected.get_or_insert_with(|| (counts.clone(), found.clone()));
         assert!(expected.0 == counts && expected.1 == found, "{isa:?}");
@@ -62,21 +63,21 @@ fn first_crossings_are_kept_and_filtered() {
         triangles.push([3 * sheet, 3 * sheet + 1, 3 * sheet + 2]);
     }
     let mesh = Mesh { vertices, triangles };
-    let instance = Instance { bvh: mesh.build(), world_from_mesh: IDENTITY };
-    let scene = Scene::build(vec![instance], [0.0; 3]).unwrap();
+    let world = World::of(&mesh);
+    let scene = world.scene();
     let ray = ExactRay { origin: [0.0, 0.0, -1.0], direction: [0.0, 0.0, 2.0], t_min: 0.0, t_max: f64::INFINITY };
     for limit in [0, 1, 5, 100, 1000] {
         let (mut counts, mut found) = ([0], vec![]);
-        scene.crossings(&[ray], &mesh, None, limit, (&mut counts, &mut found));
+        scene.crossings(&[ray], &world, None, limit, (&mut counts, &mut found));
         assert_eq!(counts[0] as usize, limit.min(300));
         let t: Vec<f64> = found.iter().map(|crossing| crossing.hit.t).collect();
         let expected: Vec<f64> = (0..limit.min(300)).map(|i| (i as f64 + 1.0) / 2.0).collect();
         assert_eq!(t, expected);
     }
     let mut counts = [0];
-    scene.count_crossings(&[ray], &mesh, Some(&Without(17)), false, &mut counts);
+    scene.count_crossings(&[ray], &world, Some(&Without(17)), false, &mut counts);
     assert_eq!(counts, [299]);
     let mut hits = [ExactHit::MISS];
-    scene.closest_exact_of(&[ray], &mesh, &Without(0), &mut hits);
+    scene.closest_exact_of(&[ray], &world, &Without(0), &mut hits);
     assert_eq!((hits[0].t, hits[0].triangle), (1.0, 43));
 }

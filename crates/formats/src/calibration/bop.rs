@@ -11,17 +11,21 @@ use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::yaml;
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::multi_view::aria::camera_model;
+use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
-pub(super) fn detect(_: &Path, text: &str) -> bool {
-    text.contains("\"cam_K\"") || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    text.contains("\"cam_K\"")
+        || text.contains("\"cam_model\"")
+        || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }
 
-pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -41,16 +45,29 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Ok(calibration);
     }
     let mut unread = std::collections::BTreeMap::<String, usize>::new();
+    let mut measured = 0;
     for (name, image) in root.entries()? {
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
-        record.k = Some(image.require("cam_K")?.matrix3()?);
+        match (image.get("cam_K"), image.get("cam_model")) {
+            (Some(k), None) => record.k = Some(k.matrix3()?),
+            (None, Some(model)) => camera_model(&model, &mut record)?,
+            (Some(_), Some(model)) => return Err(model.fail("the image has cam_K as well: expected one of them")),
+            (None, None) => return Err(image.fail("cam_K is missing, and cam_model")),
+        }
+        if record.size.is_none()
+            && let Ok(number) = name.parse::<u32>()
+        {
+            let files = ["rgb", "gray"].map(|folder| ["png", "jpg"].map(|end| format!("{folder}/{number:06}.{end}")));
+            record.size = size_of_picture(assets, &source.path, files.into_iter().flatten());
+            measured += usize::from(record.size.is_some());
+        }
         record.depth_scale = scale(&image)?;
         if let Some(r) = image.get("cam_R_w2c") {
             let t = DVec3::from_array(image.require("cam_t_w2c")?.array::<3>()?);
             record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r.matrix3()?), t / 1000.0));
         }
         for (key, at) in image.entries()? {
-            if !["cam_K", "cam_R_w2c", "cam_t_w2c", "depth_scale"].contains(&key) {
+            if !["cam_K", "cam_model", "cam_R_w2c", "cam_t_w2c", "depth_scale"].contains(&key) {
                 at.refuse_lens(key)?;
                 *unread.entry(key.to_owned()).or_default() += 1;
             }
@@ -58,6 +75,9 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     calibration.notices = unread.iter().map(|(key, count)| format!("{key} of {count} images is not read")).collect();
+    if measured > 0 {
+        calibration.notices.push(format!("the file has no sizes: {measured} cameras have those of their pictures"));
+    }
     Ok(calibration)
 }
 
@@ -68,7 +88,7 @@ fn millimetres(metres: f64) -> f64 {
     [near, near.next_up(), near.next_down()].into_iter().find(exact).unwrap_or(near)
 }
 
-pub(super) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
     let format = "BOP's scene_camera.json";
     let single = path.file_name().is_some_and(|name| name == "camera.json");
     if single {

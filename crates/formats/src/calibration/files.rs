@@ -14,6 +14,17 @@ pub struct Calibration {
     pub records: Vec<CameraRecord>,
     /// Notices: what was left out or repaired.
     pub notices: Vec<String>,
+    /// True if the file has the poses of a body, and its reader has said what became of the mount.
+    pub poses_of_body: bool,
+}
+
+/// The direction and the camera axes of poses whose file does not state them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PoseConvention {
+    /// True for world_from_camera, false for camera_from_world.
+    pub world_from_camera: bool,
+    /// True for OpenGL's axes (x right, y up, z backward), false for OpenCV's.
+    pub opengl: bool,
 }
 
 /// Data that a file may lack: trajectories have no intrinsics, some files no size.
@@ -25,6 +36,8 @@ pub struct ReadHints {
     pub intrinsics: Option<CameraRecord>,
     /// The lens model of coefficients, where the file does not state it.
     pub lens: Option<LensModel>,
+    /// Direction and axes of poses, where the file does not state them.
+    pub poses: Option<PoseConvention>,
 }
 
 /// Files to write.

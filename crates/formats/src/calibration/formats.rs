@@ -3,94 +3,129 @@
 use std::path::Path;
 
 use crate::budget::Budget;
-use crate::calibration::document::unread;
+use crate::calibration::document::{unread, zip_members};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::folder::Folder;
+use crate::calibration::multi_view::{aria, llff, middlebury, mvsnet, neus};
+use crate::calibration::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::calibration::record::CameraRecord;
-use crate::calibration::{bop, colmap, kalibr, kitti, nerf, opencv, ros, tum};
+use crate::calibration::sets::{bop_set, coco, euroc_set, kitti_set};
+use crate::calibration::slam::{basalt, camodocal, mrcal, orb_slam, real_sense, vins, zed};
+use crate::calibration::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
+use crate::calibration::transforms::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
+use crate::calibration::{bop, colmap, kalibr, kitti, open_folder, opencv, plausibility, ros};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
+type Detect = fn(&InputFile, &str) -> bool;
 type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
 type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles, FormatError>;
+type DetectFolder = fn(&Folder, &mut AssetRoot) -> bool;
+type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
 
 /// A format of calibrations or poses.
 struct CalibrationFormat {
     name: &'static str,
-    /// True if a file looks like this format, by its name and its text (empty for binary files and folders).
-    detect: fn(&Path, &str) -> bool,
+    /// True if a file looks like this format, by its bytes, its name and its text (empty for binary files).
+    detect: Detect,
     read: Read,
-    write: Write,
+    write: Option<Write>,
+    /// The same for a folder, where the format has one that no single file stands for.
+    folder: Option<(DetectFolder, ReadFolder)>,
     /// True if the format tells which cameras stand on a rig.
     supports_rigs: bool,
+    /// True if the format states neither direction nor axes of its poses, and the caller may.
+    open_poses: bool,
 }
 
-/// Every format; the first that recognises a file reads it.
+const fn reader(name: &'static str, detect: Detect, read: Read) -> CalibrationFormat {
+    CalibrationFormat { name, detect, read, write: None, folder: None, supports_rigs: false, open_poses: false }
+}
+
+impl CalibrationFormat {
+    const fn written(self, write: Write) -> Self {
+        Self { write: Some(write), ..self }
+    }
+
+    const fn in_folders(self, detect: DetectFolder, read: ReadFolder) -> Self {
+        Self { folder: Some((detect, read)), ..self }
+    }
+
+    const fn with_rigs(self) -> Self {
+        Self { supports_rigs: true, ..self }
+    }
+
+    const fn with_open_poses(self) -> Self {
+        Self { open_poses: true, ..self }
+    }
+}
+
+/// Every format; the first that recognises a file reads it: sure marks, as keys, stand before shapes of numbers.
 const FORMATS: &[CalibrationFormat] = &[
-    CalibrationFormat {
-        name: "colmap",
-        detect: colmap::text::detect,
-        read: colmap::text::read,
-        write: colmap::text::write,
-        supports_rigs: true,
-    },
-    CalibrationFormat {
-        name: "colmap-binary",
-        detect: colmap::binary::detect,
-        read: colmap::binary::read,
-        write: colmap::binary::write,
-        supports_rigs: true,
-    },
-    CalibrationFormat {
-        name: "kalibr",
-        detect: kalibr::detect,
-        read: kalibr::read,
-        write: kalibr::write,
-        supports_rigs: true,
-    },
-    CalibrationFormat { name: "ros", detect: ros::detect, read: ros::read, write: ros::write, supports_rigs: false },
-    CalibrationFormat {
-        name: "nerf",
-        detect: nerf::detect,
-        read: nerf::read,
-        write: nerf::write,
-        supports_rigs: false,
-    },
-    CalibrationFormat {
-        name: "blender",
-        detect: nerf::detect_blender,
-        read: nerf::read,
-        write: nerf::write_blender,
-        supports_rigs: false,
-    },
-    CalibrationFormat { name: "bop", detect: bop::detect, read: bop::read, write: bop::write, supports_rigs: false },
-    CalibrationFormat {
-        name: "opencv",
-        detect: opencv::read::detect,
-        read: opencv::read::read,
-        write: opencv::write::write,
-        supports_rigs: false,
-    },
-    CalibrationFormat {
-        name: "kitti",
-        detect: kitti::detect,
-        read: kitti::read,
-        write: kitti::write,
-        supports_rigs: true,
-    },
-    CalibrationFormat {
-        name: "kitti-poses",
-        detect: kitti::detect_poses,
-        read: kitti::read_poses,
-        write: kitti::write_poses,
-        supports_rigs: false,
-    },
-    CalibrationFormat { name: "tum", detect: tum::detect, read: tum::read, write: tum::write, supports_rigs: false },
+    reader("colmap", colmap::text::detect, colmap::text::read).written(colmap::text::write).with_rigs(),
+    reader("colmap-binary", colmap::binary::detect, colmap::binary::read).written(colmap::binary::write).with_rigs(),
+    reader("kalibr", kalibr::detect, kalibr::read).written(kalibr::write).with_rigs(),
+    reader("ros", ros::detect, ros::read).written(ros::write).in_folders(ros::detect_pair, ros::read_pair),
+    reader("orb-slam", orb_slam::detect, orb_slam::read).written(orb_slam::write).with_rigs(),
+    reader("vins", vins::detect, vins::read),
+    reader("camodocal", camodocal::detect, camodocal::read).written(camodocal::write),
+    reader("basalt", basalt::detect, basalt::read),
+    reader("mrcal", mrcal::detect, mrcal::read),
+    reader("zed", zed::detect, zed::read),
+    reader("realsense", real_sense::detect, real_sense::read),
+    reader("metashape", metashape::detect, metashape::read),
+    reader("realitycapture", reality_capture::detect, reality_capture::read),
+    reader("realitycapture-xmp", xmp::detect, xmp::read).in_folders(xmp::detect_folder, xmp::read_folder),
+    reader("bundler", bundler::detect, bundler::read),
+    reader("openmvg", open_mvg::detect, open_mvg::read),
+    reader("alicevision", alice_vision::detect, alice_vision::read),
+    reader("opensfm", open_sfm::detect, open_sfm::read),
+    reader("middlebury", middlebury::detect, middlebury::read),
+    reader("mvsnet", mvsnet::detect, mvsnet::read).in_folders(mvsnet::detect_folder, mvsnet::read_folder),
+    reader("neus", neus::detect, neus::read),
+    reader("llff", llff::detect, llff::read),
+    reader("open3d", open3d::detect, open3d::read),
+    reader("polycam", polycam::detect, polycam::read).in_folders(polycam::detect_folder, polycam::read_folder),
+    reader("record3d", record3d::detect, record3d::read),
+    reader("camera-path", camera_path::detect, camera_path::read),
+    reader("nerf", nerf::detect, nerf::read).written(nerf::write),
+    reader("blender", nerf::detect_blender, nerf::read).written(nerf::write_blender),
+    reader("blender-splits", nerf::detect_blender, nerf::read)
+        .written(nerf_splits::write)
+        .in_folders(nerf_splits::detect, nerf_splits::read),
+    reader("3dgs", splats::detect, splats::read).written(splats::write),
+    reader("hot3d", aria::detect, aria::read),
+    reader("bop", bop::detect, bop::read).written(bop::write).in_folders(bop_set::detect, bop_set::read),
+    reader("coco", coco::detect, coco::read),
+    reader("euroc", euroc::detect, euroc::read).written(euroc::write).in_folders(euroc_set::detect, euroc_set::read),
+    reader("arkit", arkit::detect, arkit::read),
+    reader("opencv", opencv::read::detect, opencv::read::read)
+        .written(opencv::write::write)
+        .in_folders(opencv::pair_folder::detect_folder, opencv::pair_folder::read_folder),
+    reader("kitti", kitti::detect, kitti::read)
+        .written(kitti::write)
+        .in_folders(kitti_set::detect, kitti_set::read)
+        .with_rigs(),
+    reader("kitti-360", kitti360::detect, kitti360::read),
+    reader("redwood", redwood::detect, redwood::read),
+    reader("poses", matrices::detect, matrices::read)
+        .written(matrices::write)
+        .in_folders(matrix_folder::detect, matrix_folder::read)
+        .with_open_poses(),
+    reader("kitti-poses", kitti::detect_poses, kitti::read_poses).written(kitti::write_poses),
+    reader("tum", tum::detect, tum::read).written(tum::write),
+    reader("tum-intrinsics", tum::detect_intrinsics, tum::read_intrinsics).written(tum::write_intrinsics),
 ];
 
-/// The names of the formats of [`read`] and [`write`].
+/// The names of the formats of [`read`].
 pub fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.name)
+}
+
+/// The names of the formats of [`write`].
+pub fn written_formats() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().filter(|format| format.write.is_some()).map(|format| format.name)
 }
 
 /// The names of all formats, for messages.
@@ -106,7 +141,7 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
     })
 }
 
-/// The cameras in a file, or in the folder of a COLMAP model.
+/// The cameras in a file, or in a folder, which is opened by what lies in it.
 ///
 /// `format` is one of [`formats`]; without it, name and contents tell. `known` is what the file leaves open.
 ///
@@ -115,44 +150,73 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
 pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration, FormatError> {
     let format = format.map(format_named).transpose()?;
     if path.is_dir() {
-        let (folder, first) = first_of_folder(path)?;
-        let mut assets = AssetRoot::new(&path.join(folder), budget);
-        let source = assets.read_reference(Path::new(""), first)?;
-        return decode_in(source, format, known, &mut assets);
+        return read_folder(path, format, known, budget);
     }
     let mut assets = AssetRoot::containing(path, budget);
     let source = assets.read(path)?;
     decode_in(source, format, known, &mut assets)
 }
 
-/// The folder below `path`, and the file in it, that reading begins with.
-fn first_of_folder(path: &Path) -> Result<(&'static str, &'static str), FormatError> {
-    let places = [
-        ("", ["cameras.txt", "cameras.bin"]),
-        ("sparse/0", ["cameras.txt", "cameras.bin"]),
-        ("sparse", ["cameras.txt", "cameras.bin"]),
-        ("", ["transforms.json", "transforms_train.json"]),
-    ];
-    let found = places.into_iter().filter_map(|(folder, names)| {
-        let first = names.into_iter().find(|name| path.join(folder).join(name).exists())?;
-        Some((folder, first))
-    });
-    let found: Vec<_> = found.collect();
-    match found[..] {
-        [one] => Ok(one),
-        [] => Err(FormatError::unsupported(
+fn read_folder(
+    path: &Path,
+    format: Option<&'static CalibrationFormat>,
+    known: &ReadHints,
+    budget: &Budget,
+) -> Result<Calibration, FormatError> {
+    let (folder, mut assets) = open_folder::open(path, budget);
+    let wanted = |found: &CalibrationFormat| format.is_none_or(|format| format.name == found.name);
+    let mut files = Vec::new();
+    for file in open_folder::candidates(&folder) {
+        let (source, inside) = open_folder::read_file(path, &file, budget)?;
+        if let Some(found) = detected(&source).filter(|found| wanted(found)) {
+            files.push((file, found, source, inside));
+        }
+    }
+    let whole = |found: &&CalibrationFormat| wanted(found) && found.folder.is_some();
+    let mut folders = Vec::new();
+    for found in FORMATS.iter().filter(whole) {
+        if let Some((detect, read)) = found.folder
+            && detect(&folder, &mut assets)
+        {
+            folders.push((found, read));
+        }
+    }
+    // A data set has K, sizes and poses; a file of poses in it has poses alone.
+    if folders.len() == 1 {
+        files.retain(|(_, found, ..)| !matches!(found.name, "kitti-poses" | "bop" | "tum"));
+    }
+    match (&files[..], &folders[..]) {
+        ([_], []) => {
+            let (_, found, source, mut inside) = files.remove(0);
+            decode_in(source, Some(found), known, &mut inside)
+        }
+        ([], [(found, read)]) => {
+            let calibration = read(&folder, &mut assets, known)?;
+            finish(calibration, found, path, known)
+        }
+        ([], []) => Err(FormatError::unsupported(
             path,
-            "a folder without cameras.txt, cameras.bin, sparse/0 and transforms.json; expected a COLMAP model, a NeRF set, \
-             or a file",
+            "a folder in which raycam finds no calibration: a COLMAP model (also in sparse/0), transforms.json, pose/, \
+             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that names the whole; give a file of it",
         )),
         _ => {
-            let names = found.iter().map(|(folder, name)| Path::new(folder).join(name).display().to_string());
+            let files = files.iter().map(|(file, found, ..)| {
+                let file = file.strip_prefix(path).unwrap_or(file);
+                format!("{} (format={:?})", file.display(), found.name)
+            });
+            let names = files.chain(folders.iter().map(|(found, _)| format!("format={:?}", found.name)));
             Err(FormatError::unsupported(
                 path,
                 format!("a folder with several calibrations: give one of {}", names.collect::<Vec<_>>().join(", ")),
             ))
         }
     }
+}
+
+/// The format of a file, by its bytes and its name.
+fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
+    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    FORMATS.iter().find(|format| (format.detect)(source, text))
 }
 
 /// The cameras in the bytes of a single file. `path` names it in errors; nothing else is read.
@@ -173,34 +237,67 @@ pub fn decode(
 }
 
 fn decode_in(
-    source: InputFile,
+    mut source: InputFile,
     format: Option<&'static CalibrationFormat>,
     known: &ReadHints,
     assets: &mut AssetRoot,
 ) -> Result<Calibration, FormatError> {
-    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
-    let found = format.or_else(|| FORMATS.iter().find(|format| (format.detect)(&source.path, text)));
-    let Some(format) = found else {
-        let known = format_list();
-        if let Some((name, way)) = unread::name_of(text) {
-            return Err(FormatError::unsupported(
-                &source.path,
-                format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
-            ));
-        }
-        return Err(FormatError::unsupported(
-            &source.path,
-            format!(
-                "not a calibration that raycam knows; it reads {known}. Named (--format NAME, format=\"NAME\"), the \
-                 format's reader says in which line the file is something else"
-            ),
-        ));
+    if zip_members::is_gzip(&source.bytes) {
+        let unpacked = zip_members::gunzip(&source.bytes, &source.path, &mut assets.budget)?;
+        source = InputFile::new(&source.path, unpacked);
+    }
+    let named = format.is_some();
+    let Some(format) = format.or_else(|| detected(&source)) else {
+        return Err(unknown_file(&source));
     };
-    let mut calibration = (format.read)(&source, assets, known)?;
+    let calibration = (format.read)(&source, assets, known);
+    calibration.and_then(|calibration| finish(calibration, format, &source.path, known)).map_err(|error| match error {
+        FormatError::Syntax { path, location, message } if !named => {
+            FormatError::Syntax { path, location, message: format!("{message} (read as {})", format.name) }
+        }
+        error => error,
+    })
+}
+
+/// The error of a file that no reader recognises.
+fn unknown_file(source: &InputFile) -> FormatError {
+    let known = format_list();
+    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    if let Some((name, way)) = unread::name_of(&source.bytes, text) {
+        return FormatError::unsupported(
+            &source.path,
+            format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
+        );
+    }
+    FormatError::unsupported(
+        &source.path,
+        format!(
+            "not a calibration that raycam knows; it reads {known}. Named (--format NAME, format=\"NAME\"), the \
+             format's reader says in which line the file is something else"
+        ),
+    )
+}
+
+/// Fills in what a file leaves open, and checks its cameras.
+fn finish(
+    mut calibration: Calibration,
+    format: &CalibrationFormat,
+    path: &Path,
+    known: &ReadHints,
+) -> Result<Calibration, FormatError> {
     if calibration.records.is_empty() {
-        return Err(FormatError::whole(&source.path, format!("no camera in it, read as {}", format.name)));
+        let said = calibration.notices.join("; ");
+        let said = if said.is_empty() { said } else { format!(" ({said})") };
+        return Err(FormatError::whole(path, format!("no camera in it, read as {}{said}", format.name)));
+    }
+    if known.poses.is_some() && !format.open_poses {
+        return Err(FormatError::whole(
+            path,
+            format!("read as {}, which states the direction and the axes of its poses: leave them out", format.name),
+        ));
     }
     if let Some(intrinsics) = &known.intrinsics
+        && !calibration.poses_of_body
         && calibration.records.iter().any(|record| record.k.is_none() && record.matrix.is_none())
         && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
     {
@@ -211,11 +308,12 @@ fn decode_in(
         );
     }
     for record in &mut calibration.records {
-        known.fill_missing(record, &source.path)?;
+        known.fill_missing(record, path)?;
         if let Some(notice) = record.orthonormalize() {
             calibration.notices.push(notice);
         }
     }
+    calibration.notices.extend(plausibility::check_cameras(&calibration.records, path)?);
     Ok(calibration)
 }
 
@@ -228,7 +326,11 @@ pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<Outp
     if records.is_empty() {
         return Err(FormatError::Encode("no camera to write".into()));
     }
-    let mut written = (format.write)(records, path)?;
+    let Some(write) = format.write else {
+        let known = written_formats().collect::<Vec<_>>().join(", ");
+        return Err(FormatError::Encode(format!("{} is read and not written; written are {known}", format.name)));
+    };
+    let mut written = write(records, path)?;
     for record in records.iter().filter(|record| !record.unsupported.is_empty()) {
         written.notices.push(format!(
             "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",

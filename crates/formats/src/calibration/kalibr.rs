@@ -34,11 +34,11 @@ const KEYS: [&str; 10] = [
     "rostopic",
 ];
 
-pub(super) fn detect(_: &Path, text: &str) -> bool {
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("cam0:") && text.contains("camera_model")
 }
 
-pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -141,7 +141,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError>
     Ok((Some(k), lens))
 }
 
-pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let format = "Kalibr's camchain";
     let mut text = String::new();
     let mut notices = Vec::new();

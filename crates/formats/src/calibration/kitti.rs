@@ -20,15 +20,15 @@ use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
-pub(super) fn detect(_: &Path, text: &str) -> bool {
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     data_lines(text).any(|(_, line)| ["P0:", "P2:", "P_rect_00:", "K_00:"].iter().any(|key| line.starts_with(key)))
 }
 
-pub(super) fn detect_poses(_: &Path, text: &str) -> bool {
+pub(crate) fn detect_poses(_: &InputFile, text: &str) -> bool {
     looks_like(text, 12)
 }
 
-pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
@@ -107,7 +107,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     Ok(Some(size.map(|v| v as u32)))
 }
 
-pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     if records.len() > 10 {
         return Err(FormatError::Encode(format!(
             "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
@@ -152,7 +152,7 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
-pub(super) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     for (i, (line, row)) in data_lines(source.text()?).enumerate() {
         let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
@@ -163,7 +163,7 @@ pub(super) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
     Ok(calibration)
 }
 
-pub(super) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let mut text = String::new();
     for record in records {
         let (r, c) = record.require_pose()?.world_r_c();

@@ -8,11 +8,13 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
-use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
-use crate::calibration::document::yaml;
+use crate::calibration::document::{Cursor, check_rotation, yaml};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::folder::Folder;
+use crate::calibration::pose::Pose;
 use crate::calibration::record::CameraRecord;
+use crate::calibration::rig::one_rig;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -44,14 +46,79 @@ const KEYS: [&str; 24] = [
     "board_name",
 ];
 
-pub(super) fn detect(_: &Path, text: &str) -> bool {
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let has = |word: &str| text.contains(word);
     let manager = has("image_width") && (has("projection_matrix") || has("distortion_model:"));
     let message = has("distortion_model:") && has("width:") && (has("binning_x") || has("P:") || has("p:"));
     !has("opencv-matrix") && !has("opencv_storage") && (manager || message)
 }
 
-pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+/// The two files of a pair in a folder.
+fn pair_of(folder: &Folder) -> Option<[String; 2]> {
+    ["left", "right"]
+        .map(|side| {
+            let known = |name: &&String| {
+                let lower = name.to_lowercase();
+                lower.starts_with(side) && (lower.ends_with(".yaml") || lower.ends_with(".yml"))
+            };
+            let mut found = folder.names.iter().filter(known);
+            found.next().filter(|_| found.next().is_none()).cloned()
+        })
+        .into_iter()
+        .collect::<Option<Vec<_>>>()?
+        .try_into()
+        .ok()
+}
+
+pub(crate) fn detect_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
+    pair_of(folder).is_some_and(|pair| {
+        pair.iter().all(|name| {
+            let source = folder.read(name, assets);
+            source.is_ok_and(|source| detect(&source, source.text().unwrap_or_default()))
+        })
+    })
+}
+
+/// The raw cameras of a rectified pair, in the axes of the rectified left one: P has the baseline, R the turns.
+pub(crate) fn read_pair(
+    folder: &Folder,
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+) -> Result<Calibration, FormatError> {
+    let names = pair_of(folder).ok_or_else(|| FormatError::unsupported(&folder.path, "expected left and right"))?;
+    let mut calibration = Calibration::default();
+    for (name, side) in names.iter().zip(["left", "right"]) {
+        let source = folder.read(name, assets)?;
+        let node = yaml::parse(source.text()?, &source.path)?;
+        let root = Cursor::root(&node, &source.path);
+        let mut found = read(&source, assets, hints)?;
+        let Some(mut record) = found.records.pop() else { continue };
+        record.name = side.into();
+        let matrix = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
+        let p = matrix(&["projection_matrix", "P", "p"])?.array::<12>()?;
+        let at = matrix(&["rectification_matrix", "R", "r"])?;
+        let r = at.matrix3()?;
+        check_rotation(r).map_err(|message| at.fail(message))?;
+        if p[0] == 0.0 || p[5] == 0.0 {
+            return Err(at.fail("P has no focal length: the pair is not rectified"));
+        }
+        record.pose = Some(Pose::from_r_c(r.transpose(), DVec3::new(-p[3] / p[0], -p[7] / p[5], 0.0)));
+        calibration.records.push(record);
+        for notice in found.notices {
+            if !notice.starts_with("rectification_matrix") && !calibration.notices.contains(&notice) {
+                calibration.notices.push(notice);
+            }
+        }
+    }
+    one_rig(&mut calibration.records, "rig");
+    calibration.notices.push(
+        "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)"
+            .into(),
+    );
+    Ok(calibration)
+}
+
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
@@ -89,7 +156,7 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 .into(),
         );
     }
-    Ok(Calibration { records: vec![record], notices })
+    Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
 }
 
 /// Applies `roi` and `binning_x`, `binning_y` to K and the size.
@@ -116,7 +183,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
     Ok(())
 }
 
-pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let [record] = records else {
         return Err(FormatError::Encode(format!(
             "ROS CameraInfo holds one camera, {} given: write each into a file of its own",

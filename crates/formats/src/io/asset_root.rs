@@ -141,6 +141,32 @@ impl AssetRoot {
         self.read_bytes(&real, &shown, |_, _| None)
     }
 
+    /// The first bytes, at most `limit`, of the file that `reference` names, as written in the file `from`.
+    pub(crate) fn read_reference_head(
+        &mut self,
+        from: &Path,
+        reference: impl AsRef<[u8]>,
+        limit: u64,
+    ) -> Result<Vec<u8>, FormatError> {
+        let (real, shown) = self.locate(from, reference.as_ref())?;
+        let io = |source| FormatError::Io { path: shown.clone(), source };
+        if !fs::metadata(&real).map_err(io)?.is_file() {
+            return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "expected a regular file")));
+        }
+        let mut bytes = Vec::new();
+        File::open(&real).map_err(io)?.take(limit.min(self.budget.bytes)).read_to_end(&mut bytes).map_err(io)?;
+        self.budget.take_bytes(&shown, bytes.len() as u64)?;
+        Ok(bytes)
+    }
+
+    /// The names in a folder inside, all of them; none for another folder.
+    pub(crate) fn folder_names(&self, folder: &Path) -> Vec<String> {
+        let Ok(place) = path::absolute(folder) else { return vec![] };
+        let inside = self.locate_at(&reference::normalize(&place)).is_ok();
+        let entries = inside.then(|| fs::read_dir(folder).ok()).flatten().into_iter().flatten().flatten();
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+    }
+
     /// The path without links of the file that a name in the file `from` leads to, and its path for errors.
     fn locate(&self, from: &Path, name: &[u8]) -> Result<(PathBuf, PathBuf), FormatError> {
         let refused = |message: &str| FormatError::Reference {

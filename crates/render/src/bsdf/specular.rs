@@ -115,6 +115,16 @@ impl SpecularBsdf {
     }
 }
 
+/// The transmittance of a wall that light passes straight on: see [`crate::lobes::classify::is_straight`]. Zero where the hit
+/// has other layers or is rough.
+pub(crate) fn straight_transmittance(hit: &MaterialHit) -> Vec3 {
+    let stack = hit.layer_stack().filter(|stack| stack.is_interface_only() && stack.ggx.effectively_smooth());
+    stack.map_or(Vec3::ZERO, |stack| {
+        let frame = hit.unmapped_frame.with_own_normal();
+        SpecularBsdf::from_fresnel(&stack.fresnel, stack.transmission, 1.0, &frame).refracted
+    })
+}
+
 impl BsdfModel for SpecularBsdf {
     fn eval(&self, _: &ShadingFrame, _: Vec3) -> BsdfEval {
         BsdfEval::default()

@@ -65,6 +65,7 @@ impl PathScratch {
             throughput: Vec3::ONE,
             direction,
             prev_context: LightSampleContext { position, normal: Vec3::ZERO },
+            passed_distance: 0.0,
             bsdf_pdf: 0.0,
             specular_bounce: true,
             is_camera_ray: true,

@@ -22,6 +22,8 @@ pub(crate) struct PathState {
     pub direction: Vec3,
     /// The point that scattered the path last; the camera at first.
     pub prev_context: LightSampleContext,
+    /// Distance from there to the thin wall that the path passed last.
+    pub passed_distance: f32,
     /// Density with which the BSDF there sampled `direction`.
     pub bsdf_pdf: f32,
     /// True if light sampling could not have found `direction`: from the camera, or after a specular bounce.

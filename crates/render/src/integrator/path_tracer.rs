@@ -228,15 +228,17 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Adds lights without a mesh that the ray crosses before `distance`.
+    /// Adds lights without a mesh that the ray crosses before `distance`, but those before a thin wall that it passed.
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
         self.lights.intersect_visible(
             &path.prev_context,
             path.light_sampling,
             path.direction,
             distance,
-            |_, radiance, pdf| {
-                *out += path.throughput * radiance * self.mis_weight(path, pdf);
+            |at, radiance, pdf| {
+                if at >= f64::from(path.passed_distance) {
+                    *out += path.throughput * radiance * self.mis_weight(path, pdf);
+                }
             },
         );
     }
@@ -278,12 +280,12 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Dims a path by the medium that it went through for `distance`.
+    /// Dims a path by the medium that it went through, `distance` from the point that scattered it last.
     #[inline]
     pub fn apply_absorption(&self, path: &mut PathState, distance: f64) {
         let absorption = path.interior_list.absorption(self.geometry);
         if absorption != Vec3::ZERO {
-            path.throughput *= (-absorption * distance as f32).exp();
+            path.throughput *= (-absorption * (distance as f32 - path.passed_distance)).exp();
         }
     }
 
@@ -300,6 +302,26 @@ impl PathTracer<'_> {
     /// True if a path samples lights as all others do at this bounce; false for a camera ray that passed a surface.
     pub fn samples_lights_in_step(&self, path: &PathState) -> bool {
         self.light_sampling(path) == self.light_sampling_of_bounce()
+    }
+
+    /// Continues a path straight through a thin wall, `distance` from the point that scattered it last. Shadow rays pass such
+    /// walls as well, so that the next light is weighed as that point sampled it, and the segment does not count.
+    pub fn pass_straight(
+        &self,
+        path: &mut PathState,
+        sample: &BsdfSample,
+        (origin, distance): (Vec3, f64),
+        queues: &mut WavefrontQueues,
+    ) -> bool {
+        path.throughput *= sample.weight;
+        path.is_camera_ray = false;
+        path.passed_distance = distance as f32;
+        let ray = Ray { origin: origin.to_array(), direction: path.direction.to_array(), t_max: f32::INFINITY };
+        let continues = path.throughput != Vec3::ZERO;
+        if continues {
+            queues.next_rays.push(ray);
+        }
+        continues
     }
 
     /// Continues a path with a BSDF sample from `origin`; false if the path ends.
@@ -338,6 +360,7 @@ impl PathTracer<'_> {
         path.throughput = throughput;
         path.direction = sample.wi;
         path.prev_context = context;
+        path.passed_distance = 0.0;
         path.bsdf_pdf = sample.pdf;
         path.specular_bounce = sample.is_specular;
         path.light_sampling = self.light_sampling(path);

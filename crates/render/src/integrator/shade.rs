@@ -89,12 +89,13 @@ impl PathTracer<'_> {
             // Light sampling does not look through this surface: the next hit counts in full.
             queues.next_rays.push(beyond);
             path.prev_context = point.light_sample_context();
+            path.passed_distance = 0.0;
             path.bsdf_pdf = f32::INFINITY;
             path.interior_list = transition.far_side;
             return true;
         }
         self.add_emission(path, material, hit, distance, out);
-        if self.is_at_max_depth(path) {
+        if self.is_at_max_depth(path) && !view.material.is_straight {
             return false;
         }
         self.sample_lights(path, point, transition, view, queues, out);
@@ -122,6 +123,10 @@ impl PathTracer<'_> {
             return false;
         };
         let origin = point.interaction.offset_ray_origin(sample.wi).as_vec3();
+        if view.material.is_straight && sample.is_specular && point.frame.geometric.dot(sample.wi) < 0.0 {
+            let distance = (point.interaction.position - path.prev_context.position).length();
+            return self.pass_straight(path, &sample, (origin, distance), queues);
+        }
         let interior_list = transition.medium_towards(point.frame.geometric, sample.wi);
         let context = point.light_sample_context();
         self.continue_path(path, &sample, origin, context, interior_list, queues)

@@ -3,6 +3,8 @@
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray, Scene};
 
+use crate::bsdf::material_hit::MaterialHit;
+use crate::bsdf::specular::straight_transmittance;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::interaction::SurfaceInteraction;
 use crate::prepare::geometry::Geometry;
@@ -61,14 +63,24 @@ impl ShadowRayQueue {
                     radiance[index] += light;
                     continue;
                 }
-                let light = light * (1.0 - geometry.opacity(hit));
-                if light == Vec3::ZERO {
+                let opacity = geometry.opacity(hit);
+                let is_straight = geometry.material(hit).is_straight;
+                if opacity == 1.0 && !is_straight {
                     continue;
                 }
                 // From the far side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
                 let interaction = SurfaceInteraction::new(geometry, direction / length, hit, 0.0);
+                let mut transmittance = Vec3::splat(1.0 - opacity);
+                if is_straight {
+                    let hit = MaterialHit::new(geometry, hit, &interaction, direction / length);
+                    transmittance += opacity * straight_transmittance(&hit);
+                }
+                let light = light * transmittance;
+                if light == Vec3::ZERO {
+                    continue;
+                }
                 let left = (ray.t_max - hit.t) * length;
                 self.rays[count] = interaction.spawn_ray(direction / length, left);
                 self.contribution[count] = (index, light);

@@ -79,6 +79,16 @@ pub(crate) fn has_interior(p: &Principled) -> bool {
     p.thickness.value > 0.0 && p.ior > 0.0 && p.transmission.value > 0.0
 }
 
+/// True if light passes straight on through a material's surface: thin, smooth, without other layers.
+pub(crate) fn is_straight(material: &Material) -> bool {
+    let is_thin = match &material.model {
+        MaterialModel::Glass(glass) => glass.thin,
+        MaterialModel::Principled(p) => p.transmission.value > 0.0 && !has_interior(p),
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
+    };
+    is_thin && BatchKind::from_material(material) == BatchKind::Specular
+}
+
 /// True if a material refracts colours differently.
 pub(crate) fn is_dispersive(material: &Material) -> bool {
     match &material.model {

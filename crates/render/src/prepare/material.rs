@@ -7,7 +7,7 @@ use glam::Vec3;
 use raycam_scene::Material;
 
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
-use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption};
+use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, is_straight};
 use crate::lobes::phong_lobe::PhongLobe;
 
 /// Material and the data that depends on it alone.
@@ -18,6 +18,8 @@ pub(crate) struct PreparedMaterial {
     pub phong_lobe: Option<Arc<PhongLobe>>,
     /// The batched BSDF of its hits.
     pub kind: BatchKind,
+    /// True if light passes straight on through its surface: a smooth wall without an interior.
+    pub is_straight: bool,
     /// Absorption per metre of its interior, where it has one.
     pub absorption: Option<Vec3>,
     /// Albedo tables of its interface, where it refracts.
@@ -38,6 +40,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
             material: material.clone(),
             phong_lobe: lobe(material),
             kind: BatchKind::from_material(material),
+            is_straight: is_straight(material),
             absorption: interior_absorption(material),
             dielectric_tables: dielectric_tables(material),
         })

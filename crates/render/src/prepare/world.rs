@@ -11,6 +11,7 @@ use crate::error::RenderError;
 use crate::guiding::Guiding;
 use crate::light::default_lights::default_lights;
 use crate::light::lights::Lights;
+use crate::lobes::classify::is_straight;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
 use crate::prepare::geometry::{Geometry, MAX_ORIGIN_RADII, build_instances, world_bounds};
 use crate::prepare::instance::{PreparedInstance, object_bounds};
@@ -173,6 +174,6 @@ fn instance_meshes(
 }
 
 fn has_transparency(world: &World) -> bool {
-    let is_transparent = |material: &Material| material.alpha != Alpha::Opaque;
+    let is_transparent = |material: &Material| material.alpha != Alpha::Opaque || is_straight(material);
     world.materials.iter().any(is_transparent)
 }

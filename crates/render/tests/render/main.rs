@@ -11,6 +11,7 @@ mod frame;
 mod keypoints;
 mod light;
 mod media;
+mod panes;
 mod path;
 mod physics;
 mod prepare;

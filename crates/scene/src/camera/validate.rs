@@ -54,8 +54,13 @@ pub fn validated_rotation(r: DMat3) -> Result<DMat3, SceneError> {
     if off > 1e-6 {
         return fail(format!(
             "not a rotation: R Rᵀ differs from the identity by {off:.3e} (at most 1e-6 is accepted), its determinant \
-             is {:.9}",
-            r.determinant()
+             is {:.9}{}",
+            r.determinant(),
+            if off < 0.01 {
+                "; for a rotation of few digits, U, _, Vt = numpy.linalg.svd(R) and U @ Vt is the nearest one"
+            } else {
+                ""
+            }
         ));
     }
     if r.determinant() < 0.0 {

@@ -31,23 +31,21 @@ pub fn crossings_batch<I: Isa>(
         let Some(ray) = ClippedRay::new(scene, ray) else {
             continue;
         };
-        let range = [ray.t_min, ray.best.t];
-        let trace = |sink: Sink| {
-            let mut search = CrossingSearch { ray, range, number, filter, sink };
-            intersect_tlas::<I>(scene, &mut search, triangles);
+        let (range, direction_scale) = ([ray.t_min, ray.best.t], ray.direction_scale);
+        let first = if let Crossings::List { found, .. } = answers { found.len() } else { 0 };
+        let sink = match answers {
+            Crossings::Count(counts) => Sink::Count(&mut counts[number]),
+            Crossings::SignedCount(counts) => Sink::SignedCount(&mut counts[number]),
+            Crossings::List { limit, found, .. } => Sink::List { first, limit: *limit, found },
         };
-        match answers {
-            Crossings::Count(counts) => trace(Sink::Count(&mut counts[number])),
-            Crossings::SignedCount(counts) => trace(Sink::SignedCount(&mut counts[number])),
-            Crossings::List { limit, counts, found } => {
-                let (first, limit) = (found.len(), *limit);
-                trace(Sink::List { first, limit, found });
-                keep_first(found, first, limit);
-                for crossing in &mut found[first..] {
-                    crossing.hit.t /= ray.direction_scale;
-                }
-                counts[number] = (found.len() - first) as u32;
+        // One call, not one in a closure: the kernel must be inlined to have its instruction set.
+        intersect_tlas::<I>(scene, &mut CrossingSearch { ray, range, number, filter, sink }, triangles);
+        if let Crossings::List { limit, counts, found } = answers {
+            keep_first(found, first, *limit);
+            for crossing in &mut found[first..] {
+                crossing.hit.t /= direction_scale;
             }
+            counts[number] = (found.len() - first) as u32;
         }
     }
 }

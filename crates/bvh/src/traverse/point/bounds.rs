@@ -51,31 +51,40 @@ impl Sphere {
 /// The squared distances of the children's boxes.
 #[inline(always)]
 pub fn box_distances<I: Isa>(node: &WideNode, sphere: &Sphere) -> I::F32x8 {
-    let zero = I::F32x8::splat(0.0);
-    let along = |axis: usize| {
-        // SAFETY: each row of bounds holds 8 floats.
-        let (lower, upper) = unsafe {
-            (I::F32x8::load(node.bounds[2 * axis].as_ptr()), I::F32x8::load(node.bounds[2 * axis + 1].as_ptr()))
-        };
-        let at = I::F32x8::splat(sphere.center[axis]);
-        let off = lower.sub(at).max(at.sub(upper)).max(zero);
-        off.mul(off)
-    };
-    along(0).add(along(1)).add(along(2))
+    let x = squared_gaps::<I>(node, sphere, 0);
+    let y = squared_gaps::<I>(node, sphere, 1);
+    x.add(y).add(squared_gaps::<I>(node, sphere, 2))
+}
+
+/// The squared distances of the children's slabs across an axis.
+#[inline(always)]
+fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32x8 {
+    // SAFETY: each row of bounds holds 8 floats.
+    let lower = unsafe { I::F32x8::load(node.bounds[2 * axis].as_ptr()) };
+    // SAFETY: as above.
+    let upper = unsafe { I::F32x8::load(node.bounds[2 * axis + 1].as_ptr()) };
+    let at = I::F32x8::splat(sphere.center[axis]);
+    let gap = lower.sub(at).max(at.sub(upper)).max(I::F32x8::splat(0.0));
+    gap.mul(gap)
 }
 
 /// Bit i: triangle i of the leaf may be near.
 #[inline(always)]
 pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere) -> u32 {
-    let rows: Triple<I::F32x16> = [0, 1, 2].map(|axis| vertices_minus::<I>(leaf, axis, sphere.center[axis]));
-    let reach = rows.map(|row| row.abs().reduce_max());
-    let reach = reach[0].max(reach[1]).max(reach[2]).max(f32::MIN_POSITIVE);
+    // Without closures, whose code would lack the instruction set.
+    let [x, y, z] = sphere.center;
+    let x = vertices_minus::<I>(leaf, 0, x);
+    let y = vertices_minus::<I>(leaf, 1, y);
+    let z = vertices_minus::<I>(leaf, 2, z);
+    let reach = x.abs().max(y.abs()).max(z.abs()).reduce_max().max(f32::MIN_POSITIVE);
     // A power of two that makes the largest coordinate 1 to 2: products neither over- nor underflow.
     let unit = f32::from_bits(reach.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE).recip();
     let (scale, reach) = (I::F32x16::splat(unit), reach * unit);
     let index = indices::<I>(leaf);
-    let [xs, ys, zs] = rows.map(|row| corners::<I>(row.mul(scale), &index));
-    let [a, b, c]: Triple<Triple<I::F32x16>> = [0, 1, 2].map(|k| [xs[k], ys[k], zs[k]]);
+    let x = corners::<I>(x.mul(scale), &index);
+    let y = corners::<I>(y.mul(scale), &index);
+    let z = corners::<I>(z.mul(scale), &index);
+    let [a, b, c] = [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]];
     let (squared, conditioning) = triangle_distances::<I>(a, b, c);
     let error = I::F32x16::splat(TRIANGLE_ERROR * reach).mul(conditioning.add(I::F32x16::splat(1.0)));
     let limit = error.add(I::F32x16::splat((sphere.radius + 4.0 * sphere.error) * unit));

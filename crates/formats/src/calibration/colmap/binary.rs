@@ -34,8 +34,8 @@ const MODELS: [(&str, usize); 18] = [
 /// Bytes of a point of an image.
 const POINT2D_BYTES: usize = 24;
 
-pub(crate) fn detect(path: &Path, _: &str) -> bool {
-    path.file_name().is_some_and(|name| Binary::NAMES.iter().any(|known| name == *known))
+pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
+    source.path.file_name().is_some_and(|name| Binary::NAMES.iter().any(|known| name == *known))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {

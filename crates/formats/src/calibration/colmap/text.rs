@@ -11,9 +11,10 @@ use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
-pub(crate) fn detect(path: &Path, text: &str) -> bool {
-    path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))
+pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
+    source.path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))
         && !text.trim_start().starts_with('{')
+        && text.lines().find(|line| !line.starts_with('#')).is_none_or(|line| line.split_whitespace().count() != 4)
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {

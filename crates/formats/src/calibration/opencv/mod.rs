@@ -3,6 +3,7 @@
 mod camera;
 mod keys;
 mod lens;
+pub(crate) mod pair_folder;
 pub(crate) mod read;
 mod stereo;
 mod storage;

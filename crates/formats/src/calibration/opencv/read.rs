@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::calibration::document::{Cursor, Value, unread, yaml};
+use crate::calibration::document::{Cursor, Value, numpy, unread, yaml};
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
@@ -16,9 +16,16 @@ use crate::io::input_file::InputFile;
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 4 << 20;
 
-pub(crate) fn detect(path: &Path, text: &str) -> bool {
+pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
+    let named = |name: &String| keys::is_camera_matrix(name);
+    if numpy::names(&source.bytes).iter().any(named)
+        || numpy::is_npy(&source.bytes) && source.stem().is_some_and(|stem| keys::is_known(&stem))
+    {
+        return true;
+    }
+    let path = &source.path;
     let has = |word: &str| text.contains(word);
-    if unread::name_of(text).is_some() && !has("opencv_storage") {
+    if unread::name_of(&[], text).is_some() && !has("opencv_storage") {
         return false;
     }
     let own = has("%YAML:1.0") || has("opencv-matrix") || has("<opencv_storage>");
@@ -67,11 +74,15 @@ fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>, F
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
-    let node = parse(source)?;
+    let node = parse(source, assets)?;
     let root = Cursor::root(&node, &source.path);
     let view = KeyView { at: root.clone(), side: &[] };
     if has_camera(&root) {
-        return one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints);
+        let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
+        if numpy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
+            calibration.notices.push("no array of a lens lies beside K (dist_coeffs.npy): a pinhole".into());
+        }
+        return Ok(calibration);
     }
     if let Some(pair) = stereo::pair(&root) {
         return stereo::read(&root, pair, assets, hints);

@@ -88,7 +88,7 @@ fn from_partner(
     let Ok(source) = assets.read_reference(Path::new(""), &partner) else {
         return Ok(None);
     };
-    let node = parse(&source)?;
+    let node = parse(&source, assets)?;
     let root = Cursor::root(&node, &source.path);
     let pose = camera::pose(&KeyView { at: root, side: &[] })?;
     if pose.is_some() {

@@ -79,7 +79,8 @@ impl PathTracer<'_> {
                 self.add_emission(path, material, hit, distance, out);
             }
         }
-        if self.is_at_max_depth(path) {
+        let is_straight = M::IS_SPECULAR && self.geometry.material(&chunk.hits[lane]).is_straight;
+        if self.is_at_max_depth(path) && !is_straight {
             return false;
         }
         if !M::IS_SPECULAR {
@@ -87,6 +88,10 @@ impl PathTracer<'_> {
         }
         let far_side = hits.far_sides[lane];
         let advance = |path: &mut PathState, (sample, origin): (BsdfSample, Vec3), queues: &mut _| {
+            if is_straight && geometric.dot(sample.wi) < 0.0 {
+                let distance = (context.position - path.prev_context.position).length();
+                return self.pass_straight(path, &sample, (origin, distance), queues);
+            }
             let interior_list =
                 if M::IS_TRANSMISSIVE && geometric.dot(sample.wi) < 0.0 { far_side } else { path.interior_list };
             self.continue_path(path, &sample, origin, context, interior_list, queues)

@@ -6,21 +6,25 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::Cursor;
 use crate::calibration::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
 use crate::calibration::document::yaml;
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::intrinsics::{pinhole_matrix, set_panorama};
+use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
+use crate::calibration::trajectory::convention::flip_columns;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 /// Keys of intrinsics, for all or for one frame.
-const INTRINSICS: [&str; 17] = [
+const INTRINSICS: [&str; 19] = [
+    "x_fov",
+    "y_fov",
     "camera_angle_x",
     "camera_angle_y",
     "fl_x",
@@ -50,7 +54,11 @@ const FRAME: [&str; 9] = [
     "time",
     "colmap_image_id",
 ];
-const ROOT: [&str; 11] = [
+const ROOT: [&str; 15] = [
+    "scale",
+    "offset",
+    "enable_depth_loading",
+    "integer_depth_scale",
     "frames",
     "applied_transform",
     "aabb_scale",
@@ -64,21 +72,22 @@ const ROOT: [&str; 11] = [
     "from_na",
 ];
 
-pub(super) fn detect(_: &Path, text: &str) -> bool {
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"transform_matrix\"") && text.contains("\"frames\"")
 }
 
-pub(super) fn detect_blender(_: &Path, _: &str) -> bool {
+pub(crate) fn detect_blender(_: &InputFile, _: &str) -> bool {
     false // One reader for both; this row is a writer.
 }
 
-pub(super) fn read(source: &InputFile, _: &mut AssetRoot, known: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration, FormatError> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration =
         Calibration { notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat())?, ..Calibration::default() };
     calibration.notices.extend(moved_world(&root));
     let mut names = std::collections::HashSet::new();
+    let mut measured = 0;
     let mut unread = BTreeMap::<&str, usize>::new();
     for frame in root.require("frames")?.list()? {
         for (key, at) in frame.entries()? {
@@ -97,10 +106,24 @@ pub(super) fn read(source: &InputFile, _: &mut AssetRoot, known: &ReadHints) -> 
         let mut record = CameraRecord::new(name, PixelCenter::Half);
         record.image = file.map(str::to_owned);
         record.time = frame.get("time").map(|at| at.number()).transpose()?;
+        let has_size = frame.any(&["w", "h"]).or_else(|| root.any(&["w", "h"])).is_some();
+        if let (Some(file), false) = (file, has_size) {
+            // Blender's sets name pictures without their ending.
+            record.size = size_of_picture(assets, &source.path, [format!("{file}.png"), file.to_owned()]);
+            measured += usize::from(record.size.is_some());
+        }
         intrinsics(&mut record, &frame, &root, known)?;
         let (gl, c) = frame.require("transform_matrix")?.matrix4()?;
-        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_yz(gl)), c));
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_columns(gl)), c));
         calibration.records.push(record);
+    }
+    if measured > 0 {
+        calibration
+            .notices
+            .push(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
+    }
+    if let Some(panorama) = calibration.records.first().filter(|record| is_panorama(record)) {
+        calibration.notices.extend(odd_panorama(&root, panorama));
     }
     calibration.notices.extend(unread.iter().map(|(key, count)| format!("{key} of {count} frames is not read")));
     Ok(calibration)
@@ -113,6 +136,13 @@ fn moved_world(root: &Cursor<'_>) -> Option<String> {
     let scale = scale.filter(|scale| *scale != 1.0);
     let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let moved = moved.filter(|moved| moved.len() >= 12 && moved[..12] != identity);
+    if root.get("scale").is_some() || root.get("offset").is_some() {
+        return Some(
+            "scale and offset place the scene in the box of instant-ngp; the cameras are in the world of the file, \
+             before them"
+                .into(),
+        );
+    }
     if moved.is_none() && scale.is_none() {
         return None;
     }
@@ -126,11 +156,6 @@ fn moved_world(root: &Cursor<'_>) -> Option<String> {
     ))
 }
 
-/// OpenGL's axes of the camera to OpenCV's, and back.
-fn flip_yz(world_from_camera: DMat3) -> DMat3 {
-    DMat3::from_cols(world_from_camera.x_axis, -world_from_camera.y_axis, -world_from_camera.z_axis)
-}
-
 fn intrinsics(
     record: &mut CameraRecord,
     frame: &Cursor<'_>,
@@ -141,15 +166,20 @@ fn intrinsics(
     let real = |key: &str| get(key).map(|at| at.number()).transpose();
     record.size = match (get("w"), get("h")) {
         (Some(w), Some(h)) => Some([w.count()?, h.count()?]),
-        _ => known.size,
+        _ => record.size.or(known.size),
     };
-    let (angles, focals) = ([real("camera_angle_x")?, real("camera_angle_y")?], [real("fl_x")?, real("fl_y")?]);
+    let focals = [real("fl_x")?, real("fl_y")?];
+    let degrees = [real("x_fov")?, real("y_fov")?].map(|angle| angle.map(f64::to_radians));
+    let angles = match degrees {
+        [None, None] => [real("camera_angle_x")?, real("camera_angle_y")?],
+        degrees => degrees,
+    };
     if angles == [None; 2] && focals == [None; 2] {
         return if known.intrinsics.is_some() { Ok(()) } else { Err(root.fail("fl_x is missing, and camera_angle_x")) };
     }
     let Some(size) = record.size else {
         if let (Some(fx), Some(cx), Some(cy)) = (focals[0], real("cx")?, real("cy")?) {
-            record.k = Some(upper(fx, focals[1].unwrap_or(fx), cx, cy));
+            record.k = Some(pinhole_matrix([fx, focals[1].unwrap_or(fx), cx, cy]));
             return lens(record, frame, root);
         }
         return Err(root.fail(
@@ -165,12 +195,8 @@ fn intrinsics(
         return Err(root.fail("fl_x is missing"));
     };
     let [cx, cy] = [real("cx")?.unwrap_or(0.5 * sides[0]), real("cy")?.unwrap_or(0.5 * sides[1])];
-    record.k = Some(upper(fx, fy, cx, cy));
+    record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
     lens(record, frame, root)
-}
-
-fn upper(fx: f64, fy: f64, cx: f64, cy: f64) -> DMat3 {
-    DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
 }
 
 /// The coefficients k1 k2 k3 k4 p1 p2: by their names, or in nerfstudio's `distortion_params`.
@@ -200,7 +226,10 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
         None => "OPENCV",
     };
     if model == "EQUIRECTANGULAR" {
-        return panorama(record, &at);
+        return set_panorama(record).map_err(|message| at.fail(message));
+    }
+    if model == "FISHEYE624" {
+        return fisheye624(record, frame, root);
     }
     let [k1, k2, k3, k4, p1, p2] = coefficients(frame, root)?;
     let made = match model {
@@ -222,22 +251,48 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
     Ok(())
 }
 
-/// The whole panorama: its K is in pixels per radian, whatever fl_x says.
-fn panorama(record: &mut CameraRecord, at: &Cursor<'_>) -> Result<(), FormatError> {
-    let Some([width, height]) = record.size else {
-        return Err(at.fail("EQUIRECTANGULAR needs w and h"));
+/// The fisheye of Project Aria: k0 to k5, p0 p1, s0 to s3, after fx fy cx cy or alone.
+fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<(), FormatError> {
+    let at = frame.get("distortion_params").or_else(|| root.get("distortion_params"));
+    let at = at.ok_or_else(|| root.fail("FISHEYE624 needs distortion_params"))?;
+    let values = at.numbers()?;
+    let lens = match values.len() {
+        12 => &values[..],
+        16 => {
+            record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
+            &values[4..]
+        }
+        count => return Err(at.fail(format_args!("{count} numbers; FISHEYE624 has 12, or 16 with fx fy cx cy"))),
     };
-    if width != 2 * height {
-        return Err(at.fail(format_args!("EQUIRECTANGULAR of {width} x {height}: expected twice as wide as high")));
-    }
-    let (width, height) = (f64::from(width), f64::from(height));
-    let per_radian = width / std::f64::consts::TAU;
-    record.k = Some(upper(per_radian, per_radian, 0.5 * width, 0.5 * height));
-    record.lens = Lens::new(LensModel::Equirectangular, &[]).map_err(|error| at.fail(error))?;
+    record.lens = Lens::new(LensModel::RadTanThinPrismFisheye, lens).map_err(|error| at.fail(error))?;
     Ok(())
 }
 
-pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+fn is_panorama(record: &CameraRecord) -> bool {
+    record.lens.coefficients().is_some_and(|(model, _)| model == LensModel::Equirectangular)
+}
+
+/// A notice that the numbers of a panorama are others than nerfstudio's, which says the whole one by w/2, h and the
+/// middle.
+fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<String> {
+    let [width, height] = record.size?.map(f64::from);
+    let usual = [
+        ("fl_x", vec![0.5 * width]),
+        ("fl_y", vec![height, 0.5 * width]),
+        ("cx", vec![0.5 * width]),
+        ("cy", vec![0.5 * height]),
+    ];
+    let odd = |(key, values): &(&str, Vec<f64>)| {
+        let given = root.get(key)?.number().ok()?;
+        (!values.iter().any(|value| (value - given).abs() < 1e-6 * width)).then(|| format!("{key} {given}"))
+    };
+    let odd: Vec<String> = usual.iter().filter_map(odd).collect();
+    (!odd.is_empty()).then(|| {
+        format!("EQUIRECTANGULAR is read as the whole panorama; {} says otherwise and is not used", odd.join(", "))
+    })
+}
+
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let mut text = String::from("{\n");
     let all: Result<Vec<String>, _> = records.iter().map(intrinsics_text).collect();
     let all = all?;
@@ -250,8 +305,30 @@ pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
         let own = if shared { "" } else { &format!(", {own}") };
         text += &frame(record, own, i, true)?;
     }
-    text += "\n  ]\n}\n";
+    text += "\n  ]";
+    text += &split_names(records);
+    text += "\n}\n";
     Ok(OutputFiles::one(text))
+}
+
+/// nerfstudio's lists of the pictures of each split, where names begin with them.
+fn split_names(records: &[CameraRecord]) -> String {
+    let splits = ["train", "val", "test"];
+    if !records.iter().all(|record| splits.iter().any(|split| is_in_split(record, split))) {
+        return String::new();
+    }
+    let mut text = String::new();
+    for split in splits {
+        let files = records.iter().filter(|record| is_in_split(record, split));
+        let names: Vec<String> = files.map(|record| quoted(record.image.as_deref().unwrap_or(&record.name))).collect();
+        let _ = write!(text, ",\n  \"{split}_filenames\": [{}]", names.join(", "));
+    }
+    text
+}
+
+/// True for a camera whose name begins with a split.
+pub(crate) fn is_in_split(record: &CameraRecord, split: &str) -> bool {
+    record.name.strip_prefix(split).is_some_and(|rest| rest.starts_with('/'))
 }
 
 /// The keys of a camera's intrinsics.
@@ -280,7 +357,7 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String, FormatError> {
 
 fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<String, FormatError> {
     let (rotation, c) = record.require_pose()?.world_r_c();
-    let rows = matrix_rows34(flip_yz(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
+    let rows = matrix_rows34(flip_columns(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
     let time = record.time.map_or(String::new(), |time| format!(", \"time\": {}", yaml_float(time)));
     let file = record.image.as_deref().unwrap_or(&record.name);
     let stem = file
@@ -295,7 +372,7 @@ fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<Str
 }
 
 /// One angle, square pixels, the principal point in the middle, no lens.
-pub(super) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");
     let mut angles = Vec::new();

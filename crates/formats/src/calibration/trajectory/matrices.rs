@@ -1,0 +1,231 @@
+//! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 in a line (`traj.txt` of Replica as
+//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), or an array [n, 4, 4] of NumPy; K as such a
+//! file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::DMat3;
+use raycam_scene::PixelCenter;
+
+use crate::calibration::document::number_format::{joined, matrix_rows34};
+use crate::calibration::document::number_lines::data_lines;
+use crate::calibration::document::{Cursor, check_rigid, check_rotation, numpy, rigid, yaml};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::intrinsics::pinhole_matrix;
+use crate::calibration::record::CameraRecord;
+use crate::calibration::trajectory::convention::convention_of;
+use crate::error::FormatError;
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
+
+/// The arrangement of the numbers of a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Layout {
+    /// Four lines of four numbers for each pose.
+    Blocks,
+    /// So many numbers a line: 16, or 17 with an index.
+    Lines(usize),
+    /// K in three or four lines.
+    Intrinsics,
+}
+
+/// The numbers of a line, which may have commas between them.
+pub(crate) fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+}
+
+fn values(line: &str) -> Option<Vec<f64>> {
+    words(line).map(|word| word.parse().ok()).collect()
+}
+
+/// The layout of a text, if it has poses or K as matrices.
+pub(crate) fn layout(text: &str) -> Option<Layout> {
+    let first = values(data_lines(text).next()?.1)?;
+    let all = || data_lines(text).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
+    match first.len() {
+        3 | 4 => {
+            let rows = all()?;
+            let whole = rows.iter().all(|row| row.len() == first.len()) && rows.len() % first.len() == 0;
+            if !whole {
+                return None;
+            }
+            let k = [0, 1, 2].map(|i| [rows[i][0], rows[i][1], rows[i][2]]);
+            let upper = k[1][0] == 0.0 && k[2] == [0.0, 0.0, 1.0] && k[0][0] > 1.5 && k[1][1] > 1.5;
+            let lower = k[0][1] == 0.0 && k[0][2] == 0.0 && k[1][2] == 0.0 && k[2][2] == 1.0 && k[0][0] > 1.5;
+            match rows.len() == first.len() && (upper || lower) {
+                true => Some(Layout::Intrinsics),
+                false => (first.len() == 4).then_some(Layout::Blocks),
+            }
+        }
+        16 | 17 => Some(Layout::Lines(first.len())),
+        _ => None,
+    }
+}
+
+pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
+    layout(text).is_some() || numpy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
+}
+
+fn is_poses(shape: &[usize]) -> bool {
+    matches!(shape, [_, 3 | 4, 4] | [4, 4])
+}
+
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+    let mut calibration = Calibration::default();
+    let (path, stem) = (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
+    let poses = if numpy::is_npy(&source.bytes) {
+        of_array(source)?
+    } else {
+        let text = source.text()?;
+        match layout(text) {
+            Some(Layout::Intrinsics) => {
+                let mut record = CameraRecord::new(stem, PixelCenter::Integer);
+                record.k = Some(intrinsics(text, path)?);
+                calibration.records.push(record);
+                return Ok(calibration);
+            }
+            Some(layout) => matrices(text, path, layout)?,
+            None => {
+                return Err(FormatError::whole(
+                    path,
+                    "expected a 4x4 matrix in four lines, 16 numbers a line, or an index and 16",
+                ));
+            }
+        }
+    };
+    let convention = convention_of(&stem, hints, &mut calibration.notices);
+    let alone = poses.len() == 1;
+    let mut lost = 0;
+    for (i, (index, line, rows)) in poses.into_iter().enumerate() {
+        let Some(rows) = checked(rows).map_err(|message| FormatError::line(path, line, message))? else {
+            lost += 1;
+            continue;
+        };
+        let name = index.unwrap_or_else(|| if alone { stem.clone() } else { format!("{i:06}") });
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        record.pose = Some(convention.pose(&rows));
+        calibration.records.push(record);
+    }
+    if lost > 0 {
+        calibration.notices.push(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+    }
+    if hints.intrinsics.is_none() {
+        beside(assets, &mut calibration)?;
+    }
+    Ok(calibration)
+}
+
+/// The rows of a pose; None for a lost frame, which has numbers that are not finite.
+pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
+    if m.iter().any(|value| !value.is_finite()) {
+        return Ok(None);
+    }
+    check_rigid(&m).map(Some)
+}
+
+type Found = Vec<(Option<String>, usize, [f64; 16])>;
+
+/// The matrices of a text: the index before each, its line, its numbers.
+pub(crate) fn matrices(text: &str, path: &Path, layout: Layout) -> Result<Found, FormatError> {
+    let mut found = Found::new();
+    let mut block: Vec<f64> = Vec::new();
+    for (line, row) in data_lines(text) {
+        let fail = |message: String| FormatError::line(path, line, message);
+        let mut numbers = values(row).ok_or_else(|| fail(format!("{row:?}: expected numbers")))?;
+        let expected = if let Layout::Lines(count) = layout { count } else { 4 };
+        if numbers.len() != expected {
+            return Err(fail(format!("{} numbers, expected {expected}", numbers.len())));
+        }
+        let mut index = None;
+        if layout == Layout::Lines(17) {
+            if numbers.remove(0).fract() != 0.0 {
+                return Err(fail("expected the index of a frame, a whole number, before 16 numbers".into()));
+            }
+            index = words(row).next().map(str::to_owned);
+        }
+        block.extend(numbers);
+        if let Ok(matrix) = <[f64; 16]>::try_from(&block[..]) {
+            found.push((index, line, matrix));
+            block.clear();
+        }
+    }
+    match block.is_empty() {
+        true => Ok(found),
+        false => Err(FormatError::whole(path, format!("it ends after {} of the 16 numbers of a matrix", block.len()))),
+    }
+}
+
+/// K of a text of three or four lines.
+pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3, FormatError> {
+    let rows: Vec<Vec<f64>> = data_lines(text).filter_map(|(_, line)| values(line)).collect();
+    let fail = |message: &str| Err(FormatError::whole(path, message));
+    if rows.len() < 3 || rows.iter().any(|row| row.len() < 3) {
+        return fail("expected K, three lines of three numbers");
+    }
+    let k = DMat3::from_cols_array(&std::array::from_fn(|i| rows[i % 3][i / 3]));
+    if k.z_axis.truncate() == glam::DVec2::ZERO && k.row(2).truncate() != glam::DVec2::ZERO {
+        return fail("cx and cy are in the last row: K is transposed, as MATLAB has it");
+    }
+    let further = rows.iter().enumerate().any(|(i, row)| row.get(3).is_some_and(|v| *v != f64::from(u8::from(i == 3))));
+    if further {
+        return fail("a K of four columns whose last is not 0 0 0 1");
+    }
+    Ok(k)
+}
+
+/// The matrices of an array of NumPy.
+fn of_array(source: &InputFile) -> Result<Found, FormatError> {
+    let fail = |message: String| FormatError::whole(&source.path, message);
+    let array = numpy::array(&source.bytes).map_err(fail)?;
+    let numbers = array.numbers().filter(|_| is_poses(&array.shape));
+    let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}, expected [n, 4, 4]", array.shape)))?;
+    let rows = array.shape[array.shape.len() - 2];
+    let matrix = |part: &[f64]| {
+        let mut m = [0.0; 16];
+        m[15] = 1.0;
+        m[..part.len()].copy_from_slice(part);
+        (None, 1, m)
+    };
+    Ok(numbers.chunks_exact(4 * rows).map(matrix).collect())
+}
+
+/// K of Replica's `cam_params.json`, beside the trajectory or above it.
+fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), FormatError> {
+    for name in ["cam_params.json", "../cam_params.json"] {
+        let Ok(source) = assets.read_reference(Path::new(""), name) else { continue };
+        let node = yaml::parse(source.text()?, &source.path)?;
+        let root = Cursor::root(&node, &source.path);
+        let camera = root.get("camera").unwrap_or(root);
+        let get = |key: &str| camera.require(key)?.number();
+        let k = pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]);
+        let size = Some([camera.require("w")?.count()?, camera.require("h")?.count()?]);
+        camera.unknown_keys(&["fx", "fy", "cx", "cy", "w", "h", "scale"])?;
+        calibration.notices.push(format!("K and size are those of {name}"));
+        for record in &mut calibration.records {
+            (record.k, record.size) = (Some(k), size);
+        }
+        break;
+    }
+    Ok(())
+}
+
+/// Refuses rows of a 3x4 matrix without a rotation.
+pub(crate) fn checked34(rows: &[f64; 12]) -> Result<(), String> {
+    check_rotation(rigid(rows).0)
+}
+
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+    let mut text = String::new();
+    for record in records {
+        let (r, c) = record.require_pose()?.world_r_c();
+        let rows = matrix_rows34(r.matrix(), c);
+        let _ = writeln!(text, "{} 0.0 0.0 0.0 1.0", joined(rows.as_flattened(), " "));
+    }
+    Ok(OutputFiles {
+        notices: vec![
+            "4x4 matrices, world_from_camera, hold poses alone; names, times, sizes, K and lens are not written".into(),
+        ],
+        ..OutputFiles::one(text)
+    })
+}

@@ -1,0 +1,12 @@
+//! Trajectories: poses without intrinsics, one for each picture.
+
+pub(crate) mod arkit;
+pub(crate) mod body;
+pub(crate) mod convention;
+pub(crate) mod euroc;
+pub(crate) mod kitti360;
+pub(crate) mod matrices;
+pub(crate) mod matrix_folder;
+pub(crate) mod open3d;
+pub(crate) mod redwood;
+pub(crate) mod tum;

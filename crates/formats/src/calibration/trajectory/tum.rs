@@ -1,0 +1,125 @@
+//! TUM trajectories: `timestamp tx ty tz qx qy qz qw` a line, world from camera (cvg.cit.tum.de, "File Formats").
+
+use std::path::Path;
+
+use glam::DVec3;
+use raycam_scene::PixelCenter;
+
+use crate::calibration::document::number_format::{joined, yaml_float};
+use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::intrinsics::pinhole_matrix;
+use crate::calibration::picture_size::size_of_picture;
+use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::record::CameraRecord;
+use crate::error::FormatError;
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
+
+pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    looks_like(text, 8)
+}
+
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+    let mut calibration = Calibration::default();
+    for (line, row) in data_lines(source.text()?) {
+        let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
+        if qx.hypot(qy).hypot(qz).hypot(qw) < 1e-6 {
+            return Err(FormatError::line(
+                &source.path,
+                line,
+                "a quaternion of length 0; expected qx qy qz qw of length 1, of which 0 0 0 1 turns nothing",
+            ));
+        }
+        let name = row.split_whitespace().next().unwrap_or_default();
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        record.time = Some(time);
+        let rotation = Rotation::Quaternion([qw, qx, qy, qz]);
+        record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
+        calibration.records.push(record);
+    }
+    if hints.intrinsics.is_none() {
+        beside(source, assets, &mut calibration)?;
+    }
+    Ok(calibration)
+}
+
+/// True for `calibration.txt` of a sequence: one line of fx fy cx cy.
+pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
+    looks_like(text, 4) && data_lines(text).count() == 1
+}
+
+/// The camera of `calibration.txt`, which has no size.
+pub(crate) fn read_intrinsics(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
+    let Some((line, row)) = data_lines(source.text()?).next() else {
+        return Err(FormatError::whole(&source.path, "expected fx fy cx cy"));
+    };
+    let mut record = CameraRecord::new(source.stem().unwrap_or_else(|| "camera".into()), PixelCenter::Integer);
+    record.k = Some(pinhole_matrix(numbers(&source.path, line, row)?));
+    Ok(Calibration { records: vec![record], ..Calibration::default() })
+}
+
+/// K of `calibration.txt` and the size of the first picture of `rgb.txt`, beside a trajectory.
+fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), FormatError> {
+    let Ok(file) = assets.read_reference(&source.path, "calibration.txt") else { return Ok(()) };
+    if !detect_intrinsics(&file, file.text().unwrap_or_default()) {
+        return Ok(());
+    }
+    let k = read_intrinsics(&file, assets, &ReadHints::default())?.records.pop().and_then(|record| record.k);
+    let list = assets.read_reference(&source.path, "rgb.txt").ok();
+    let pictures = list.as_ref().and_then(|list| list.text().ok()).unwrap_or_default();
+    let first = data_lines(pictures).find_map(|(_, line)| line.split_whitespace().nth(1));
+    let size = size_of_picture(assets, &source.path, first);
+    calibration.notices.push(match size {
+        Some([width, height]) => {
+            format!("K is that of calibration.txt, the size that of the first picture, {width} x {height}")
+        }
+        None => "K is that of calibration.txt".into(),
+    });
+    for record in &mut calibration.records {
+        (record.k, record.size) = (k, size);
+    }
+    Ok(())
+}
+
+pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+    let format = "calibration.txt of TUM";
+    let [record] = records else {
+        return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
+    };
+    record.require_pinhole(format)?;
+    let focals = record.focals_with(PixelCenter::Integer, format)?;
+    Ok(OutputFiles {
+        notices: vec![format!("{format} holds fx fy cx cy; size and pose are not written")],
+        ..OutputFiles::one(format!("# fx fy cx cy\n{}\n", joined(&focals, " ")))
+    })
+}
+
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+    let mut text = String::from("# timestamp tx ty tz qx qy qz qw\n");
+    for record in records {
+        let time = match record.time {
+            Some(time) => time,
+            None => record.name.parse().ok().filter(|time: &f64| time.is_finite()).ok_or_else(|| {
+                FormatError::Encode(format!(
+                    "camera {:?} has no time, which a TUM trajectory needs: give it one, or a name that is a number of \
+                     seconds",
+                    record.name
+                ))
+            })?,
+        };
+        let (rotation, c) = record.require_pose()?.world_r_c();
+        let [w, x, y, z] = rotation.quaternion();
+        // The name is the time as it was written.
+        let time = if record.name.parse() == Ok(time) { record.name.clone() } else { yaml_float(time) };
+        text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
+    }
+    Ok(OutputFiles {
+        notices: vec!["a TUM trajectory holds times and poses; size, K and lens are not written".into()],
+        ..OutputFiles::one(text)
+    })
+}

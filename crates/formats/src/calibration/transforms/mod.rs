@@ -1,0 +1,8 @@
+//! The NeRF family: poses world_from_camera in JSON, most with OpenGL's axes, pixel centres at one half.
+
+pub(crate) mod camera_path;
+pub(crate) mod nerf;
+pub(crate) mod nerf_splits;
+pub(crate) mod polycam;
+pub(crate) mod record3d;
+pub(crate) mod splats;

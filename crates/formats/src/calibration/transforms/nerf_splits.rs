@@ -1,0 +1,65 @@
+//! NeRF's sets of three files, `transforms_train.json`, `_val` and `_test`. Source: nerf's load_blender.py.
+
+use std::path::Path;
+
+use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
+use crate::calibration::folder::Folder;
+use crate::calibration::record::CameraRecord;
+use crate::calibration::transforms::nerf;
+use crate::error::FormatError;
+use crate::io::asset_root::AssetRoot;
+
+const SPLITS: [&str; 3] = ["train", "val", "test"];
+
+fn file_of(split: &str) -> String {
+    format!("transforms_{split}.json")
+}
+
+pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
+    SPLITS.iter().any(|split| folder.has(&file_of(split)))
+}
+
+/// The cameras of all splits, each named by its split.
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+    let mut calibration = Calibration::default();
+    for split in SPLITS.into_iter().filter(|split| folder.has(&file_of(split))) {
+        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, hints)?;
+        for mut record in found.records {
+            if !nerf::is_in_split(&record, split) {
+                record.name = format!("{split}/{}", record.name);
+            }
+            calibration.records.push(record);
+        }
+        calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{}: {notice}", file_of(split))));
+    }
+    Ok(calibration)
+}
+
+/// A file for each split: that with which the names begin, else train.
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+    let mut written = OutputFiles::default();
+    let mut unnamed = 0;
+    for split in SPLITS {
+        let mut own = Vec::new();
+        for record in records {
+            let named = SPLITS.into_iter().find(|split| nerf::is_in_split(record, split));
+            unnamed += usize::from(named.is_none() && split == SPLITS[0]);
+            if named.unwrap_or(SPLITS[0]) == split {
+                own.push(record.clone());
+            }
+        }
+        if own.is_empty() {
+            written.files.push((file_of(split), b"{\n  \"frames\": []\n}\n".to_vec()));
+            continue;
+        }
+        let files = nerf::write_blender(&own, path)?;
+        written.files.extend(files.files.into_iter().map(|(_, bytes)| (file_of(split), bytes)));
+        written.notices.extend(files.notices);
+    }
+    if unnamed > 0 {
+        written.notices.push(format!(
+            "{unnamed} cameras whose names begin with none of train/, val/ and test/ are in transforms_train.json"
+        ));
+    }
+    Ok(written)
+}

@@ -1,0 +1,24 @@
+"""Files of meshes, by raycam's readers."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from raycam import load
+
+from .geometry import TriangleMesh
+
+__all__ = ["read_triangle_mesh"]
+
+
+def read_triangle_mesh(filename: str | os.PathLike[str], *_: Any, **__: Any) -> TriangleMesh:
+    """The triangles of a file of any format that `raycam.load` reads, with vertices at one place merged.
+
+    Raises raycam's errors for files that are missing or malformed, where Open3D warns and returns an empty mesh.
+    """
+    corners = load(filename).triangles().reshape(-1, 3)
+    vertices, index = np.unique(corners, axis=0, return_inverse=True)
+    return TriangleMesh(vertices, index.reshape(-1, 3))

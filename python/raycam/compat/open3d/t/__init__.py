@@ -1,0 +1,5 @@
+"""The tensor side of Open3D."""
+
+from . import geometry
+
+__all__ = ["geometry"]

@@ -1,0 +1,239 @@
+"""`RaycastingScene` and the mesh that it takes."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from raycam import SettingsError, World
+
+from ..core import Device, Tensor
+
+__all__ = ["RaycastingError", "RaycastingScene", "TriangleMesh"]
+
+Array = npt.NDArray[Any]
+INVALID_ID = 4294967295
+
+
+class RaycastingError(SettingsError, RuntimeError):
+    """Invalid rays or points: a `RuntimeError`, as in Open3D, and a `raycam.SettingsError`."""
+
+
+class _Attributes(dict[str, Any]):
+    """Attributes by key and by name."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self[name] = value
+
+
+class TriangleMesh:
+    """A mesh of tensors: `vertex.positions` float32 [n, 3] and `triangle.indices` int64 [m, 3]."""
+
+    def __init__(
+        self, vertex_positions: Any = None, triangle_indices: Any = None, device: Device | None = None
+    ) -> None:
+        self.vertex = _Attributes()
+        self.triangle = _Attributes()
+        if vertex_positions is not None and not isinstance(vertex_positions, Device):
+            self.vertex["positions"] = Tensor(_array(vertex_positions))
+            self.triangle["indices"] = Tensor(_array(triangle_indices))
+
+    @classmethod
+    def from_legacy(cls, mesh: Any, *_: Any, **__: Any) -> TriangleMesh:
+        """The mesh of one with `vertices` and `triangles`; positions are float32, as in Open3D."""
+        vertices = np.asarray(mesh.vertices, dtype=np.float32)
+        return cls(vertices, np.asarray(mesh.triangles, dtype=np.int64))
+
+
+class RaycastingScene:
+    """Triangle meshes to cast rays at and to measure distances from, with the names of Open3D's class.
+
+    Takes NumPy arrays and tensors of any float and integer dtype, answers float32 and uint32. A miss has t_hit inf and
+    ids `INVALID_ID`. `device` must be the CPU.
+    """
+
+    INVALID_ID: ClassVar[int] = INVALID_ID
+
+    def __init__(self, nthreads: int = 0, device: Any = None) -> None:
+        if device is not None:
+            Device(str(device))
+        self._threads = int(nthreads)
+        self._world = World()
+        self._geometries = 0
+        self._geometry_of: list[int] = []
+
+    @staticmethod
+    def _tensor(array: Array) -> Any:
+        return Tensor.from_numpy(array)
+
+    def add_triangles(self, *arguments: Any, **keys: Any) -> int:
+        """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the id of the geometry, from 0."""
+        names = ("mesh",) if len(arguments) == 1 else ("vertex_positions", "triangle_indices")
+        given = dict(zip(names, arguments, strict=False)) | keys
+        if len(arguments) > 2 or given.keys() not in ({"mesh"}, {"vertex_positions", "triangle_indices"}):
+            raise TypeError("add_triangles takes vertex_positions and triangle_indices, or a mesh of tensors")
+        mesh = given.get("mesh")
+        if mesh is not None and not hasattr(mesh, "vertex"):
+            raise TypeError("add_triangles takes a mesh of tensors: TriangleMesh.from_legacy(mesh)")
+        positions = mesh.vertex["positions"] if mesh is not None else given["vertex_positions"]
+        indices = mesh.triangle["indices"] if mesh is not None else given["triangle_indices"]
+        faces = _array(indices).reshape(-1, 3)
+        if len(faces):
+            self._world.add_mesh(_array(positions).astype(np.float64), faces.astype(np.int64))
+            self._geometry_of.append(self._geometries)
+        self._geometries += 1
+        return self._geometries - 1
+
+    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
+        """First hits of rays [..., 6]: t_hit, geometry_ids, primitive_ids, primitive_uvs, primitive_normals.
+
+        `primitive_uvs` are the weights of the second and third corner; `primitive_normals` are of length 1 and as
+        wound.
+        """
+        fields = ["t", "instance", "triangle", "barycentric", "normal", "front"]
+        hits = self._world.cast_rays(*_rays(rays), fields=fields, threads=self._some(nthreads))
+        return self._ids(hits) | {
+            "t_hit": self._single(hits["t"]),
+            "primitive_normals": self._single(
+                np.where(hits["front"][..., None], hits["normal"], -hits["normal"]) + 0.0
+            ),
+        }
+
+    def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf, nthreads: int = 0) -> Any:
+        """True for rays [..., 6] with any hit at tnear <= t <= tfar."""
+        found = self._world.occluded(*_rays(rays), tfar, t_min=tnear, threads=self._some(nthreads))
+        return self._tensor(np.asarray(found))
+
+    def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
+        """The number of crossings of rays [..., 6], int32."""
+        counts = self._world.count_intersections(*_rays(rays), threads=self._some(nthreads))
+        return self._tensor(np.asarray(counts))
+
+    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
+        """All crossings of rays [..., 6], ray by ray in the order of t.
+
+        `ray_splits` uint32 [n + 1]: crossings of ray i are `ray_splits[i]:ray_splits[i + 1]`; `ray_ids`, `t_hit`,
+        `geometry_ids`, `primitive_ids`, `primitive_uvs`.
+        """
+        fields = ["t", "instance", "triangle", "barycentric"]
+        hits = self._world.intersections(*_rays(rays), fields=fields, threads=self._some(nthreads))
+        return self._ids(hits) | {
+            "t_hit": self._single(hits["t"]),
+            "ray_splits": self._tensor(hits["offsets"].astype(np.uint32)),
+            "ray_ids": self._tensor(hits["ray"].astype(np.uint32)),
+        }
+
+    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
+        """Closest points of [..., 3]: points, geometry_ids, primitive_ids, primitive_uvs, primitive_normals."""
+        found = self._world.closest_points(
+            _last("query_points", query_points, 3), threads=self._some(nthreads)
+        )
+        return self._ids(found) | {
+            "points": self._single(found["position"]),
+            "primitive_normals": self._single(found["normal"]),
+        }
+
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
+        """Distances of points [..., 3], float32."""
+        points = _last("query_points", query_points, 3)
+        return self._single(self._world.distance(points, threads=self._some(nthreads)))
+
+    def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """Distances of points [..., 3], float32, negative inside; `nsamples` must be odd and is not needed."""
+        _odd(nsamples)
+        points = _last("query_points", query_points, 3)
+        return self._single(self._world.signed_distance(points, threads=self._some(nthreads)))
+
+    def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """1. for points [..., 3] inside and 0. for others, float32; `nsamples` must be odd and is not needed."""
+        _odd(nsamples)
+        points = _last("query_points", query_points, 3)
+        return self._single(self._world.inside(points, threads=self._some(nthreads)))
+
+    @classmethod
+    def create_rays_pinhole(cls, *arguments: Any, **keys: Any) -> Any:
+        """Rays float32 [height, width, 6] of a pinhole camera, through pixel centres at +0.5, with z = 1 in the camera.
+
+        `(intrinsic_matrix, extrinsic_matrix, width_px, height_px)`: the extrinsic matrix is world-to-camera, x right, y
+        down, z forward. `(fov_deg, center, eye, up, width_px, height_px)`: the angle is across, and rows run **along**
+        `up`, as in Open3D: pass `up=[0, -1, 0]` for pictures that stand upright in a world whose y is up.
+        """
+        names: tuple[str, ...] = ("intrinsic_matrix", "extrinsic_matrix", "width_px", "height_px")
+        if len(arguments) == 6 or "fov_deg" in keys:
+            names = ("fov_deg", "center", "eye", "up", "width_px", "height_px")
+        given = dict(zip(names, arguments, strict=False)) | keys
+        if given.keys() != set(names):
+            raise TypeError(f"create_rays_pinhole takes {', '.join(names)}")
+        width, height = int(given["width_px"]), int(given["height_px"])
+        if "fov_deg" in given:
+            intrinsic, rotation, eye = _looking(given, width, height)
+        else:
+            intrinsic, extrinsic = (_array(given[name]).astype(np.float64) for name in names[:2])
+            rotation = extrinsic[:3, :3]
+            eye = -np.linalg.solve(rotation, extrinsic[:3, 3])
+        u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        pixels = np.stack([u, v, np.ones_like(u)], axis=-1)
+        directions = pixels @ np.linalg.inv(rotation).dot(np.linalg.inv(intrinsic)).T
+        rays = np.concatenate([np.broadcast_to(eye, directions.shape), directions], axis=-1)
+        return cls._tensor(rays.astype(np.float32))
+
+    def _some(self, nthreads: int) -> int | None:
+        """The number of threads; None for all."""
+        return int(nthreads) or self._threads or None
+
+    def _single(self, values: Array) -> Any:
+        return self._tensor(np.asarray(values).astype(np.float32))
+
+    def _ids(self, hits: dict[str, Array]) -> dict[str, Any]:
+        """Ids and weights of hits by Open3D's names."""
+        geometry = np.append(np.array(self._geometry_of, dtype=np.uint32), np.uint32(INVALID_ID))
+        return {
+            "geometry_ids": self._tensor(np.asarray(geometry[hits["instance"]])),
+            "primitive_ids": self._tensor(hits["triangle"].astype(np.uint32)),
+            "primitive_uvs": self._single(hits["barycentric"][..., 1:]),
+        }
+
+
+def _looking(given: dict[str, Any], width: int, height: int) -> tuple[Array, Array, Array]:
+    """The intrinsic matrix, the rotation and the place of a camera that looks at a point."""
+    center, eye, up = (_array(given[name]).astype(np.float64).reshape(3) for name in ("center", "eye", "up"))
+    focal = width / 2 / np.tan(np.radians(float(given["fov_deg"])) / 2)
+    forward = (center - eye) / np.linalg.norm(center - eye)
+    right = np.cross(up, forward)
+    right /= np.linalg.norm(right)
+    intrinsic = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
+    return intrinsic, np.stack([right, np.cross(forward, right), forward]), eye
+
+
+def _array(values: Any) -> Array:
+    """An array of one, of a list, or of a tensor of Open3D."""
+    if not isinstance(values, np.ndarray) and callable(getattr(values, "numpy", None)):
+        values = values.cpu().numpy() if hasattr(values, "cpu") else values.numpy()
+    return np.asarray(values).view(np.ndarray)
+
+
+def _last(name: str, values: Any, width: int) -> Array:
+    array = _array(values)
+    if array.ndim == 0 or array.shape[-1] != width or array.dtype.kind not in "fiu":
+        raise RaycastingError(
+            f"{name} must be numbers of the shape [..., {width}], not {list(array.shape)} of dtype {array.dtype}"
+        )
+    return array
+
+
+def _rays(rays: Any) -> tuple[Array, Array]:
+    array = _last("rays", rays, 6)
+    return array[..., :3], array[..., 3:]
+
+
+def _odd(nsamples: int) -> None:
+    if int(nsamples) < 1 or int(nsamples) % 2 == 0:
+        raise RaycastingError(f"nsamples is {nsamples}, expected an odd number")

@@ -1,0 +1,212 @@
+"""Stand-in for `trimesh.ray.ray_pyembree`: exact rays for trimesh meshes.
+
+`RayMeshIntersector` has the methods, shapes and orders of the one over Embree. `install()` makes trimesh use it for
+every mesh made afterwards. Each crossing is found once, whatever the ray passes through, and a point is inside or
+outside the same in every call; bodies that overlap in one mesh are their union. A point on a surface belongs to one
+side of it: a box holds `low <= p < high`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import sys
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from raycam import SettingsError, World
+
+__all__ = ["RayMeshIntersector", "closest_point", "install", "signed_distance", "uninstall"]
+
+Ids = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+MERGE_TOLERANCE = 1e-8
+"""Distance up to which trimesh takes a point to lie on the surface (`trimesh.constants.tol.merge`)."""
+
+
+class RayMeshIntersector:
+    """Ray queries of one mesh: anything with `vertices` [n, 3] and `faces` [m, 3].
+
+    The mesh may change: its world is built again when its hash differs. `scale_to_box` is taken and not needed.
+    """
+
+    def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
+        self.mesh = geometry
+        self._scale_to_box = scale_to_box
+        self._built: tuple[object, World] | None = None
+
+    @property
+    def world(self) -> World:
+        """The world with the mesh as it is now; its only object, 0, has the mesh's faces in order."""
+        key = _hash_of(self.mesh)
+        if self._built is None or self._built[0] != key:
+            self._built = (key, _world_of(self.mesh))
+        return self._built[1]
+
+    def intersects_location(
+        self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike, multiple_hits: bool = True
+    ) -> tuple[Floats, Ids, Ids]:
+        """Hits of rays [n, 3]: locations [m, 3], the ray and the triangle of each, in the order of `intersects_id`."""
+        triangle, ray, location = self.intersects_id(
+            ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=None
+        )
+        return location, ray, triangle
+
+    def intersects_id(
+        self,
+        ray_origins: npt.ArrayLike,
+        ray_directions: npt.ArrayLike,
+        multiple_hits: bool = True,
+        max_hits: int | None = 100,
+        return_locations: bool = False,
+    ) -> Any:
+        """Hits of rays [n, 3]: triangle int64 [m], ray int64 [m], and with `return_locations` their locations [m, 3].
+
+        All first hits come in the order of the rays, then all second ones. With `multiple_hits` surfaces are crossed
+        (`World.intersections`), at most `max_hits` a ray; without, the first closed triangle is hit
+        (`World.cast_rays`), also at the border of an open mesh.
+        """
+        origins, directions = _rays(ray_origins, ray_directions)
+        fields = ["triangle", "position"] if return_locations else ["triangle"]
+        if multiple_hits:
+            found = self.world.intersections(origins, directions, max_hits=max_hits, fields=fields)
+            rank = np.arange(len(found["ray"])) - found["offsets"][found["ray"]]
+            order = np.argsort(rank, kind="stable")
+            ray = found["ray"][order]
+        else:
+            found = self.world.cast_rays(origins, directions, fields=fields)
+            order = ray = np.flatnonzero(found["triangle"] >= 0)
+        triangle = found["triangle"][order].astype(np.int64)
+        if return_locations:
+            return triangle, ray, found["position"][order]
+        return triangle, ray
+
+    def intersects_first(self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike) -> Ids:
+        """The first triangle that each ray hits, int64 [n]; -1 for none."""
+        hits = self.world.cast_rays(*_rays(ray_origins, ray_directions), fields=["triangle"])
+        return hits["triangle"].astype(np.int64)
+
+    def intersects_any(
+        self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike
+    ) -> npt.NDArray[np.bool_]:
+        """True [n] for rays that hit the mesh."""
+        return self.world.occluded(*_rays(ray_origins, ray_directions))
+
+    def contains_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """True [n] for points [n, 3] inside of the mesh, by the rules of `World.inside`."""
+        return self.world.inside(_points(points))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The mesh, without what was built of it."""
+        return {"mesh": self.mesh, "_scale_to_box": self._scale_to_box, "_built": None}
+
+    def __copy__(self, *_: object) -> RayMeshIntersector:
+        """Queries of the same mesh."""
+        return type(self)(self.mesh, self._scale_to_box)
+
+    def __deepcopy__(self, *_: object) -> RayMeshIntersector:
+        """Queries of the same mesh; `Trimesh.copy` makes its own."""
+        return self.__copy__()
+
+
+def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids]:
+    """The closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
+
+    As `trimesh.proximity.closest_point`; of triangles at equal distance the first is named.
+    """
+    found = _world_for(mesh).closest_points(_points(points))
+    return found["position"], found["distance"], found["triangle"].astype(np.int64)
+
+
+def signed_distance(mesh: Any, points: npt.ArrayLike) -> Floats:
+    """Distances [n] of `points` [n, 3] from a mesh, **positive inside**, as `trimesh.proximity.signed_distance`."""
+    distance = _world_for(mesh).signed_distance(_points(points))
+    return np.where(np.abs(distance) <= MERGE_TOLERANCE, np.abs(distance), -distance)
+
+
+_originals: dict[str, Any] = {}
+
+
+def install(nearest: bool = False) -> None:
+    """Makes trimesh use raycam for rays of every mesh that is made from now on, copies and submeshes too.
+
+    `trimesh.ray.ray_pyembree` becomes this module. Meshes made with `use_embree=False` keep the engine of NumPy. With
+    `nearest`, `trimesh.proximity.closest_point` and `signed_distance` are replaced as well, which `mesh.nearest` calls.
+    """
+    ray = importlib.import_module("trimesh.ray")
+    if not _originals:
+        _originals.update(
+            ray_pyembree=ray.ray_pyembree,
+            has_embree=ray.has_embree,
+            module=sys.modules.get("trimesh.ray.ray_pyembree"),
+        )
+    this = sys.modules[__name__]
+    vars(ray).update(ray_pyembree=this, has_embree=True)
+    sys.modules["trimesh.ray.ray_pyembree"] = this
+    if nearest:
+        proximity = importlib.import_module("trimesh.proximity")
+        if "closest_point" not in _originals:
+            _originals.update(
+                closest_point=proximity.closest_point, signed_distance=proximity.signed_distance
+            )
+        vars(proximity).update(closest_point=closest_point, signed_distance=signed_distance)
+
+
+def uninstall() -> None:
+    """Undoes `install`; meshes made meanwhile keep their `mesh.ray`."""
+    if not _originals:
+        return
+    ray = importlib.import_module("trimesh.ray")
+    vars(ray).update(ray_pyembree=_originals["ray_pyembree"], has_embree=_originals["has_embree"])
+    if _originals["module"] is None:
+        del sys.modules["trimesh.ray.ray_pyembree"]
+    else:
+        sys.modules["trimesh.ray.ray_pyembree"] = _originals["module"]
+    if "closest_point" in _originals:
+        proximity = importlib.import_module("trimesh.proximity")
+        names = ("closest_point", "signed_distance")
+        vars(proximity).update({name: _originals[name] for name in names})
+    _originals.clear()
+
+
+def _world_for(mesh: Any) -> World:
+    """The world of a mesh, that of its `ray` where that is ours."""
+    ray = getattr(mesh, "ray", None)
+    return (ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)).world
+
+
+def _world_of(mesh: Any) -> World:
+    world = World()
+    faces = np.asarray(mesh.faces)
+    if len(faces):
+        world.add_mesh(np.asarray(mesh.vertices, dtype=np.float64), faces)
+    return world
+
+
+def _hash_of(mesh: Any) -> object:
+    """The mesh's hash of its data (trimesh), or one of its arrays."""
+    own = type(mesh).__hash__
+    if own is not None and own is not object.__hash__:  # type: ignore[comparison-overlap]
+        return hash(mesh)
+    digest = hashlib.blake2b(np.ascontiguousarray(mesh.vertices, dtype=np.float64).tobytes())
+    digest.update(np.ascontiguousarray(mesh.faces, dtype=np.int64).tobytes())
+    return digest.digest()
+
+
+def _rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats]:
+    pair = [np.array(values, dtype=np.float64) for values in (origins, directions)]
+    if pair[0].shape != pair[1].shape or pair[0].ndim != 2 or pair[0].shape[1] != 3:
+        raise SettingsError(
+            f"ray_origins {list(pair[0].shape)} and ray_directions {list(pair[1].shape)} must both be [n, 3]"
+        )
+    return pair[0], pair[1]
+
+
+def _points(points: npt.ArrayLike) -> Floats:
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise SettingsError(f"points must be [n, 3], not {list(array.shape)}")
+    return array

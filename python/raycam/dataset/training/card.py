@@ -1,0 +1,76 @@
+"""The card of a data set: counts, seeds, options, versions and the fields of a licence, as JSON and Markdown."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from ... import _core
+from ..plan import Index, Plan, Record
+from .splits import split_names
+
+__all__ = ["card_files"]
+
+
+def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Index:
+    """Makes `dataset_card.json` and `dataset_card.md`; the same data set has the same bytes."""
+    table = card(format, plan, records, licence)
+    yield "dataset_card.json", [json.dumps(table, indent=2, default=str).encode() + b"\n"]
+    yield "dataset_card.md", [markdown(table).encode()]
+
+
+def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Record:
+    """The table of the card. Objects are counted by category in formats with annotations."""
+    cameras = [view.camera for view in plan.shots]
+    sizes = Counter("{} x {}".format(*camera.size) for camera in cameras)
+    found: Record = {
+        "made_with": f"raycam {_core.__version__}",
+        "format": format,
+        "views": len(plan.shots),
+        "sizes": dict(sizes),
+        "lenses": dict(Counter(camera.model for camera in cameras)),
+        "categories": [plan.categories[number] for number in sorted(plan.categories)],
+        "options": dict(plan.options),
+        "rendering": dict(plan.rendering),
+    }
+    if plan.recipe is not None:
+        found["worlds"] = 1 + max(view.world or 0 for view in plan.shots)
+        found["seed"] = plan.recipe.seed
+    if "splits" in plan.options:
+        found["splits"] = dict(Counter(split_names(plan)))
+    objects = Counter(
+        plan.categories[one["category_id"]] for record in records() for one in record.get("annotations", [])
+    )
+    if objects:
+        found["objects"] = dict(sorted(objects.items()))
+    found["licence"] = {
+        "pictures": licence,
+        "meshes": "as their files say",
+        "textures and photographs": "as their files say",
+    }
+    return found
+
+
+def markdown(table: Record) -> str:
+    """The card as a text for people."""
+    lines = [
+        "# Data set",
+        "",
+        f"{table['views']} views in the format {table['format']}, {table['made_with']}.",
+        "",
+    ]
+    lines += ["| | |", "|---|---|"]
+    for key, value in table.items():
+        if key not in ("views", "format", "made_with"):
+            lines.append(f"| {key} | {_text(value)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {_text(item)}" for key, item in value.items()) or "none"
+    if isinstance(value, list):
+        return ", ".join(map(_text, value)) or "none"
+    return str(value) if value not in ("", None) else "not stated"

@@ -1,0 +1,73 @@
+"""HDF5 as BlenderProc writes it: a file for each picture. Source: BlenderProc, WriterUtility.py. Needs `h5py`."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import json
+from collections.abc import Callable, Iterator
+from types import ModuleType
+
+import numpy as np
+
+from ...errors import SettingsError
+from ..plan import Format, Index, Made, Plan, Record
+
+__all__ = ["FORMAT"]
+
+BACKGROUND = 1e10
+"""Depth and distance of the background, metres: Blender's."""
+
+
+def h5py() -> ModuleType:
+    """The module; raises `SettingsError` with the way on where it is not installed."""
+    try:
+        return importlib.import_module("h5py")
+    except ImportError:
+        raise SettingsError("hdf5 needs h5py: pip install h5py") from None
+
+
+def check(plan: Plan) -> None:
+    """Raises `SettingsError` without h5py."""
+    h5py()
+
+
+def make(plan: Plan, number: int) -> Made:
+    """Makes `N.hdf5`: colours, depth, distance, normals, segments of instances and categories, and their attributes."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "depth", "distance", "normal_camera", "instance", "category"])
+    instance = frame["instance"]
+    attributes = [
+        {"idx": item.object + 1, "category_id": shot.category(item.object), "name": item.name}
+        for item in shot.labels(instance)
+        if item.visible_pixels
+    ]
+    normals = frame["normal_camera"] * np.array([1, -1, -1], dtype=np.float32)
+    arrays = {
+        "colors": frame.to_srgb8(),
+        "depth": np.where(np.isfinite(frame["depth"]), frame["depth"], BACKGROUND).astype(np.float32),
+        "distance": np.where(np.isfinite(frame["distance"]), frame["distance"], BACKGROUND).astype(
+            np.float32
+        ),
+        "normals": ((np.nan_to_num(normals) + 1) / 2).astype(np.float32),
+        "instance_segmaps": (instance + 1).astype(np.int32),
+        "category_id_segmaps": np.maximum(shot.channel(frame, "category"), 0).astype(np.int32),
+    }
+    memory = io.BytesIO()
+    with h5py().File(memory, "w", track_order=True) as file:
+        for name, array in arrays.items():
+            file.create_dataset(name, data=array, compression="gzip", track_times=False)
+        file.create_dataset(
+            "instance_attribute_maps", data=np.bytes_(json.dumps(attributes)), track_times=False
+        )
+        file.create_dataset("blender_proc_version", data=np.bytes_("raycam"), track_times=False)
+    return {f"{number}.hdf5": memory.getvalue()}, {}
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """Makes the table of categories."""
+    table = {str(number): name for number, name in sorted(plan.categories.items())}
+    yield "categories.json", [json.dumps(table, indent=2).encode() + b"\n"]
+
+
+FORMAT = Format(make, index, check, {}, many_worlds=True)

@@ -1,0 +1,106 @@
+"""Semantic PNG: label ids, instance ids as Cityscapes has them, and colours of a palette. Source: cityscapesScripts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import SettingsError
+from ..plan import Format, Index, Made, Plan, Record, png
+
+__all__ = ["FORMAT"]
+
+OPTIONS = {"labels": {}, "void": 0, "palette": {}}
+
+
+def label_ids(plan: Plan) -> dict[int, int]:
+    """The label id of each category."""
+    given = plan.options["labels"]
+    return {
+        number: given.get(name, plan.options["void"] if given else number)
+        for number, name in plan.categories.items()
+    }
+
+
+def check(plan: Plan) -> None:
+    """Raises `SettingsError` for unknown categories, and ids that do not fit 8 bits."""
+    for option in ("labels", "palette"):
+        for name in plan.options[option]:
+            if name not in plan.categories.values():
+                raise SettingsError(
+                    f"{option}: there is no category {name!r}, only {list(plan.categories.values())}"
+                )
+    for number in [plan.options["void"], *label_ids(plan).values()]:
+        if not (isinstance(number, int) and 0 <= number <= 255):
+            raise SettingsError(
+                f"a label id is {number!r}; 8 bits hold 0 to 255: give labels, {{category: id}}"
+            )
+    for name, color in plan.options["palette"].items():
+        if np.shape(color) != (3,) or not all(0 <= value <= 255 for value in color):
+            raise SettingsError(f"palette of {name!r} is {color!r}, expected three numbers from 0 to 255")
+
+
+def pascal_palette() -> npt.NDArray[np.uint8]:
+    """The colours [256, 3] of PASCAL VOC: bits of the id over the channels. Source: VOC devkit, VOClabelcolormap."""
+    palette = np.zeros((256, 3), dtype=np.uint8)
+    for number in range(256):
+        for bit in range(8):
+            for channel in range(3):
+                palette[number, channel] |= (number >> (3 * bit + channel) & 1) << (7 - bit) if bit < 3 else 0
+    return palette
+
+
+def make(plan: Plan, number: int) -> Made:
+    """Makes a picture, its label ids (8 bit), instance ids (16 bit: id * 1000 + count) and colours."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "instance"])
+    void = plan.options["void"]
+    labels = np.full(frame["instance"].shape, void, dtype=np.uint8)
+    instances = labels.astype(np.uint16)
+    ids = label_ids(plan)
+    counts: dict[int, int] = {}
+    colors = np.zeros((*labels.shape, 3), dtype=np.uint8)
+    colors[:] = pascal_palette()[void]
+    for item in shot.labels(frame["instance"]):
+        if not item.visible_pixels:
+            continue
+        category = shot.category(item.object)
+        own, mask = ids[category], item.in_picture(item.visible_mask)
+        count = counts[own] = counts.get(own, -1) + 1
+        if own * 1000 + count > 65535:
+            raise SettingsError(
+                f"label id {own} with instance {count} does not fit 16 bits: give labels up to 64"
+            )
+        labels[mask], instances[mask] = own, own * 1000 + count
+        colors[mask] = plan.options["palette"].get(plan.categories[category], pascal_palette()[own])
+    name = plan.picture_name(number)
+    files = {
+        f"images/{name}.png": frame.to_png(),
+        f"labelIds/{name}.png": png(labels),
+        f"instanceIds/{name}.png": png(instances),
+        f"color/{name}.png": png(colors),
+    }
+    return files, {}
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """Makes `labels.json`: id and colour of each category, and of what has none."""
+    palette = pascal_palette()
+    ids = label_ids(plan)
+    rows = [
+        {
+            "name": name,
+            "id": ids[number],
+            "color": [int(v) for v in plan.options["palette"].get(name, palette[ids[number]])],
+        }
+        for number, name in sorted(plan.categories.items())
+    ]
+    void = plan.options["void"]
+    table = {"void": {"id": void, "color": palette[void].tolist()}, "categories": rows}
+    yield "labels.json", [json.dumps(table, indent=2).encode() + b"\n"]
+
+
+FORMAT = Format(make, index, check, OPTIONS, many_worlds=True)

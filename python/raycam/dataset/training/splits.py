@@ -1,0 +1,67 @@
+"""Splits of a data set, by a seed and by scene: views of one world, or of one pose of a rig, stay together."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from ...errors import SettingsError
+from ..plan import Plan
+
+__all__ = ["SPLITS", "check_splits", "split_names"]
+
+SPLITS: Mapping[str, Any] = {"splits": {"train": 0.8, "val": 0.2}, "split_seed": 0}
+"""The options of formats with splits, with their defaults."""
+
+
+def check_splits(plan: Plan) -> None:
+    """Raises `SettingsError` unless `splits` are shares by name whose sum is 1, and `split_seed` is a whole number."""
+    splits, seed = plan.options["splits"], plan.options["split_seed"]
+    named = isinstance(splits, Mapping) and all(
+        isinstance(share, int | float) and share >= 0 and name.isidentifier()
+        for name, share in splits.items()
+    )
+    if not named or not math.isclose(sum(splits.values()), 1.0, abs_tol=1e-9):
+        raise SettingsError(
+            f'splits is {splits!r}; expected shares whose sum is 1, as {{"train": 0.8, "val": 0.2}}'
+        )
+    if not isinstance(seed, int):
+        raise SettingsError(f"split_seed is {seed!r}; expected a whole number")
+
+
+def split_names(plan: Plan) -> list[str]:
+    """The split of each view, a function of the seed and of the number of its world, its rig's pose, or itself.
+
+    Worlds of a recipe are drawn one by one, so that more worlds leave the others where they were; of the views of one
+    world, the shares are exact.
+    """
+    whole = plan.whole or plan
+    groups = [_group(view.world, view.rig, number) for number, view in enumerate(whole.shots)]
+    seed = plan.options["split_seed"]
+
+    def draw(group: str) -> bytes:
+        return hashlib.sha256(f"{seed} {group}".encode()).digest()
+
+    order = sorted(dict.fromkeys(groups), key=draw)
+    ranks = {group: (i + 0.5) / len(order) for i, group in enumerate(order)}
+    if whole.recipe is not None:
+        ranks = {group: int.from_bytes(draw(group)[:6], "big") / 2**48 for group in order}
+    return [_at(ranks[group], plan.options["splits"]) for group in groups]
+
+
+def _at(rank: float, splits: Mapping[str, float]) -> str:
+    """The split at a place from 0 to 1, where they stand in a row, each as long as its share."""
+    end = 0.0
+    for name, share in splits.items():
+        end += share
+        if rank < end:
+            return name
+    return next(name for name, share in reversed(splits.items()) if share > 0)
+
+
+def _group(world: int | None, rig: tuple[int, str] | None, number: int) -> str:
+    if world is not None:
+        return f"world {world}"
+    return f"view {number}" if rig is None else f"pose {rig[0]}"

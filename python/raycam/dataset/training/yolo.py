@@ -1,0 +1,155 @@
+"""YOLO: a text file of labels for each picture, normalised by its size. Source: Ultralytics, "Datasets"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...annotations.keypoints import keypoints
+from ...annotations.labels import Label
+from ...errors import SettingsError
+from ..coco import polygons
+from ..plan import Format, Index, Made, Plan, Record, Shot
+from .splits import SPLITS, check_splits, split_names
+
+__all__ = ["FORMAT"]
+
+TASKS = ("detect", "segment", "pose", "obb")
+OPTIONS = {"task": "detect", "min_pixels": 1, "keypoints": {}, "flip_idx": None, **SPLITS}
+
+Points = npt.NDArray[np.float64]
+
+
+def check(plan: Plan) -> None:
+    """Raises `SettingsError` for invalid options."""
+    check_splits(plan)
+    task, points = plan.options["task"], plan.options["keypoints"]
+    if task not in TASKS:
+        raise SettingsError(f"task is {task!r}, expected one of {', '.join(TASKS)}")
+    if bool(points) != (task == "pose"):
+        raise SettingsError(
+            'task "pose" and the option keypoints go together: {"points": [[x, y, z], ...]}, of all categories'
+        )
+    if points and (not isinstance(points, dict) or np.ndim(points.get("points", 0)) != 2):
+        raise SettingsError(
+            'keypoints: expected {"points": [[x, y, z], ...]} in the coordinates of the meshes'
+        )
+    flip = plan.options["flip_idx"]
+    if flip is not None and (not points or sorted(flip) != list(range(len(points["points"])))):
+        raise SettingsError(f"flip_idx is {flip!r}, expected the numbers of the keypoints in another order")
+
+
+def make(plan: Plan, number: int) -> Made:
+    """Makes a picture and its labels; a picture with nothing has an empty file."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "instance"])
+    place = f"{split_names(plan)[number]}/{plan.picture_name(number)}"
+    least = max(int(plan.options["min_pixels"]), 1)
+    classes = {category: i for i, category in enumerate(sorted(plan.categories))}
+    lines = []
+    for item in shot.labels(frame["instance"]):
+        if item.visible_pixels >= least:
+            values = numbers(shot, item)
+            text = " ".join(_short(value) for value in values)
+            lines.append(f"{classes[shot.category(item.object)]} {text}\n")
+    files = {f"images/{place}.png": frame.to_png(), f"labels/{place}.txt": "".join(lines).encode()}
+    return files, {"objects": len(lines)}
+
+
+def _short(value: float) -> str:
+    return f"{value:.9f}".rstrip("0").rstrip(".") or "0"
+
+
+def numbers(shot: Shot, item: Label) -> list[float]:
+    """The numbers of a label after its class."""
+    task = shot.plan.options["task"]
+    size = np.array(shot.camera.size, dtype=float)
+    if task == "segment":
+        return list(map(float, (joined(outlines(item)) / size).ravel()))
+    if task == "obb":
+        return list(map(float, (rectangle(np.concatenate(outlines(item))) / size).ravel()))
+    x, y, w, h = item.visible_box or (0, 0, 0, 0)
+    width, height = shot.camera.size
+    box = [(x + w / 2) / width, (y + h / 2) / height, w / width, h / height]
+    if task == "detect":
+        return box
+    places = shot.plan.options["keypoints"]["points"]
+    seen = keypoints(shot.world, shot.camera, places, [item.object] * len(places), threads=shot.plan.threads)
+    for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible, strict=True):
+        found = (pixel - shot.camera.corner) / size
+        box += [*found.tolist(), 2.0 if visible else 1.0] if inside else [0.0, 0.0, 0.0]
+    return box
+
+
+def outlines(item: Label) -> list[Points]:
+    """The polygons [n, 2] around the visible pixels, from the picture's corner; the largest first."""
+    found = [np.array(corners, dtype=float) + item.region[:2] for corners in polygons(item.visible_mask)]
+    return sorted(found, key=lambda corners: -len(corners))
+
+
+def joined(pieces: list[Points]) -> Points:
+    """One polygon of several, with bridges of no width between the nearest corners, forth and back."""
+    whole = pieces[0]
+    for piece in pieces[1:]:
+        apart = ((whole[:, None] - piece[None]) ** 2).sum(axis=2)
+        i, j = np.unravel_index(int(apart.argmin()), apart.shape)
+        whole = np.concatenate([whole[: i + 1], piece[j:], piece[: j + 1], whole[i:]])
+    return whole
+
+
+def rectangle(points: Points) -> Points:
+    """The corners [4, 2], in turn, of the rectangle of the least area around points: one side lies on their hull."""
+    hull = _hull(points)
+    edges = np.roll(hull, -1, axis=0) - hull
+    best, least = hull[:4], np.inf
+    for edge in edges[np.any(edges != 0, axis=1)]:
+        along = edge / np.hypot(*edge)
+        axes = np.array([along, [-along[1], along[0]]])
+        turned = hull @ axes.T
+        low, high = turned.min(axis=0), turned.max(axis=0)
+        area = float(np.prod(high - low))
+        if area < least - 1e-9:
+            least = area
+            best = np.array([low, [high[0], low[1]], high, [low[0], high[1]]]) @ axes
+    return best
+
+
+def _hull(points: Points) -> Points:
+    """The convex hull, counter-clockwise. Source: Andrew, 1979, "monotone chain"."""
+    ordered = np.unique(points, axis=0)
+
+    def chain(rows: Points) -> list[Points]:
+        found: list[Points] = []
+        for row in rows:
+            while len(found) > 1 and _turn(found[-2], found[-1], row) <= 0:
+                found.pop()
+            found.append(row)
+        return found[:-1]
+
+    return np.array(chain(ordered) + chain(ordered[::-1]))
+
+
+def _turn(a: Points, b: Points, c: Points) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """Makes `data.yaml`: the folders of the splits, the names of the classes."""
+    names = [plan.categories[number] for number in sorted(plan.categories)]
+    used = dict.fromkeys(plan.options["splits"])
+    lines = ["path: ."]
+    lines += [f"{split}: images/{split}" for split in used]
+    lines += [f"{split}: images/train" for split in ("train", "val") if split not in used and "train" in used]
+    points: Any = plan.options["keypoints"]
+    if points:
+        lines.append(f"kpt_shape: [{len(points['points'])}, 3]")
+        if plan.options["flip_idx"] is not None:
+            lines.append(f"flip_idx: {list(plan.options['flip_idx'])}")
+    lines += ["names:", *(f"  {i}: {name!r}" for i, name in enumerate(names))]
+    yield "data.yaml", ["".join(line + "\n" for line in lines).encode()]
+
+
+FORMAT = Format(make, index, check, OPTIONS, many_worlds=True)

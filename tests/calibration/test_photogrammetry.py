@@ -1,0 +1,541 @@
+"""Reconstructions of photogrammetry programs, against closed forms of their documentation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.errors import FormatError
+from scipy.spatial.transform import Rotation
+from support.camera_truth import OPENGL, brown, check, equidistant, four, intrinsics, picture, pose
+
+SIZE = (640, 480)
+
+
+def text(values: Any) -> str:
+    return " ".join(repr(float(v)) for v in np.asarray(values).ravel())
+
+
+# Metashape ------------------------------------------------------------------------------------------------
+
+TERMS = {"f": 500.0, "cx": 3.5, "cy": -2.5, "b1": 1.5, "b2": -0.7, "k1": -0.1, "k2": 0.03, "k3": 0.002}
+TANGENTIAL = {"p1": 0.001, "p2": -0.002}
+SCALE = 3.5
+
+
+def metashape(
+    terms: dict[str, float],
+    *,
+    kind: str = "frame",
+    initial: bool = False,
+    component: bool = False,
+    chunk: bool = True,
+    cameras: str = "",
+) -> str:
+    turn, shift = pose(20)
+    world = (
+        f'<transform><rotation locked="true">{text(turn)}</rotation><translation>{text(shift)}</translation>'
+        f'<scale locked="true">{SCALE}</scale></transform>'
+    )
+    wrong = "<transform><rotation>0 -1 0 1 0 0 0 0 1</rotation><scale>9</scale></transform>"
+    inside = "".join(f"<{name}>{value}</{name}>" for name, value in terms.items())
+    size = '<resolution width="640" height="480"/>'
+    adjusted = f'<calibration type="{kind}" class="adjusted">{size}{inside}</calibration>'
+    start = f'<calibration type="{kind}" class="initial"><resolution width="640" height="480"/><f>99</f></calibration>'
+    listed = "".join(
+        f'<camera id="{i}" sensor_id="0" component_id="0" label="IMG_{i}"><transform>'
+        f"{text(four(pose(i)[0].T, pose(i)[1]))}</transform></camera>"
+        for i in range(2)
+    )
+    parts = f'<components><component id="0" label="a">{world}</component></components>' if component else ""
+    placed = wrong if component else world if chunk else ""
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<document version="2.0.0"><chunk label="Chunk 1" enabled="true">\n'
+        f'<sensors><sensor id="0" label="x" type="{kind}"><resolution width="640" height="480"/>'
+        f"{start if initial else adjusted + start}</sensor></sensors>\n{parts}<cameras><group>{listed}</group>\n"
+        f'<camera id="7" sensor_id="0" label="lost"/>{cameras}</cameras>\n{placed}</chunk></document>'
+    )
+
+
+def world_pose(seed: int) -> tuple[Any, Any]:
+    R, C = pose(seed)
+    turn, shift = pose(20)
+    return R @ turn.T, SCALE * turn @ C + shift
+
+
+def own_lens(x: Any) -> Any:
+    # Metashape's p1 is OpenCV's p2.
+    return brown(x, (-0.1, 0.03, 0.002), (-0.002, 0.001))
+
+
+K = intrinsics(501.5, 500.0, 323.5, 237.5, -0.7)
+
+
+@pytest.mark.parametrize("component", [True, False])
+def test_metashape(tmp_path: Path, component: bool) -> None:
+    file = tmp_path / "cameras.xml"
+    file.write_text(metashape({**TERMS, **TANGENTIAL}, component=component))
+    cameras = raycam.load_cameras(file)
+    assert list(cameras) == ["IMG_0", "IMG_1"]
+    for i, camera in enumerate(cameras.values()):
+        check(camera, K, *world_pose(i), own_lens)
+    assert "1 cameras without a transform" in " ".join(cameras.notices)
+
+
+@pytest.mark.parametrize("tangential", [True, False])
+def test_metashape_fisheye(tmp_path: Path, tangential: bool) -> None:
+    file = tmp_path / "a.xml"
+    terms = {**TERMS, **(TANGENTIAL if tangential else {}), "k4": 0.0003}
+    file.write_text(metashape(terms, kind="fisheye", chunk=False))
+    p = (-0.002, 0.001) if tangential else (0.0, 0.0)
+    camera = raycam.load_cameras(file)["IMG_1"]
+    check(camera, K, *pose(1), lambda x: brown(equidistant(x), (-0.1, 0.03, 0.002, 0.0003), p))
+
+
+@pytest.mark.parametrize(
+    ("terms", "options", "reason"),
+    [
+        ({"k4": 0.001}, {}, "k4"),
+        ({"p3": 0.001}, {}, "p3"),
+        ({"p4": 0.001}, {"kind": "fisheye"}, "p4"),
+        ({"k7": 0.001}, {}, "k7"),
+        ({}, {"kind": "equisolid_fisheye"}, "equisolid"),
+        ({}, {"kind": "cylindrical"}, "cylindrical"),
+    ],
+)
+def test_metashape_refuses_terms_by_name(tmp_path: Path, terms: Any, options: Any, reason: str) -> None:
+    file = tmp_path / "a.xml"
+    file.write_text(metashape({**TERMS, **terms}, **options))
+    with pytest.raises(FormatError, match=reason):
+        raycam.load_cameras(file)
+
+
+def test_metashape_notices(tmp_path: Path) -> None:
+    file = tmp_path / "a.xml"
+    rolling = (
+        f'<camera id="9" sensor_id="0" label="b" enabled="false"><transform>{text(np.eye(4))}</transform>'
+    )
+    rolling += "<rolling_shutter><rotation>1</rotation></rolling_shutter></camera>"
+    document = metashape({}, initial=True, cameras=rolling)
+    reference = "<reference>GEOGCS[&quot;WGS 84&quot;]</reference></chunk><chunk label='2'></chunk>"
+    file.write_text(document.replace("</chunk>", reference))
+    told = " ".join(raycam.load_cameras(file).notices)
+    for word in ("2 chunks", "ECEF", "1 cameras are disabled", "rolling shutter of 1", "initial one"):
+        assert word in told
+
+
+def test_an_old_lens_alone(tmp_path: Path) -> None:
+    file = tmp_path / "lens.xml"
+    terms = {
+        "fx": 501.5,
+        "fy": 500.0,
+        "cx": 323.5,
+        "cy": 237.5,
+        "skew": -0.7,
+        "k1": -0.1,
+        "p1": 0.001,
+        "p2": -0.002,
+    }
+    inside = "".join(f"<{name}>{value}</{name}>" for name, value in terms.items())
+    file.write_text(
+        f"<calibration><projection>frame</projection><width>640</width><height>480</height>{inside}</calibration>"
+    )
+    camera = raycam.load_cameras(file)["lens"]
+    check(camera, K, np.eye(3), np.zeros(3), lambda x: brown(x, (-0.1,), (0.001, -0.002)))
+
+
+# OpenSfM --------------------------------------------------------------------------------------------------
+
+SFM: dict[str, Any] = {
+    "perspective": ({"focal": 0.8, "k1": -0.1, "k2": 0.02}, lambda x: brown(x, (-0.1, 0.02))),
+    "brown": (
+        {
+            "focal_x": 0.8,
+            "focal_y": 0.8,
+            "c_x": 0.01,
+            "c_y": -0.02,
+            "k1": -0.1,
+            "k2": 0.02,
+            "k3": 0.003,
+            "p1": 0.001,
+            "p2": 0.002,
+        },
+        lambda x: brown(x, (-0.1, 0.02, 0.003), (0.001, 0.002)),
+    ),
+    "simple_radial": (
+        {"focal_x": 0.8, "focal_y": 0.8, "c_x": 0.01, "c_y": -0.02, "k1": -0.1},
+        lambda x: brown(x, (-0.1,)),
+    ),
+    "fisheye": ({"focal": 0.8, "k1": -0.1, "k2": 0.02}, lambda x: brown(equidistant(x), (-0.1, 0.02))),
+    "fisheye_opencv": (
+        {
+            "focal_x": 0.8,
+            "focal_y": 0.8,
+            "c_x": 0.01,
+            "c_y": -0.02,
+            "k1": 0.1,
+            "k2": 0.02,
+            "k3": 0.01,
+            "k4": 0.002,
+        },
+        lambda x: brown(equidistant(x), (0.1, 0.02, 0.01, 0.002)),
+    ),
+    "fisheye62": (
+        {
+            "focal_x": 0.8,
+            "focal_y": 0.8,
+            "c_x": 0.01,
+            "c_y": -0.02,
+            "k1": 0.1,
+            "k2": 0.02,
+            "k5": 0.0,
+            "p1": 0.001,
+            "p2": 0.002,
+        },
+        lambda x: brown(equidistant(x), (0.1, 0.02), (0.001, 0.002)),
+    ),
+}
+
+
+def open_sfm(kind: str, **terms: float) -> list[dict[str, Any]]:
+    camera = {
+        "projection_type": kind,
+        "width": 640,
+        "height": 480,
+        **SFM.get(kind, ({"focal": 0.8}, 0))[0],
+        **terms,
+    }
+    shots = {}
+    for i in range(2):
+        R, C = pose(i)
+        vector = Rotation.from_matrix(R).as_rotvec().tolist()
+        shots[f"{i}.jpg"] = {
+            "rotation": vector,
+            "translation": (-R @ C).tolist(),
+            "camera": "v2 x",
+            "orientation": 1,
+        }
+    lla = {"latitude": 47.0, "longitude": 8.0, "altitude": 400.0}
+    return [{"cameras": {"v2 x": camera}, "shots": shots, "points": {}, "reference_lla": lla}]
+
+
+@pytest.mark.parametrize("kind", SFM)
+def test_open_sfm(tmp_path: Path, kind: str) -> None:
+    file = tmp_path / "reconstruction.json"
+    file.write_text(json.dumps(open_sfm(kind)))
+    cameras = raycam.load_cameras(tmp_path)
+    off = [6.4, -12.8] if "c_x" in SFM[kind][0] else [0, 0]
+    for i, camera in enumerate(cameras.values()):
+        check(camera, intrinsics(512, 512, 319.5 + off[0], 239.5 + off[1]), *pose(i), SFM[kind][1])
+    assert "latitude 47" in cameras.notices[0]
+    models = tmp_path / "models.json"
+    models.write_text(json.dumps(open_sfm(kind)[0]["cameras"]))
+    assert list(raycam.load_cameras(models)) == ["v2 x"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "terms", "reason"),
+    [("dual", {"transition": 0.5}, "dual"), ("fisheye62", {"k5": 0.1}, "k5"), ("brown", {"k4": 0.1}, "k4")],
+)
+def test_open_sfm_refuses(tmp_path: Path, kind: str, terms: dict[str, float], reason: str) -> None:
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps(open_sfm(kind, **terms)))
+    with pytest.raises(FormatError, match=reason):
+        raycam.load_cameras(file)
+
+
+def test_several_reconstructions_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps(open_sfm("brown") * 2))
+    assert "2 reconstructions" in raycam.load_cameras(file).notices[0]
+
+
+# RealityCapture -------------------------------------------------------------------------------------------
+
+
+def reality_capture(path: Path, **terms: float) -> Path:
+    names = [
+        "name",
+        "x",
+        "y",
+        "alt",
+        "heading",
+        "pitch",
+        "roll",
+        "f",
+        "px",
+        "py",
+        "k1",
+        "k2",
+        "k3",
+        "k4",
+        "t1",
+        "t2",
+    ]
+    lines = ["#cameras 2", "#" + ",".join(names)]
+    for i in range(2):
+        values = {
+            "x": 1.0 + i,
+            "y": 2.0,
+            "alt": 3.0,
+            "heading": 40.0,
+            "pitch": 25.0,
+            "roll": -10.0,
+            "f": 30.0,
+        }
+        values |= {"px": 0.01, "py": -0.02, "k1": -0.1, "k2": 0.02, "k3": 0.001, **terms}
+        lines.append(",".join([f"{i}.jpg", *(repr(values.get(name, 0.0)) for name in names[1:])]))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_reality_capture(tmp_path: Path) -> None:
+    file = reality_capture(tmp_path / "a.csv", t1=0.001, t2=-0.002)
+    with pytest.raises(FormatError, match="size"):
+        raycam.load_cameras(file)
+    cameras = raycam.load_cameras(file, size=SIZE)
+    turn = Rotation.from_euler("ZXY", [-40, 25, -10], degrees=True).as_matrix() @ OPENGL
+    focal = 30 * 640 / 36
+    for i, camera in enumerate(cameras.values()):
+        K = intrinsics(focal, focal, 320 + 6.4, 240 - 12.8)
+        check(
+            camera,
+            K,
+            turn.T,
+            np.array([1.0 + i, 2, 3]),
+            lambda x: brown(x, (-0.1, 0.02, 0.001), (-0.002, 0.001)),
+        )
+    assert "t1 and t2" in cameras.notices[0]
+    picture(tmp_path / "0.jpg")
+    picture(tmp_path / "1.jpg", (320, 240))
+    assert raycam.load_cameras(file)["1.jpg"].size == (320, 240)
+    with pytest.raises(FormatError, match=r"a\.csv:3: k4"):
+        raycam.load_cameras(reality_capture(file, k4=0.1), size=SIZE)
+
+
+def xmp(seed: int, elements: bool = False, **changes: str) -> str:
+    R, C = pose(seed)
+    values = {
+        "Rotation": text(R),
+        "Position": text(C),
+        "FocalLength35mm": "30.0",
+        "PrincipalPointU": "0.01",
+        "PrincipalPointV": "-0.02",
+        "Skew": "0.001",
+        "AspectRatio": "1.01",
+        "DistortionModel": "brown3",
+        "DistortionCoeficients": "-0.1 0.02 0.001 0 0 0",
+        "Coordinates": "absolute",
+        **changes,
+    }
+    inside = ("Rotation", "Position", "DistortionCoeficients") if elements else ()
+    attributes = " ".join(f'xcr:{key}="{value}"' for key, value in values.items() if key not in inside)
+    children = "".join(f"<xcr:{key}>{values[key]}</xcr:{key}>" for key in inside)
+    return (
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
+        f'<rdf:Description xmlns:xcr="http://www.capturingreality.com/ns/xcr/1.1#" {attributes}>{children}'
+        "</rdf:Description></rdf:RDF></x:xmpmeta>"
+    )
+
+
+@pytest.mark.parametrize("elements", [True, False])
+def test_xmp(tmp_path: Path, elements: bool) -> None:
+    for i in range(3):
+        (tmp_path / f"IMG_{i + 8}.xmp").write_text(xmp(i, elements))
+        picture(tmp_path / f"IMG_{i + 8}.jpg")
+    cameras = raycam.load_cameras(tmp_path)
+    focal = 30 * 640 / 36
+    assert list(cameras) == ["IMG_8", "IMG_9", "IMG_10"]
+    for i, camera in enumerate(cameras.values()):
+        K = intrinsics(focal, 1.01 * focal, 326.4, 227.2, 0.64)
+        check(camera, K, *pose(i), lambda x: brown(x, (-0.1, 0.02, 0.001)))
+
+
+@pytest.mark.parametrize("model", ["division", "perspective"])
+def test_xmp_with_another_lens_is_refused(tmp_path: Path, model: str) -> None:
+    (tmp_path / "a.xmp").write_text(xmp(0, DistortionModel=model))
+    with pytest.raises(FormatError, match=model):
+        raycam.load_cameras(tmp_path / "a.xmp", size=SIZE)
+
+
+# AliceVision, openMVG, Bundler ----------------------------------------------------------------------------
+
+
+def as_words(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: as_words(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [as_words(item) for item in value] or ""
+    return str(value)
+
+
+def alice_vision(version: str, rig: bool = False, **terms: Any) -> str:
+    numbers = tuple(map(int, version.split(".")))
+    intrinsic: dict[str, Any] = {"intrinsicId": 5, "width": 640, "height": 480, "serialNumber": "x"}
+    if numbers < (1, 2, 2):
+        intrinsic |= {"pxFocalLength": 520.0 if numbers < (1, 2, 0) else [520.0, 520.0]}
+        intrinsic |= {"principalPoint": [323.0, 238.0] if numbers < (1, 2, 1) else [3.0, -2.0]}
+    else:
+        intrinsic |= {"focalLength": 26.0, "sensorWidth": 32.0, "sensorHeight": 24.0, "pixelRatio": 1.25}
+        intrinsic |= {"principalPoint": [3.0, -2.0]}
+    old = numbers < (1, 2, 8)
+    intrinsic |= {"type": "brown"} if old else {"type": "pinhole", "distortionType": "brown"}
+    intrinsic |= {"distortionParams": [-0.1, 0.02, 0.003, 0.001, -0.002], **terms}
+    views, poses = [], []
+    for i in range(3):
+        own = {"rigId": 9, "subPoseId": i, "isPoseIndependant": "false"} if rig else {}
+        views.append(
+            {"viewId": 10 + i, "poseId": 0 if rig else i, "intrinsicId": 5, "path": f"/a/{i}.jpg", **own}
+        )
+        if i < 2:
+            R, C = pose(i)
+            poses.append(
+                {"poseId": i, "pose": {"transform": {"rotation": R.T.ravel().tolist(), "center": C.tolist()}}}
+            )
+    table: dict[str, Any] = {
+        "version": version.split("."),
+        "views": views,
+        "intrinsics": [intrinsic],
+        "poses": poses,
+    }
+    if rig:
+        subs = [{"status": "constant", "pose": sub(i)} for i in range(2)]
+        table["rigs"] = [{"rigId": 9, "subPoses": [*subs, {"status": "uninitialized", "pose": sub(2)}]}]
+    return json.dumps(as_words(table))
+
+
+def sub(i: int) -> dict[str, Any]:
+    R, C = pose(30 + i)
+    return {"rotation": R.T.ravel().tolist(), "center": C.tolist()}
+
+
+@pytest.mark.parametrize(
+    ("version", "fx", "fy"),
+    [
+        ("1.0.0", 520, 520),
+        ("1.2.0", 520, 520),
+        ("1.2.1", 520, 520),
+        ("1.2.3", 520, 416),
+        ("1.2.6", 520, 650),
+        ("1.2.11", 416, 520),
+    ],
+)
+@pytest.mark.parametrize("rig", [True, False])
+def test_alice_vision(tmp_path: Path, version: str, fx: float, fy: float, rig: bool) -> None:
+    file = tmp_path / "cameras.sfm"
+    file.write_text(alice_vision(version, rig))
+    cameras = raycam.load_cameras(tmp_path)
+    assert list(cameras) == ["0.jpg", "1.jpg"]
+    assert "1 views without" in cameras.notices[0]
+    for i, camera in enumerate(cameras.values()):
+        R, C = pose(i)
+        if rig:
+            (R, C), (Rs, Cs) = pose(0), pose(30 + i)
+            R, C = Rs @ R, C + R.T @ Cs
+        check(
+            camera,
+            intrinsics(fx, fy, 323, 238),
+            R,
+            C,
+            lambda x: brown(x, (-0.1, 0.02, 0.003), (0.001, -0.002)),
+        )
+
+
+@pytest.mark.parametrize(
+    ("version", "terms", "reason"),
+    [
+        ("1.3.0", {}, r"version 1\.3\.0"),
+        ("1.2.9", {"type": "equidistant"}, "equidistant"),
+        ("1.2.9", {"distortionType": "radialk3pt"}, "radialk3pt"),
+        ("1.2.9", {"distortionType": "3deanamorphic4"}, "3deanamorphic4"),
+        ("1.2.9", {"undistortionType": "3declassicld", "undistortionParams": [0.1]}, "3declassicld"),
+        ("1.2.7", {"distortionParams": [0.1]}, "brown has 5"),
+    ],
+)
+def test_alice_vision_refuses(tmp_path: Path, version: str, terms: dict[str, Any], reason: str) -> None:
+    file = tmp_path / "a.sfm"
+    file.write_text(alice_vision(version, **terms))
+    with pytest.raises(FormatError, match=reason):
+        raycam.load_cameras(file)
+
+
+MVG: dict[str, Any] = {
+    "pinhole": ({}, None),
+    "pinhole_radial_k1": ({"disto_k1": [-0.1]}, lambda x: brown(x, (-0.1,))),
+    "pinhole_radial_k3": ({"disto_k3": [-0.1, 0.02, 0.003]}, lambda x: brown(x, (-0.1, 0.02, 0.003))),
+    "pinhole_brown_t2": (
+        {"disto_t2": [-0.1, 0.02, 0.003, 0.001, -0.002]},
+        lambda x: brown(x, (-0.1, 0.02, 0.003), (0.001, -0.002)),
+    ),
+    "fisheye": ({"fisheye": [0.1, 0.02, 0.01, 0.0]}, lambda x: brown(equidistant(x), (0.1, 0.02, 0.01))),
+}
+
+
+def open_mvg(nested: bool) -> dict[str, Any]:
+    none = 4294967295
+    views, cameras, poses = [], [], []
+    for i in range(2 * len(MVG) + 1):
+        data = {"local_path": "", "filename": f"{i}.jpg", "width": 640, "height": 480, "id_view": i}
+        data |= {"id_intrinsic": i // 2 if i < 2 * len(MVG) else none, "id_pose": i}
+        name = {"polymorphic_name": "view"} if i == 0 else {}
+        value = {
+            "polymorphic_id": 2147483649 if i == 0 else 1,
+            **name,
+            "ptr_wrapper": {"id": 2**31 + i, "data": data},
+        }
+        views.append({"key": i, "value": value})
+        R, C = pose(i)
+        poses.append({"key": i, "value": {"rotation": R.tolist(), "center": C.tolist()}})
+    for i, (kind, (terms, _)) in enumerate(MVG.items()):
+        base = {"width": 640, "height": 480, "focal_length": 520.0, "principal_point": [323.0, 238.0]}
+        data = {"value0": base, **terms} if nested else {**base, **terms}
+        value = {
+            "polymorphic_id": 2**31 + 2 + i,
+            "polymorphic_name": kind,
+            "ptr_wrapper": {"id": 99 + i, "data": data},
+        }
+        cameras.append({"key": i, "value": value})
+    return {
+        "sfm_data_version": "0.3",
+        "root_path": "/a",
+        "views": views,
+        "intrinsics": cameras,
+        "extrinsics": poses,
+    }
+
+
+@pytest.mark.parametrize("nested", [True, False])
+def test_open_mvg(tmp_path: Path, nested: bool) -> None:
+    file = tmp_path / "sfm_data.json"
+    file.write_text(json.dumps(open_mvg(nested)))
+    cameras = raycam.load_cameras(tmp_path)
+    assert len(cameras) == 10
+    assert "1 views without" in cameras.notices[0]
+    for i, camera in enumerate(cameras.values()):
+        check(camera, intrinsics(520, 520, 323, 238), *pose(i), list(MVG.values())[i // 2][1])
+
+
+def test_bundler(tmp_path: Path) -> None:
+    lines = ["# Bundle file v0.3", "3 1"]
+    for i in range(3):
+        R, C = pose(i)
+        gl = OPENGL @ R
+        lines += [f"{0 if i == 1 else 520.0} -0.1 {2e-2}", *(text(row) for row in gl), text(-gl @ C)]
+    file = tmp_path / "bundle.out"
+    file.write_text("\n".join([*lines, "0 0 1", "1 2 3", "0"]) + "\n")
+    (tmp_path / "list.txt").write_text("images/a.jpg 0 500\nimages/b.jpg\nimages/c.jpg\n")
+    for name in "abc":
+        picture(tmp_path / f"images/{name}.jpg")
+    cameras = raycam.load_cameras(tmp_path)
+    assert list(cameras) == ["images/a.jpg", "images/c.jpg"]
+    assert "1 cameras with a focal length of 0" in cameras.notices[0]
+    for i, camera in zip((0, 2), cameras.values(), strict=True):
+        check(camera, intrinsics(520, 520, 320, 240), *pose(i), lambda x: brown(x, (-0.1, 0.02)))
+    (tmp_path / "list.txt").unlink()
+    assert list(raycam.load_cameras(file, size=SIZE)) == ["0", "2"]
+    with pytest.raises(FormatError, match="size"):
+        raycam.load_cameras(file)

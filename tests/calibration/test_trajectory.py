@@ -1,0 +1,294 @@
+"""Poses as matrices, and trajectories of devices, against closed forms."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.errors import CameraError, FormatError
+from scipy.spatial.transform import Rotation
+from support.camera_truth import OPENGL, check, four, intrinsics, picture, pose, rows
+
+K = intrinsics(520.5, 518.25, 321.0, 242.5)
+SIZE = (640, 480)
+EYE = raycam.Camera(K, np.eye(3), np.zeros(3), SIZE)
+
+
+def world_from_camera(seed: int) -> Any:
+    R, C = pose(seed)
+    return four(R.T, C)
+
+
+def lines(matrices: list[Any]) -> str:
+    return "".join(" ".join(repr(float(v)) for v in matrix.ravel()) + "\n" for matrix in matrices)
+
+
+def check_all(cameras: raycam.Cameras, count: int, K: Any = K) -> None:
+    assert len(cameras) == count
+    for seed, camera in enumerate(cameras.values()):
+        check(camera, K, *pose(seed))
+
+
+def test_scannet(tmp_path: Path) -> None:
+    for i in range(12):
+        text = rows(world_from_camera(i) if i != 11 else np.full((4, 4), -np.inf))
+        (tmp_path / "pose").mkdir(exist_ok=True)
+        (tmp_path / "pose" / f"{i}.txt").write_text(text)
+    (tmp_path / "intrinsic").mkdir()
+    (tmp_path / "intrinsic/intrinsic_color.txt").write_text(rows(four(K, np.zeros(3))))
+    (tmp_path / "intrinsic/intrinsic_depth.txt").write_text(
+        rows(four(0.5 * K + np.diag([0, 0, 0.5]), np.zeros(3)))
+    )
+    picture(tmp_path / "color/0.jpg")
+    for folder in (tmp_path, tmp_path / "pose"):
+        cameras = raycam.load_cameras(folder)
+        assert list(cameras) == [str(i) for i in range(11)]  # 2 before 10
+        check_all(cameras, 11)
+        told = " ".join(cameras.notices)
+        assert "1 lost frames" in told
+        assert "world_from_camera" in told
+        assert "intrinsic_depth.txt has another K" in told
+    assert cameras["3"].size == SIZE
+
+
+@pytest.mark.parametrize("between", ["\t", " ", ", "])
+def test_seven_scenes(tmp_path: Path, between: str) -> None:
+    for i in range(3):
+        text = rows(world_from_camera(i)).replace(" ", between)
+        (tmp_path / f"frame-{i:06d}.pose.txt").write_text(text)
+    cameras = raycam.load_cameras(tmp_path, intrinsics=EYE)
+    assert list(cameras) == [f"frame-{i:06d}" for i in range(3)]
+    check_all(cameras, 3)
+    with pytest.raises(CameraError, match="intrinsics"):
+        raycam.load_cameras(tmp_path)["frame-000000"]
+
+
+@pytest.mark.parametrize("kind", ["lines", "blocks", "npy", "index"])
+def test_matrices_in_one_file(tmp_path: Path, kind: str) -> None:
+    matrices = [world_from_camera(i) for i in range(4)]
+    file = tmp_path / "traj.txt"
+    if kind == "npy":
+        file = tmp_path / "traj.npy"
+        np.save(file, np.asfortranarray(np.array(matrices)))
+    elif kind == "index":
+        file.write_text(
+            "".join(f"{3 * i + 1} {line} \n" for i, line in enumerate(lines(matrices).splitlines()))
+        )
+    else:
+        file.write_text(lines(matrices) if kind == "lines" else "".join(map(rows, matrices)))
+    cameras = raycam.load_cameras(file, intrinsics=EYE)
+    check_all(cameras, 4)
+    if kind == "index":
+        assert list(cameras) == ["1", "4", "7", "10"]
+    assert sum("neither direction nor axes" in notice for notice in cameras.notices) == 1
+
+
+@pytest.mark.parametrize("direction", ["world_from_camera", "camera_from_world"])
+@pytest.mark.parametrize("axes", ["opencv", "opengl"])
+def test_direction_and_axes_are_stated(tmp_path: Path, direction: Any, axes: Any) -> None:
+    found = []
+    for i in range(3):
+        R, C = pose(i)
+        turn = four(OPENGL if axes == "opengl" else np.eye(3), np.zeros(3))
+        matrix = four(R.T, C) @ turn
+        found.append(matrix if direction == "world_from_camera" else np.linalg.inv(matrix))
+    file = tmp_path / "poses.txt"
+    file.write_text(lines(found))
+    cameras = raycam.load_cameras(file, intrinsics=EYE, direction=direction, axes=axes)
+    check_all(cameras, 3)
+    assert not cameras.notices
+
+
+def test_the_name_of_a_file_tells_the_direction(tmp_path: Path) -> None:
+    file = tmp_path / "w2c.txt"
+    file.write_text(lines([np.linalg.inv(world_from_camera(i)) for i in range(3)]))
+    cameras = raycam.load_cameras(file, intrinsics=EYE)
+    check_all(cameras, 3)
+    assert "camera_from_world by the file's name" in cameras.notices[0]
+
+
+@pytest.mark.parametrize(
+    ("matrix", "reason"),
+    [
+        (world_from_camera(1).T, "transposed"),
+        (four(np.diag([1.0, 1, -1]), np.ones(3)), "mirror"),
+        (four(2 * np.eye(3), np.ones(3)), "no rotation"),
+        (np.vstack([np.eye(3, 4), [[0, 0, 1, 1]]]), "last row"),
+    ],
+)
+def test_what_is_no_pose_is_refused(tmp_path: Path, matrix: Any, reason: str) -> None:
+    for file in (tmp_path / "a.txt", tmp_path / "lines.txt"):
+        file.write_text(rows(matrix) if file.stem == "a" else lines([np.eye(4), matrix]))
+        with pytest.raises(FormatError, match=reason):
+            raycam.load_cameras(file, intrinsics=EYE)
+
+
+def test_replica_has_its_intrinsics_beside(tmp_path: Path) -> None:
+    (tmp_path / "traj.txt").write_text(lines([world_from_camera(i) for i in range(3)]))
+    parameters = {"w": 640, "h": 480, "fx": 520.5, "fy": 518.25, "cx": 321.0, "cy": 242.5, "scale": 6553.5}
+    (tmp_path / "cam_params.json").write_text(json.dumps({"camera": parameters}))
+    check_all(raycam.load_cameras(tmp_path), 3)
+
+
+def test_kitti360(tmp_path: Path) -> None:
+    mount = four(
+        Rotation.from_euler("xyz", [100, 5, 80], degrees=True).as_matrix(), np.array([0.8, 0.3, 1.7])
+    )
+    bodies = [world_from_camera(i) @ np.linalg.inv(mount) for i in range(3)]
+    text = "".join(
+        f"{5 * i} {' '.join(repr(float(v)) for v in b[:3].ravel())}\n" for i, b in enumerate(bodies)
+    )
+    (tmp_path / "poses.txt").write_text(text)
+    eye = EYE.at_pose(mount[:3, :3].T, mount[:3, 3])
+    cameras = raycam.load_cameras(tmp_path / "poses.txt", intrinsics=eye)
+    check_all(cameras, 3)
+    assert list(cameras) == ["0", "5", "10"]
+    alone = raycam.load_cameras(tmp_path / "poses.txt", intrinsics=EYE)
+    assert any("axes" in notice and "mount" in notice for notice in alone.notices)
+    (tmp_path / "calib_cam_to_pose.txt").write_text(
+        "image_00: " + " ".join(repr(float(v)) for v in mount[:3].ravel()) + "\n"
+    )
+    rectified = Rotation.from_euler("xyz", [1, 2, 3], degrees=True).as_matrix()
+    p = " ".join(repr(float(v)) for v in np.column_stack([K, np.zeros(3)]).ravel())
+    (tmp_path / "perspective.txt").write_text(
+        f"S_rect_00: 640 480\nR_rect_00: {' '.join(repr(float(v)) for v in rectified.ravel())}\nP_rect_00: {p}\n"
+    )
+    (camera,) = raycam.load_cameras(tmp_path / "calib_cam_to_pose.txt").values()
+    check(camera, K, rectified @ mount[:3, :3].T, mount[:3, 3])
+
+
+def open3d(columns: bool = True) -> dict[str, Any]:
+    def numbers(matrix: Any) -> list[float]:
+        return (matrix.T if columns else matrix).ravel().tolist()
+
+    return {
+        "class_name": "PinholeCameraTrajectory",
+        "version_major": 1,
+        "version_minor": 0,
+        "parameters": [
+            {
+                "class_name": "PinholeCameraParameters",
+                "extrinsic": numbers(np.linalg.inv(world_from_camera(i))),
+                "intrinsic": {"width": 640, "height": 480, "intrinsic_matrix": numbers(K)},
+                "version_major": 1,
+                "version_minor": 0,
+            }
+            for i in range(3)
+        ],
+    }
+
+
+def test_open3d(tmp_path: Path) -> None:
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps(open3d(), indent="\t"))
+    check_all(raycam.load_cameras(file), 3)
+    file.write_text(json.dumps(open3d()["parameters"][2]))
+    check(next(iter(raycam.load_cameras(file).values())), K, *pose(2))
+    file.write_text(json.dumps({"width": 640, "height": 480, "intrinsic_matrix": K.T.ravel().tolist()}))
+    check(next(iter(raycam.load_cameras(file).values())), K, np.eye(3), np.zeros(3))
+    file.write_text(json.dumps(open3d(columns=False)))
+    with pytest.raises(FormatError, match="by columns"):
+        raycam.load_cameras(file)
+
+
+def test_redwood(tmp_path: Path) -> None:
+    file = tmp_path / "a.log"
+    file.write_text("".join(f"{i} {i} 0.97\n{rows(world_from_camera(i))}" for i in range(3)))
+    check_all(raycam.load_cameras(file, intrinsics=EYE), 3)
+    file.write_text(file.read_text()[:-40])
+    with pytest.raises(FormatError, match=r"a\.log:11"):
+        raycam.load_cameras(file, intrinsics=EYE)
+
+
+def test_arkitscenes(tmp_path: Path) -> None:
+    text = ""
+    (tmp_path / "lowres_wide_intrinsics").mkdir()
+    for i in range(4):
+        R, C = pose(i)
+        vector, t = Rotation.from_matrix(R).as_rotvec(), -R @ C
+        text += f"{100.5 + 0.1 * i:.6f} " + " ".join(repr(float(v)) for v in [*vector, *t]) + "\n"
+        if i != 3:
+            name = f"lowres_wide_intrinsics/4711_{100.5 + 0.1 * i:.3f}.pincam"
+            (tmp_path / name).write_text(f"640 480 520.5 518.25 321.0 {242.5 + i}\n")
+    (tmp_path / "lowres_wide.traj").write_text(text)
+    cameras = raycam.load_cameras(tmp_path / "lowres_wide.traj")
+    assert list(cameras) == ["4711_100.500", "4711_100.600", "4711_100.700"]
+    for i, camera in enumerate(cameras.values()):
+        check(camera, intrinsics(520.5, 518.25, 321.0, 242.5 + i), *pose(i))
+    assert "1 poses without a .pincam" in cameras.notices[0]
+    check_all(raycam.load_cameras(tmp_path / "lowres_wide.traj", intrinsics=EYE), 4)
+
+
+def euroc(columns: int, ending: str = "\n") -> str:
+    text = "#timestamp, p_RS_R_x [m], ..." + ending
+    for i in range(3):
+        R, C = pose(i)
+        x, y, z, w = Rotation.from_matrix(R.T).as_quat()
+        values = [*C, w, x, y, z, *([0.0] * 9)][: columns - 1]
+        text += ", ".join([str(1403636580838555648 + 5_000_000 * i), *map(repr, map(float, values))]) + ending
+    return text
+
+
+@pytest.mark.parametrize(("columns", "ending"), [(17, "\n"), (8, "\r\n")])
+def test_euroc(tmp_path: Path, columns: int, ending: str) -> None:
+    file = tmp_path / "data.csv"
+    file.write_bytes(euroc(columns, ending).encode())
+    mount = four(
+        Rotation.from_euler("xyz", [90, 5, 80], degrees=True).as_matrix(), np.array([-0.02, -0.06, 0.01])
+    )
+    sensor = tmp_path / "sensor.yaml"
+    numbers = ", ".join(repr(float(v)) for v in mount.ravel())
+    sensor.write_text(
+        f"sensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [{numbers}]\nresolution: [640, 480]\n"
+        "camera_model: pinhole\nintrinsics: [520.5, 518.25, 321.0, 242.5]\n"
+        "distortion_model: radial-tangential\ndistortion_coefficients: [0.0, 0.0, 0.0, 0.0]\n"
+    )
+    eye = next(iter(raycam.load_cameras(sensor).values()))
+    cameras = raycam.load_cameras(file, intrinsics=eye)
+    assert any("T_BS" in notice for notice in cameras.notices)
+    for i, camera in enumerate(cameras.values()):
+        found = world_from_camera(i) @ mount
+        check(camera, K, found[:3, :3].T, found[:3, 3])
+    assert cameras.times["1403636580838555648"] == pytest.approx(1403636580.838555648, abs=3e-7)
+    plain = raycam.load_cameras(file, intrinsics=EYE)
+    check_all(plain, 3)
+    assert any("axes" in notice and "mount" in notice for notice in plain.notices)
+
+
+def test_positions_alone_are_no_poses(tmp_path: Path) -> None:
+    file = tmp_path / "data.csv"
+    file.write_text(euroc(4))
+    with pytest.raises(FormatError, match="leica0"):
+        raycam.load_cameras(file, intrinsics=EYE)
+
+
+def test_the_folder_of_a_sequence_is_a_rig(tmp_path: Path) -> None:
+    for i in range(2):
+        folder = tmp_path / "mav0" / f"cam{i}"
+        folder.mkdir(parents=True)
+        numbers = ", ".join(repr(float(v)) for v in world_from_camera(i).ravel())
+        (folder / "sensor.yaml").write_text(
+            f"T_BS:\n  cols: 4\n  rows: 4\n  data: [{numbers}]\nresolution: [640, 480]\n"
+            "intrinsics: [520.5, 518.25, 321.0, 242.5]\ndistortion_model: none\n"
+        )
+    cameras = raycam.load_cameras(tmp_path)
+    check_all(cameras, 2)
+    assert list(cameras.rigs["rig"]) == ["cam0", "cam1"]
+
+
+def test_tum_calibration(tmp_path: Path) -> None:
+    R, C = pose(0)
+    quaternion = Rotation.from_matrix(R.T).as_quat()
+    (tmp_path / "groundtruth.txt").write_text(
+        "0.5 " + " ".join(repr(float(v)) for v in [*C, *quaternion]) + "\n"
+    )
+    (tmp_path / "calibration.txt").write_text("# fx fy cx cy\n520.5 518.25 321.0 242.5\n")
+    (tmp_path / "rgb.txt").write_text("0.5 rgb/0.5.png\n")
+    picture(tmp_path / "rgb/0.5.png")
+    check_all(raycam.load_cameras(tmp_path), 1)
+    (camera,) = raycam.load_cameras(tmp_path / "calibration.txt", size=SIZE).values()
+    check(camera, K, np.eye(3), np.zeros(3))

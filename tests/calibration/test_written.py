@@ -1,0 +1,166 @@
+"""Formats that raycam writes are read again; and the options of `raycam cameras`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import raycam
+from raycam.calibration import WRITTEN_FORMATS
+from raycam.errors import FormatError
+from support.camera_truth import intrinsics, points, pose
+
+SIZE = (640, 480)
+K = intrinsics(520.0, 520.0, 319.5, 239.5)
+BROWN = (-0.1, 0.02, 0.001, -0.002, 0.003)
+LENSES: dict[str, dict[str, Any]] = {
+    "pinhole": {},
+    "opencv": {"distortion": BROWN[:4]},
+    "opencv5": {"distortion": BROWN},
+    "opencv8": {"distortion": (*BROWN, 0.01, 0.002, 0.003)},
+    "fisheye": {"distortion": (0.02, -0.01, 0.004, -0.001), "model": "fisheye"},
+    "omni": {"distortion": (1.8, *BROWN[:4]), "model": "omni"},
+}
+HOLDS = {
+    "orb-slam": ("pinhole", "opencv", "opencv5", "fisheye"),
+    "camodocal": tuple(LENSES),
+    "nerf": ("pinhole", "opencv", "opencv5", "fisheye"),
+    "blender-splits": ("pinhole",),
+    "3dgs": ("pinhole",),
+    "poses": ("pinhole",),
+    "euroc": ("pinhole",),
+}
+
+
+def camera(lens: str, seed: int) -> raycam.Camera:
+    return raycam.Camera(K, *pose(seed), SIZE, **LENSES[lens])
+
+
+def same(found: raycam.Camera, expected: raycam.Camera, posed: bool = True) -> None:
+    if not posed:
+        expected = expected.at_pose(np.eye(3), np.zeros(3))
+    world = points(expected.R, expected.C, 0.4)
+    shift = (0.5 if found.pixel_center == "half" else 0) - (0.5 if expected.pixel_center == "half" else 0)
+    np.testing.assert_allclose(found.project(world)[0] - shift, expected.project(world)[0], atol=1e-7)
+
+
+@pytest.mark.parametrize("format", HOLDS)
+@pytest.mark.parametrize("lens", LENSES)
+def test_what_is_written_is_read(tmp_path: Path, format: str, lens: str) -> None:
+    many = format not in ("orb-slam", "camodocal")
+    cameras = {f"train/{i}": camera(lens, i) for i in range(3 if many else 1)}
+    path = tmp_path / ("out.csv" if format == "euroc" else "out")
+    times = {name: 1.4e9 + i for i, name in enumerate(cameras)}
+    if lens not in HOLDS[format] and format not in ("poses", "euroc"):
+        with pytest.raises(FormatError, match=r"lens|distortion"):
+            raycam.save_cameras(path, cameras, format)
+        return
+    raycam.save_cameras(path, cameras, format, times=times)
+    eye = camera(lens, 0).at_pose(np.eye(3), np.zeros(3))
+    known = {"intrinsics": eye} if format in ("poses", "euroc") else {}
+    back = raycam.load_cameras(path, **known)
+    assert len(back) == len(cameras)
+    for found, expected in zip(back.values(), cameras.values(), strict=True):
+        same(found, expected, posed=many)
+
+
+@pytest.mark.parametrize("lens", ["opencv", "fisheye"])
+def test_a_pair_as_orbslam_settings(tmp_path: Path, lens: str) -> None:
+    rig = raycam.Rig({"a": camera(lens, 1), "b": camera(lens, 2)})
+    raycam.save_cameras(tmp_path / "a.yaml", rig, "orb-slam")
+    back = raycam.load_cameras(tmp_path / "a.yaml")
+    first, second = rig.values()
+    turned = second.at_pose(second.R @ first.R.T, first.R @ (second.C - first.C))
+    same(back["Camera2"], turned)
+    storage = cv2.FileStorage(str(tmp_path / "a.yaml"), cv2.FILE_STORAGE_READ)
+    assert storage.getNode("Stereo.T_c1_c2").mat().shape == (4, 4)
+    assert storage.getNode("Camera1.fx").real() == 520.0
+
+
+def test_the_files_of_splits(tmp_path: Path) -> None:
+    cameras = {
+        f"{split}/{i}": camera("pinhole", i) for i, split in enumerate(["train", "test", "train", "val"])
+    }
+    raycam.save_cameras(tmp_path / "set", cameras, "blender-splits")
+    table = json.loads((tmp_path / "set/transforms_train.json").read_text())
+    assert [frame["file_path"] for frame in table["frames"]] == ["train/0", "train/2"]
+    assert list(raycam.load_cameras(tmp_path / "set")) == ["train/0", "train/2", "val/3", "test/1"]
+    raycam.save_cameras(tmp_path / "a.json", cameras, "nerf")
+    table = json.loads((tmp_path / "a.json").read_text())
+    assert table["val_filenames"] == ["val/3"]
+    assert len(table["train_filenames"]) == 2
+
+
+def test_formats_that_are_only_read_say_so(tmp_path: Path) -> None:
+    assert "metashape" not in WRITTEN_FORMATS
+    with pytest.raises(FormatError, match="read and not written"):
+        raycam.save_cameras(tmp_path / "a", {"a": camera("pinhole", 0)}, "metashape")
+
+
+def run(*arguments: str) -> str:
+    made = subprocess.run(
+        [sys.executable, "-m", "raycam", "cameras", *arguments], capture_output=True, text=True, check=True
+    )
+    return made.stdout + made.stderr
+
+
+def test_crop_undistort_and_maps(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    given = camera("opencv5", 1)
+    raycam.save_cameras(file, {"front": given}, "opencv")
+    output, maps = tmp_path / "b.yaml", tmp_path / "maps.npz"
+    run(
+        str(file),
+        "--crop",
+        "20,10,600,440",
+        "--undistort",
+        "0.5",
+        "--maps",
+        str(maps),
+        "--to",
+        "opencv",
+        "-o",
+        str(output),
+    )
+    (found,) = raycam.load_cameras(output).values()
+    cropped = given.cropped(20, 10, 600, 440)
+    expected = cropped.undistorted(0.5)
+    np.testing.assert_allclose(found.K, expected.K)
+    own = intrinsics(520, 520, 299.5, 229.5)
+    tables = cv2.initUndistortRectifyMap(own, np.array(BROWN), None, expected.K, (600, 440), cv2.CV_32FC1)
+    np.testing.assert_allclose(np.load(maps)["front"], np.stack(tables, axis=-1), atol=1e-3)
+
+
+def test_times_begin_at_the_first(tmp_path: Path) -> None:
+    file = tmp_path / "a.txt"
+    file.write_text("".join(f"{1.5e9 + i} 0 0 {i} 0 0 0 1\n" for i in range(3)))
+    run(str(file), "--time-offset", "first", "--to", "tum", "-o", str(tmp_path / "b.txt"))
+    assert [line.split()[0] for line in (tmp_path / "b.txt").read_text().splitlines()] == [
+        "0.0",
+        "1.0",
+        "2.0",
+    ]
+
+
+def test_a_rig_stays_a_rig(tmp_path: Path) -> None:
+    rig = raycam.Rig({"cam0": camera("opencv", 1), "cam1": camera("opencv", 2)})
+    raycam.save_cameras(tmp_path / "a.yaml", rig, "kalibr")
+    run(str(tmp_path / "a.yaml"), "--undistort", "--to", "kalibr", "-o", str(tmp_path / "b.yaml"))
+    back = raycam.load_cameras(tmp_path / "b.yaml").rigs["rig"]
+    for name, found in back.items():
+        assert found.model == "pinhole"
+        np.testing.assert_allclose(found.C, rig[name].C, atol=1e-12)
+
+
+def test_directions_of_the_command(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n")
+    shared = ("--to", "kitti-poses", "-o", str(tmp_path / "b.txt"), "--direction", "camera_from_world")
+    told = run(str(tmp_path / "a.txt"), *shared)
+    assert "neither direction" not in told
+    np.testing.assert_allclose(np.loadtxt(tmp_path / "b.txt").reshape(3, 4)[:, 3], [-5, -6, -7])

@@ -1,0 +1,186 @@
+"""`raycam.compat.open3d`: the calls of public code, under raycam and, where it is installed, under Open3D."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.compat import open3d as compat
+from support.surfaces import cube, joined
+
+HAS_OPEN3D = importlib.util.find_spec("open3d") is not None
+with_open3d = pytest.mark.skipif(not HAS_OPEN3D, reason="Open3D is not installed")
+
+
+@pytest.fixture(
+    params=["raycam", pytest.param("installed", marks=with_open3d), pytest.param("open3d", marks=with_open3d)]
+)
+def o3d(request: pytest.FixtureRequest) -> Iterator[Any]:
+    """The module under which a test runs."""
+    if request.param == "raycam":
+        yield compat
+        return
+    module = importlib.import_module("open3d")
+    if request.param == "installed":
+        compat.install()
+    yield module
+    compat.uninstall()
+
+
+def box_scene(o3d: Any) -> Any:
+    scene = o3d.t.geometry.RaycastingScene()
+    vertices, faces = cube()
+    assert (
+        scene.add_triangles(
+            o3d.core.Tensor(vertices.astype(np.float32)), o3d.core.Tensor(faces.astype(np.uint32))
+        )
+        == 0
+    )
+    return scene
+
+
+def test_calls_of_public_code(o3d: Any) -> None:
+    scene = box_scene(o3d)
+    legacy = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(cube((3, 0, 0), (4, 1, 1))[0]), o3d.utility.Vector3iVector(cube()[1])
+    )
+    assert scene.add_triangles(o3d.t.geometry.TriangleMesh.from_legacy(legacy)) == 1
+    origin, direction = [0.3, 0.4, -1.0], [0.0, 0.0, 2.0]
+    rays = o3d.core.Tensor(
+        [[*origin, *direction], [3.3, 0.4, 5, 0, 0, -1], [9, 9, 9, 0, 0, 1]], dtype=o3d.core.Dtype.Float32
+    )
+    answer = scene.cast_rays(rays)
+    assert set(answer) == {"t_hit", "geometry_ids", "primitive_ids", "primitive_uvs", "primitive_normals"}
+    assert answer["t_hit"][0].item() == pytest.approx(0.5)
+    assert bool(answer["t_hit"].isfinite()[1])
+    assert answer["t_hit"].numpy()[2] == np.inf
+    geometry = answer["geometry_ids"].numpy()
+    assert (geometry == scene.INVALID_ID).tolist() == [False, False, True]
+    assert geometry.dtype == answer["primitive_ids"].numpy().dtype == np.uint32
+    assert geometry.tolist() == [0, 1, 4294967295]
+    np.testing.assert_allclose(
+        answer["primitive_normals"].numpy(), [[0, 0, -1], [0, 0, 1], [0, 0, 0]], atol=1e-6
+    )
+    uv, primitive = answer["primitive_uvs"].numpy(), answer["primitive_ids"].numpy()
+    v, f = cube()
+    w = np.column_stack([1 - uv.sum(1), uv])
+    np.testing.assert_allclose((v[f[primitive[0]]] * w[0][:, None]).sum(0), [0.3, 0.4, 0], atol=1e-6)
+    lists = scene.list_intersections(rays)
+    assert lists["ray_splits"].numpy().tolist() == [0, 2, 4, 4]
+    assert lists["ray_ids"].numpy().tolist() == [0, 0, 1, 1]
+    t, ray = lists["t_hit"].numpy(), lists["ray_ids"].numpy()
+    np.testing.assert_allclose(t[np.lexsort((t, ray))], [0.5, 1.0, 4, 5], rtol=1e-6)
+    assert scene.count_intersections(rays, nthreads=1).numpy().tolist() == [2, 2, 0]
+    assert scene.count_intersections(rays).numpy().dtype == np.int32
+    assert scene.test_occlusions(rays, tfar=1.0).numpy().tolist() == [True, False, False]
+    assert scene.test_occlusions(rays, tnear=1e-4, tfar=10.0).numpy().reshape(3, 1).tolist() == [
+        [True],
+        [True],
+        [False],
+    ]
+    assert scene.cast_rays(rays.numpy())["t_hit"].numpy().shape == (3,), "NumPy as it is"
+
+
+def test_points(o3d: Any) -> None:
+    scene = box_scene(o3d)
+    grid = np.array([[[0.5, 0.5, 0.9], [0.5, 0.5, 3]], [[2, 0.25, 0.5], [0.5, 0.4, 0.5]]], dtype=np.float32)
+    signed = scene.compute_signed_distance(grid).numpy()
+    assert signed.dtype == np.float32
+    np.testing.assert_allclose(signed, [[-0.1, 2], [1, -0.4]], rtol=1e-5)
+    np.testing.assert_allclose(scene.compute_distance(grid).numpy(), np.abs(signed))
+    assert scene.compute_occupancy(grid, nsamples=3).numpy().astype(bool).tolist() == [
+        [True, False],
+        [False, True],
+    ]
+    assert scene.compute_occupancy(grid).numpy().dtype == np.float32
+    found = scene.compute_closest_points(grid)
+    np.testing.assert_allclose(found["points"].numpy()[0], [[0.5, 0.5, 1]] * 2)
+    assert found["geometry_ids"].numpy().tolist() == [[0, 0], [0, 0]]
+    np.testing.assert_allclose(found["primitive_normals"].numpy()[1, 0], [1, 0, 0], atol=1e-7)
+    assert found["primitive_uvs"].numpy().shape == (2, 2, 2)
+    with pytest.raises(RuntimeError):
+        scene.compute_occupancy(grid, nsamples=2)
+    with pytest.raises(RuntimeError):
+        scene.cast_rays(np.zeros((4, 5), np.float32))
+
+
+def test_pinhole_rays(o3d: Any) -> None:
+    scene = box_scene(o3d)
+    angle = 0.3
+    extrinsic = np.array(
+        [
+            [np.cos(angle), 0, np.sin(angle), -0.4],
+            [0, 1, 0, -0.5],
+            [-np.sin(angle), 0, np.cos(angle), 3],
+            [0, 0, 0, 1],
+        ]
+    )
+    intrinsic = np.array([[40, 0, 15.2], [0, 42, 12], [0, 0, 1.0]])
+    rays = scene.create_rays_pinhole(intrinsic, extrinsic, 30, 24)
+    assert rays.numpy().dtype == np.float32
+    assert rays.numpy().shape == (24, 30, 6)
+    ray = rays.numpy()[3, 7].astype(float)
+    np.testing.assert_allclose(extrinsic[:3] @ [*ray[:3], 1], 0, atol=1e-6)
+    np.testing.assert_allclose(
+        extrinsic[:3, :3] @ ray[3:], [(7.5 - 15.2) / 40, (3.5 - 12) / 42, 1], atol=1e-6
+    )
+    depth = scene.cast_rays(rays)["t_hit"].numpy()
+    depth[~np.isfinite(depth)] = 0
+    assert 2 < depth.max() < 5
+    looking = o3d.t.geometry.RaycastingScene.create_rays_pinhole(
+        fov_deg=60.0, center=[0, 0, 0], eye=[0, 0, 5], up=[0, 1, 0], width_px=4, height_px=3
+    )
+    np.testing.assert_allclose(looking.numpy()[0, 0], [0, 0, 5, 0.4330127, -0.28867513, -1], rtol=1e-6)
+    positional = o3d.t.geometry.RaycastingScene.create_rays_pinhole(
+        60.0, [0, 0, 0], [0, 0, 5], [0, 1, 0], 4, 3
+    )
+    np.testing.assert_array_equal(positional.numpy(), looking.numpy())
+
+
+@pytest.mark.parametrize("scene_of", ["raycam", pytest.param("installed", marks=with_open3d)])
+def test_what_is_better(scene_of: str, tmp_path: Path) -> None:
+    if scene_of == "installed":
+        compat.install()
+        module = importlib.import_module("open3d")
+    else:
+        module = compat
+    try:
+        scene = module.t.geometry.RaycastingScene(device=module.core.Device("CPU:0"))
+        point = np.zeros((1, 3))
+        assert scene.compute_distance(point).numpy().tolist() == [np.inf]
+        assert scene.cast_rays(np.zeros((2, 6)))["geometry_ids"].numpy().tolist() == [scene.INVALID_ID] * 2
+        vertices, faces = joined(cube(), cube((0.5, 0.5, 0.5), (1.5, 1.5, 1.5)), cube((0, 0, -9), (1, 1, -8)))
+        scene.add_triangles(vertices, faces)
+        assert scene.compute_occupancy([[0.7, 0.7, 0.7]]).numpy().tolist() == [1.0]
+        t = scene.list_intersections([[0.7, 0.6, 5, 0, 0, -1]])["t_hit"].numpy()
+        assert (np.diff(t) > 0).all()
+        assert len(t) == 6
+        with pytest.raises(raycam.SettingsError, match="rays must be numbers"):
+            scene.count_intersections(np.zeros(5))
+    finally:
+        compat.uninstall()
+
+
+def test_tensors_and_files(tmp_path: Path) -> None:
+    tensor = compat.core.Tensor([[1.0, np.inf]], dtype=compat.core.float32)
+    assert tensor.isinf().numpy().tolist() == [[False, True]]
+    assert (tensor.clone() + 1)[0, 0].item() == 2
+    assert compat.core.Tensor.from_numpy(np.arange(3)).to(compat.core.Dtype.Float32).dtype == np.float32
+    with pytest.raises(RuntimeError, match="CPU"):
+        compat.core.Device("CUDA:0")
+    path = tmp_path / "box.obj"
+    v, f = cube()
+    path.write_text(
+        "".join(f"v {x} {y} {z}\n" for x, y, z in v)
+        + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in f)
+    )
+    mesh = compat.io.read_triangle_mesh(str(path))
+    assert (mesh.vertices.shape, mesh.triangles.shape) == ((8, 3), (12, 3))
+    scene = compat.t.geometry.RaycastingScene()
+    scene.add_triangles(compat.t.geometry.TriangleMesh.from_legacy(mesh.translate([0, 0, 1])))
+    assert scene.cast_rays([[0.2, 0.3, -1, 0, 0, 1]])["t_hit"].numpy().tolist() == [2.0]

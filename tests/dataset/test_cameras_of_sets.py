@@ -1,0 +1,29 @@
+"""The folder of a data set opens as its cameras."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.dataset import write
+from support.box_table import ring, table
+
+POINTS = np.random.default_rng(1).uniform(-0.4, 0.4, (20, 3))
+
+
+@pytest.mark.parametrize("format", ["coco", "bop", "kitti", "colmap", "nerf", "tum", "scannet"])
+def test_a_set_is_read_back(tmp_path: Path, format: str) -> None:
+    lens: dict[str, Any] = (
+        {"distortion": [-0.2, 0.05, 0.001, 0.0]} if format in ("coco", "colmap", "nerf") else {}
+    )
+    cameras = ring(3, **lens)
+    write(table(), tmp_path, format, cameras=cameras, samples=1, integrator="flat")
+    found = raycam.load_cameras(tmp_path)
+    assert len(found) == 3
+    for own, given in zip(found.values(), cameras, strict=True):
+        assert own.size == given.size
+        shift = (0.5 if own.pixel_center == "half" else 0.0) - (0.5 if given.pixel_center == "half" else 0.0)
+        np.testing.assert_allclose(own.project(POINTS)[0] - shift, given.project(POINTS)[0], atol=1e-6)
