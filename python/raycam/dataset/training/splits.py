@@ -58,7 +58,7 @@ def _at(rank: float, splits: Mapping[str, float]) -> str:
         end += share
         if rank < end:
             return name
-    return next(name for name, share in reversed(splits.items()) if share > 0)
+    return next(name for name, share in reversed(list(splits.items())) if share > 0)
 
 
 def _group(world: int | None, rig: tuple[int, str] | None, number: int) -> str:
