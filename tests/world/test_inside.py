@@ -149,3 +149,19 @@ def test_inside_of_nothing() -> None:
     assert world.inside(np.zeros((2, 0, 3))).shape == (2, 0)
     with pytest.raises(raycam.SettingsError, match=r"points.*\[\.\.\., 3\].*\[2\]"):
         world.inside([0.5, 0.5])
+
+
+def test_hidden_objects_are_nowhere() -> None:
+    vertices, faces = cube()
+    world = raycam.World()
+    world.add_mesh(vertices, faces, name="closed")
+    world.add_mesh(vertices + 5, faces[1:], name="open")
+    points = [[0.5, 0.5, 0.5], [5.5, 5.5, 5.5]]
+    assert world.inside(points).tolist() == [True, True]
+    for name in ("closed", "open"):
+        world.set_object(name, visible=False)
+    assert world.inside(points).tolist() == [False, False]
+    assert world.winding_number(points).tolist() == [0, 0]
+    assert np.isinf(world.distance(points)).all()
+    assert world.count_intersections(points, [0, 0, 1.0]).tolist() == [0, 0]
+    assert world.visible(points, [0, 0, 9.0]).all()

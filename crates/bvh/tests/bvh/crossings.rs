@@ -10,7 +10,7 @@ fn lines(mesh: &Mesh, count: usize, rng: &mut Rng) -> Vec<ExactRay> {
         let (origin, to) = (vertex(rng), vertex(rng));
         let [a, b, _] = mesh.triangles[rng.below(mesh.triangles.len())].map(|k| mesh.vertices[k as usize]);
         let middle: [f64; 3] = std::array::from_fn(|k| (f64::from(a[k]) + f64::from(b[k])) / 2.0);
-        let aim = if i % 2 == 0 { to } else { middle };
+        let aim = if i.is_multiple_of(2) { to } else { middle };
         let direction = std::array::from_fn(|k| aim[k] - origin[k]);
         ExactRay { origin, direction, t_min: f64::NEG_INFINITY, t_max: f64::INFINITY }
     };

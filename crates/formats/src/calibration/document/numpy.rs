@@ -42,7 +42,7 @@ pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
 
 /// The shape of the array in a `.npy` file.
 pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
-    let header = Header::parse(bytes).ok()?;
+    let header = NpyHeader::parse(bytes).ok()?;
     Some(header.shape)
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<V
 
 /// The array of a `.npy` file.
 pub(crate) fn array(bytes: &[u8]) -> Result<NumpyArray, String> {
-    let header = Header::parse(bytes)?;
+    let header = NpyHeader::parse(bytes)?;
     let count = header.shape.iter().try_fold(1usize, |count, side| count.checked_mul(*side));
     let count = count.filter(|count| *count <= MAX_ARRAY).ok_or("more elements than any calibration has")?;
     let data = &bytes[header.data..];
@@ -91,7 +91,7 @@ fn by_rows<T: Clone>(values: &[T], shape: &[usize]) -> Vec<T> {
     (0..values.len()).map(|at| values[place(at)].clone()).collect()
 }
 
-struct Header {
+struct NpyHeader {
     kind: String,
     fortran: bool,
     shape: Vec<usize>,
@@ -99,7 +99,7 @@ struct Header {
     data: usize,
 }
 
-impl Header {
+impl NpyHeader {
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let broken = || "a broken .npy header".to_owned();
         let version = *bytes.get(6).filter(|_| is_npy(bytes)).ok_or_else(broken)?;

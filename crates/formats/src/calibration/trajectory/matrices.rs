@@ -21,7 +21,7 @@ use crate::io::input_file::InputFile;
 
 /// The arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Layout {
+pub(crate) enum MatrixLayout {
     /// Four lines of four numbers for each pose.
     Blocks,
     /// So many numbers a line: 16, or 17 with an index.
@@ -40,7 +40,7 @@ fn values(line: &str) -> Option<Vec<f64>> {
 }
 
 /// The layout of a text, if it has poses or K as matrices.
-pub(crate) fn layout(text: &str) -> Option<Layout> {
+pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
     let first = values(data_lines(text).next()?.1)?;
     let all = || data_lines(text).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     match first.len() {
@@ -54,11 +54,11 @@ pub(crate) fn layout(text: &str) -> Option<Layout> {
             let upper = k[1][0] == 0.0 && k[2] == [0.0, 0.0, 1.0] && k[0][0] > 1.5 && k[1][1] > 1.5;
             let lower = k[0][1] == 0.0 && k[0][2] == 0.0 && k[1][2] == 0.0 && k[2][2] == 1.0 && k[0][0] > 1.5;
             match rows.len() == first.len() && (upper || lower) {
-                true => Some(Layout::Intrinsics),
-                false => (first.len() == 4).then_some(Layout::Blocks),
+                true => Some(MatrixLayout::Intrinsics),
+                false => (first.len() == 4).then_some(MatrixLayout::Blocks),
             }
         }
-        16 | 17 => Some(Layout::Lines(first.len())),
+        16 | 17 => Some(MatrixLayout::Lines(first.len())),
         _ => None,
     }
 }
@@ -80,7 +80,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     } else {
         let text = source.text()?;
         match layout(text) {
-            Some(Layout::Intrinsics) => {
+            Some(MatrixLayout::Intrinsics) => {
                 let mut record = CameraRecord::new(stem, PixelCenter::Integer);
                 record.k = Some(intrinsics(text, path)?);
                 calibration.records.push(record);
@@ -128,18 +128,18 @@ pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
 type Found = Vec<(Option<String>, usize, [f64; 16])>;
 
 /// The matrices of a text: the index before each, its line, its numbers.
-pub(crate) fn matrices(text: &str, path: &Path, layout: Layout) -> Result<Found, FormatError> {
+pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<Found, FormatError> {
     let mut found = Found::new();
     let mut block: Vec<f64> = Vec::new();
     for (line, row) in data_lines(text) {
         let fail = |message: String| FormatError::line(path, line, message);
         let mut numbers = values(row).ok_or_else(|| fail(format!("{row:?}: expected numbers")))?;
-        let expected = if let Layout::Lines(count) = layout { count } else { 4 };
+        let expected = if let MatrixLayout::Lines(count) = layout { count } else { 4 };
         if numbers.len() != expected {
             return Err(fail(format!("{} numbers, expected {expected}", numbers.len())));
         }
         let mut index = None;
-        if layout == Layout::Lines(17) {
+        if layout == MatrixLayout::Lines(17) {
             if numbers.remove(0).fract() != 0.0 {
                 return Err(fail("expected the index of a frame, a whole number, before 16 numbers".into()));
             }

@@ -9,7 +9,7 @@ use crate::calibration::folder::Folder;
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
-use crate::calibration::trajectory::matrices::{Layout, checked, intrinsics, layout, matrices};
+use crate::calibration::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, matrices};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 
@@ -40,7 +40,7 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
         }
         let Some(first) = names.first() else { continue };
         let Ok(source) = place.read(first, assets) else { continue };
-        if layout(source.text().unwrap_or_default()) == Some(Layout::Blocks) {
+        if layout(source.text().unwrap_or_default()) == Some(MatrixLayout::Blocks) {
             return Some((place, names));
         }
     }
@@ -63,7 +63,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     for name in &names {
         let source = place.read(name, assets)?;
         let text = source.text()?;
-        let found = matrices(text, &source.path, Layout::Blocks)?;
+        let found = matrices(text, &source.path, MatrixLayout::Blocks)?;
         let [(_, line, matrix)] = found[..] else {
             return Err(FormatError::whole(&source.path, format!("{} matrices, expected one", found.len())));
         };
@@ -113,7 +113,7 @@ fn with_intrinsics(
         for name in INTRINSICS {
             let Ok(source) = folder.read(name, assets) else { continue };
             let text = source.text()?;
-            if layout(text) == Some(Layout::Intrinsics) {
+            if layout(text) == Some(MatrixLayout::Intrinsics) {
                 found.push((name.into(), intrinsics(text, &source.path)?));
             }
         }
