@@ -292,4 +292,3 @@ def spaces_with_glass(builder: Builder) -> None:
             (ball([-0.5, -0.5, 0.25], 0.25, 5), GOLD | {"roughness": 0.3}),
         ],
     )
-

@@ -52,7 +52,13 @@ def picture(scene: Scene, size: tuple[int, int]) -> Any:
     def render(samples: int, seed: int) -> tuple[Array, float]:
         start = time.perf_counter()
         frame = raycam.render(
-            world, camera, integrator="path", samples=samples, max_depth=scene.get("depth", DEPTH), seed=seed, channels="color"
+            world,
+            camera,
+            integrator="path",
+            samples=samples,
+            max_depth=scene.get("depth", DEPTH),
+            seed=seed,
+            channels="color",
         )
         return frame["color"], time.perf_counter() - start
 

@@ -22,6 +22,7 @@ from .interop.trimesh import from_trimesh
 from .notices import strict
 from .render import render
 from .render.frame import PAGES, Frame
+from .render.many import Frames, render_many
 from .rig import Rig
 from .world import Animation, Object, Topology, Video, World
 from .world.load import load
@@ -44,6 +45,7 @@ __all__ = [
     "Explanation",
     "FormatError",
     "Frame",
+    "Frames",
     "JobError",
     "Keypoints",
     "Label",
@@ -71,6 +73,7 @@ __all__ = [
     "load",
     "load_cameras",
     "render",
+    "render_many",
     "sample",
     "save_cameras",
     "selfcheck",

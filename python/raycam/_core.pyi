@@ -32,6 +32,7 @@ __all__ = [
     "merge",
     "oriented_box",
     "read_cameras",
+    "render_many",
     "silhouettes",
     "srgb_from_linear",
     "world_add_light",
@@ -40,8 +41,14 @@ __all__ = [
     "world_from_bytes",
     "world_from_dict",
     "world_from_gltf",
+    "world_remove_camera",
+    "world_remove_light",
+    "world_remove_object",
     "world_rig_at",
     "world_rigs",
+    "world_set_camera",
+    "world_set_light",
+    "world_set_object",
     "world_set_video",
     "world_to_bytes",
     "world_to_gltf",
@@ -97,6 +104,15 @@ def read_cameras(
     lens: str | None = None,
     convention: tuple[bool, bool] | None = None,
 ) -> tuple[list[Record], list[str]]: ...
+def render_many(
+    world: World,
+    cameras: Sequence[Camera],
+    poses: Sequence[tuple[str | int, _Floats]],
+    request: dict[str, Any],
+    count: int,
+    arrays: Sequence[tuple[str, npt.NDArray[Any]]],
+    progress: Callable[[int, int], object] | None,
+) -> list[str]: ...
 def silhouettes(
     world: World, camera: Camera, objects: Sequence[int], margin: _Size, threads: int | None
 ) -> list[tuple[int, tuple[int, int, int, int], npt.NDArray[np.bool_]]]: ...
@@ -141,8 +157,20 @@ def world_from_dict(
     description: dict[str, Any], folder: str | PathLike[str], texture_memory: int | None
 ) -> World: ...
 def world_from_gltf(bytes: bytes, name: str | PathLike[str], up: str, notices: Sequence[str]) -> World: ...
+def world_remove_camera(world: World, name: str) -> None: ...
+def world_remove_light(world: World, number: int) -> None: ...
+def world_remove_object(world: World, which: str | int) -> None: ...
 def world_rig_at(world: World, rig: Rig, time: float) -> Rig: ...
 def world_rigs(world: World) -> list[Rig]: ...
+def world_set_camera(world: World, name: str, camera: Camera) -> None: ...
+def world_set_light(
+    world: World,
+    number: int,
+    description: dict[str, Any],
+    keeps_file: bool,
+    within: str | PathLike[str] | None,
+) -> None: ...
+def world_set_object(world: World, which: str | int, description: dict[str, Any]) -> None: ...
 def world_set_video(world: World, description: dict[str, Any]) -> None: ...
 def world_to_bytes(world: World) -> bytes: ...
 def world_to_gltf(world: World) -> tuple[bytes, list[str]]: ...
@@ -261,7 +289,9 @@ class World:
     @property
     def counts(self) -> dict[str, int]: ...
     @property
-    def objects(self) -> list[tuple[str, str | None, int, int, list[list[float]]]]: ...
+    def objects(self) -> list[tuple[str, str | None, int, int, list[list[float]], bool]]: ...
+    @property
+    def object_count(self) -> int: ...
     @property
     def categories(self) -> dict[int, str]: ...
     @property

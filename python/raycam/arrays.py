@@ -138,7 +138,7 @@ def paired(
         left, right = np.broadcast_arrays(first[1], second[1])
     except ValueError:
         shapes = [f"{name} {list(array.shape)}" for name, array in (first, second)]
-        raise SettingsError(f"{shapes[0]} and {shapes[1]} must have shapes that broadcast") from None
+        raise SettingsError(f"{shapes[0]} and {shapes[1]} must have the same shape, or shapes that broadcast") from None
     return left, right
 
 

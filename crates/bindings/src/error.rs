@@ -125,9 +125,15 @@ impl IntoPyErr for RenderError {
             RenderError::World(_) | RenderError::Build { .. } => world_error(message),
             RenderError::Threads { .. } => PyOSError::new_err(message),
             RenderError::Textures(error) => error.into_py_err(),
+            RenderError::OutOfMemory { .. } => PyMemoryError::new_err(message),
             RenderError::Cancelled => raycam_error(message),
         }
     }
+}
+
+/// Checks that there are this many bytes for something: an allocation that fails would end the process.
+pub(crate) fn check_memory(what: &str, bytes: usize) -> PyResult<()> {
+    raycam_render::check_memory(|| what.into(), bytes as u64).map_err(IntoPyErr::into_py_err)
 }
 
 /// Runs `f`; a panic in it, which is a bug, becomes an exception that says so.

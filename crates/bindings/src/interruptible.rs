@@ -6,10 +6,24 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use raycam_render::{Control, RenderError};
 
-use crate::error::{IntoPyErr, from_panic, raycam_error};
+use crate::error::{IntoPyErr, catch_panic, from_panic, raycam_error};
 
 /// How long Ctrl-C and the progress bar may wait.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Runs `work` on the calling thread if it `is_brief`, else as [`run_interruptible`] does.
+pub(crate) fn run_for_work<T: Send>(
+    py: Python<'_>,
+    is_brief: bool,
+    work: impl FnOnce(&Control) -> Result<T, RenderError> + Send,
+) -> PyResult<T> {
+    if !is_brief {
+        return run_interruptible(py, None, work);
+    }
+    let result = py.detach(|| catch_panic(|| work(&Control::new())))?;
+    py.check_signals()?;
+    result.map_err(IntoPyErr::into_py_err)
+}
 
 /// Runs `work` while looking for signals and telling `progress(done, total)` how far it is. An exception of either
 /// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised.

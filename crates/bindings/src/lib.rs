@@ -46,7 +46,14 @@ mod core {
     #[pymodule_export]
     use crate::world::bundle::{world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras};
     #[pymodule_export]
+    use crate::world::edit::{
+        world_remove_camera, world_remove_light, world_remove_object, world_set_camera, world_set_light,
+        world_set_object,
+    };
+    #[pymodule_export]
     use crate::world::from_description::{world_add_light, world_add_object, world_from_dict, world_set_video};
+    #[pymodule_export]
+    use crate::world::many::render_many;
     #[pymodule_export]
     use crate::world::state::World;
 

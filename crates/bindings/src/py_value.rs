@@ -7,7 +7,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use raycam_scene::color;
 use raycam_scene::schema::{Entry, SpannedValue, Value};
 
-use crate::error::world_error;
+use crate::error::{check_memory, world_error};
 
 /// Deeper descriptions mean nothing, and a list may contain itself.
 const MAX_DEPTH: usize = 16;
@@ -84,6 +84,8 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
 
 fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
     let shape = array.shape().to_vec();
+    // The array as 64-bit numbers, twice, and as the parts of a mesh.
+    check_memory(&format!("{path}, an array of {} numbers,", array.len()), array.len().saturating_mul(40))?;
     let kind = array.dtype().kind();
     let last = path.rsplit('.').next().unwrap_or(path);
     if SRGB_KEYS.contains(&last)

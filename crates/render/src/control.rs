@@ -1,5 +1,6 @@
 //! Progress and cancellation of long work, shared by the worker threads and an observer.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::error::RenderError;
@@ -8,7 +9,7 @@ use crate::error::RenderError;
 /// time.
 #[derive(Debug, Default)]
 pub struct Control {
-    cancelled: AtomicBool,
+    cancelled: Arc<AtomicBool>,
     done: AtomicUsize,
     total: AtomicUsize,
 }
@@ -17,6 +18,11 @@ impl Control {
     /// Returns the control of work that has not started.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Returns the control of a part of the work, which is cancelled with it and counts for itself.
+    pub(crate) fn part(&self) -> Self {
+        Self { cancelled: self.cancelled.clone(), ..Self::default() }
     }
 
     /// Requests cancellation. The work ends within milliseconds with [`RenderError::Cancelled`].

@@ -26,7 +26,6 @@ pub enum RenderError {
     },
     /// The picture does not fit into memory.
     #[error("{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels")]
-    /// An image that does not fit into memory.
     TooLarge {
         /// The object that was requested.
         what: String,
@@ -34,6 +33,14 @@ pub enum RenderError {
         bytes: u64,
         /// The largest size allowed.
         limit: u64,
+    },
+    /// The system does not give the memory.
+    #[error("{what} needs {bytes} bytes, more than the system gives this process; ask for less at a time")]
+    OutOfMemory {
+        /// The thing that was requested.
+        what: String,
+        /// Its size.
+        bytes: u64,
     },
     /// [`crate::Control::cancel`] was called.
     #[error("cancelled")]

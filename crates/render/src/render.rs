@@ -1,6 +1,5 @@
 //! Rendering of one frame.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use raycam_scene::{Camera, TextureCache, World};
@@ -16,9 +15,9 @@ use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
-use crate::settings::Settings;
-use crate::thread_pool::with_pool;
-use crate::tile_renderer::resolve::TileTask;
+use crate::settings::{Integrator, Settings};
+use crate::thread_pool::{MAX_WORK_HERE, Workers, with_pool};
+use crate::tile_renderer::needs::RenderNeeds;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// Renders a frame.
@@ -71,7 +70,50 @@ pub fn render_into(
     let shutter = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
     let request = RenderRequest { world: prepared, shutter: shutter.as_ref(), camera, settings, region };
-    Ok((region, request.render(control, targets.into_iter())?))
+    Ok((region, request.render(false, control, targets.into_iter())?))
+}
+
+/// True if the calling thread alone renders a frame, in a fraction of a millisecond: ground truth or unlit colours of few
+/// pixels.
+pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settings: &Settings) -> bool {
+    let Ok(region) = settings.check(camera.size()) else {
+        return true;
+    };
+    let moves = camera.motion().is_some() && world.time.is_some() && world.is_animated();
+    let needs = RenderNeeds::new(settings, camera, &prepared.geometry);
+    may_run_here(prepared, moves, settings, needs) && estimated_work(settings, region, needs) <= MAX_WORK_HERE
+}
+
+/// True if nothing that a frame needs uses a pool: it is not lit, waits for no clock and no light, and nothing moves.
+fn may_run_here(world: &PreparedWorld, moves: bool, settings: &Settings, needs: RenderNeeds) -> bool {
+    let unlit = !needs.color || (settings.integrator == Integrator::Flat && world.has_lighting());
+    unlit && !moves && settings.time.is_none()
+}
+
+/// Estimated time of a frame on one thread, in nanoseconds.
+fn estimated_work(settings: &Settings, [_, _, width, height]: [u32; 4], needs: RenderNeeds) -> f64 {
+    let ray = match settings.integrator {
+        Integrator::Flat => 40.0,
+        Integrator::Direct | Integrator::Ao => 200.0,
+        Integrator::Path => 600.0,
+    };
+    let each = match (needs.samples, needs.color) {
+        (true, true) => ray * f64::from(settings.samples) + 40.0,
+        (true, false) => 40.0 * (f64::from(settings.samples) + 1.0),
+        (false, true) => ray,
+        (false, false) => 40.0,
+    };
+    each * f64::from(width) * f64::from(height)
+}
+
+/// Estimated time of a frame on one thread, in nanoseconds.
+pub(crate) fn estimated_frame_work(
+    world: &PreparedWorld,
+    camera: &Camera,
+    settings: &Settings,
+    region: [u32; 4],
+) -> f64 {
+    estimated_work(settings, region, RenderNeeds::new(settings, camera, &world.geometry))
 }
 
 /// Region of a frame and its number of pixels, if the settings are valid and there is memory.
@@ -93,23 +135,24 @@ fn render_to_frame(
     let region = settings.check(camera.size())?;
     let mut planes = with_pool(settings.threads, || output_plane::allocate_planes(region, &settings.channels))??;
     let request = RenderRequest { world, shutter, camera, settings, region };
-    let notices = request.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
+    let notices = request.render(false, control, planes.iter_mut().map(OutputPlane::zeroed))?;
     Ok(Frame { size: camera.size(), region, planes, notices })
 }
 
 /// Validated arguments of a render.
-struct RenderRequest<'a> {
-    world: &'a PreparedWorld,
-    shutter: Option<&'a ShutterSlices<'a>>,
-    camera: &'a Camera,
-    settings: &'a Settings,
-    region: [u32; 4],
+pub(crate) struct RenderRequest<'a> {
+    pub world: &'a PreparedWorld,
+    pub shutter: Option<&'a ShutterSlices<'a>>,
+    pub camera: &'a Camera,
+    pub settings: &'a Settings,
+    pub region: [u32; 4],
 }
 
 impl RenderRequest<'_> {
-    /// Renders; returns the notices.
-    fn render<'t>(
+    /// Renders; returns the notices. `alone` takes the calling thread, which may be one of a pool, and no other.
+    pub fn render<'t>(
         &self,
+        alone: bool,
         control: &Control,
         targets: impl Iterator<Item = OutputPlane<'t>>,
     ) -> Result<Vec<String>, RenderError> {
@@ -122,12 +165,19 @@ impl RenderRequest<'_> {
         })?;
         let texture_cache = world.geometry.texture_cache.as_deref();
         let read_before = texture_cache.map(TextureCache::page_in_stats);
-        let (renderer, tiles) = with_pool(settings.threads, || {
-            (
-                TileRenderer::new(world, shutter, camera, settings, region),
-                Tile::for_threads(region, rayon::current_num_threads()),
-            )
-        })?;
+        let needs = RenderNeeds::new(settings, camera, &world.geometry);
+        let here = may_run_here(world, shutter.is_some(), settings, needs);
+        let workers = match alone {
+            true => Workers::Here,
+            false => Workers::for_work(settings.threads, estimated_work(settings, region, needs), here)?,
+        };
+        let tiles = Tile::for_threads(region, workers.count());
+        let renderer = workers.run(|| {
+            if needs.color {
+                world.prepare_light();
+            }
+            TileRenderer::new(world, shutter, camera, settings, region)
+        });
         let lit = settings.channels.iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
         let mut notices = if lit { settings.integrator.notices(world) } else { vec![] };
         match settings.time {
@@ -140,11 +190,9 @@ impl RenderRequest<'_> {
             }
             _ => {
                 control.start(tiles.len() * renderer.batches_per_tile());
-                with_pool(settings.threads, || {
-                    for_each_dynamic(&renderer.tasks(&tiles), |scratch, task| {
-                        renderer.run_task(task, scratch, &film, control)
-                    })
-                })??;
+                workers.for_each_dynamic(&renderer.tasks(&tiles), |scratch: &mut ThreadScratch, task| {
+                    renderer.run_task(task, scratch, &film, control)
+                })?;
             }
         }
         if let (Some(memory), Some(before)) = (texture_cache, read_before) {
@@ -154,26 +202,6 @@ impl RenderRequest<'_> {
         renderer.notices(region, &mut notices);
         Ok(notices)
     }
-}
-
-/// Runs each task on the next free thread of the pool; rayon's iterators would assign consecutive tasks to one
-/// thread.
-fn for_each_dynamic(
-    parts: &[TileTask],
-    work: impl Fn(&mut ThreadScratch, &TileTask) -> Result<(), RenderError> + Sync,
-) -> Result<(), RenderError> {
-    let next = AtomicUsize::new(0);
-    let run_thread = |_: rayon::BroadcastContext| {
-        let mut scratch = ThreadScratch::default();
-        while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
-            work(&mut scratch, part).inspect_err(|_| {
-                // Stop the other threads.
-                next.store(parts.len(), Ordering::Relaxed);
-            })?;
-        }
-        Ok(())
-    };
-    rayon::broadcast(run_thread).into_iter().collect()
 }
 
 /// Traces and resolves tiles for about this time; returns the samples per pixel.

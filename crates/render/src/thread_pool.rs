@@ -1,6 +1,7 @@
 //! Thread pools, built on first use and kept for the process. They survive a fork.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::RenderError;
@@ -22,12 +23,100 @@ pub const MAX_THREADS: usize = 1024;
 ///
 /// A forked child builds pools of its own.
 pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
+    Ok(pool(checked_threads(threads)?)?.install(f))
+}
+
+/// Threads that a call runs on. Results are the same.
+pub(crate) enum Workers {
+    /// The calling thread alone. Nothing that runs here may use rayon, whose own pool would not survive a fork.
+    Here,
+    /// A pool, of which this many threads take part.
+    Pool(Arc<rayon::ThreadPool>, usize),
+}
+
+/// Work in nanoseconds up to which the calling thread does it alone: waking others would take as long.
+pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
+/// Work in nanoseconds that is worth a thread.
+const WORK_PER_THREAD: f64 = 0.2e6;
+
+impl Workers {
+    /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use), and
+    /// no more than are worth waking. Only work that `may_run_here` runs on the calling thread.
+    ///
+    /// # Errors
+    /// Errors of [`with_pool`].
+    pub fn for_work(threads: Option<usize>, work: f64, may_run_here: bool) -> Result<Self, RenderError> {
+        let threads = checked_threads(threads)?;
+        if may_run_here && work <= MAX_WORK_HERE {
+            return Ok(Self::Here);
+        }
+        let worth = (work / WORK_PER_THREAD).ceil().max(1.0);
+        Ok(Self::Pool(pool(threads)?, threads.min(worth as usize)))
+    }
+
+    /// Number of threads.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Here => 1,
+            Self::Pool(_, threads) => *threads,
+        }
+    }
+
+    /// Runs `f` on the calling thread or in the pool.
+    pub fn run<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
+        match self {
+            Self::Here => f(),
+            Self::Pool(pool, _) => pool.install(f),
+        }
+    }
+
+    /// Does each part on the next free thread, with a scratch for each thread; rayon's iterators would assign consecutive
+    /// parts to one thread. An error stops the others.
+    ///
+    /// # Errors
+    /// The first error of `work`.
+    pub fn for_each_dynamic<S: Default, P: Sync>(
+        &self,
+        parts: &[P],
+        work: impl Fn(&mut S, &P) -> Result<(), RenderError> + Sync,
+    ) -> Result<(), RenderError> {
+        let next = AtomicUsize::new(0);
+        let run_thread = || {
+            let mut scratch = S::default();
+            while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
+                work(&mut scratch, part).inspect_err(|_| next.store(parts.len(), Ordering::Relaxed))?;
+            }
+            Ok(())
+        };
+        let Self::Pool(pool, threads) = self else {
+            return run_thread();
+        };
+        if *threads == pool.current_num_threads() {
+            return pool.broadcast(|_| run_thread()).into_iter().collect();
+        }
+        let failure = Mutex::new(Ok(()));
+        let run_one = || {
+            if let Err(error) = run_thread() {
+                *failure.lock().unwrap_or_else(PoisonError::into_inner) = Err(error);
+            }
+        };
+        pool.scope(|scope| {
+            for _ in 1..*threads {
+                scope.spawn(|_| run_one());
+            }
+            run_one();
+        });
+        failure.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     let available = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = threads.unwrap_or_else(|| available().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(RenderError::Settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
     }
-    Ok(pool(threads)?.install(f))
+    Ok(threads)
 }
 
 fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {

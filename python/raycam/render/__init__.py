@@ -170,6 +170,46 @@ def render(
         unused |= {"transparent_background"} if transparent_background else set()
         return _reference(world, camera, names, sorted(unused), shown)
 
+    request, stops, display = request_of(
+        world,
+        chosen,
+        names=names,
+        surface=surface,
+        frame=frame,
+        transparent_background=transparent_background,
+        region=region,
+    )
+    planes, area, notices = _planes(world, camera, request, progress)
+    if region is None:
+        notices = [*notices, *_blank(world, camera, planes, request, stops, display)]
+    notices = [*said, *notices]
+    warn_all(notices)
+    return Frame(
+        planes,
+        camera=camera,
+        size=camera.size,
+        region=area,
+        exposure=stops,
+        view=display,
+        transparent=transparent_background,
+        notices=notices,
+    )
+
+
+def request_of(
+    world: World,
+    chosen: dict[str, Any],
+    *,
+    names: list[str],
+    surface: str,
+    frame: int,
+    transparent_background: bool,
+    region: Region | None,
+) -> tuple[dict[str, Any], float, str]:
+    """Everything that the core needs to render, the exposure in stops and the view transform.
+
+    `chosen` are the settings that are given; others have the world's values, or the defaults. Raises `SettingsError`.
+    """
     settings: dict[str, Any] = {
         "integrator": "direct",
         "samples": DEFAULT_SAMPLES,
@@ -186,7 +226,9 @@ def render(
         "exposure": 0.0,
         "view": "standard",
     }
-    asked = world.render_settings | chosen
+    for name in chosen.keys() - set(settings) - {"noise_threshold", "time_limit"}:
+        raise SettingsError(nearest("option of render", name, OPTIONS))
+    asked = world.render_settings | {name: value for name, value in chosen.items() if value is not None}
     if ("noise_threshold" in asked or "time_limit" in asked) and "samples" not in asked:
         asked["samples"] = MAX_SAMPLES
     settings |= asked
@@ -209,21 +251,7 @@ def render(
         "region": None if region is None else _region(region),
         "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
     }
-    planes, area, notices = _planes(world, camera, request, progress)
-    if region is None:
-        notices = [*notices, *_blank(world, camera, planes, request, stops, display)]
-    notices = [*said, *notices]
-    warn_all(notices)
-    return Frame(
-        planes,
-        camera=camera,
-        size=camera.size,
-        region=area,
-        exposure=stops,
-        view=display,
-        transparent=transparent_background,
-        notices=notices,
-    )
+    return request, stops, display
 
 
 def _planes(

@@ -21,8 +21,9 @@ from ..io.fork_guard import no_fork
 from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
+from .edit import changed_light, changed_object, matrix_of
 from .framing import framing_camera
-from .keys import LightKeys, ObjectKeys, light_keys, object_keys
+from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
 from .point_queries import PointQueries, Topology
 from .ray_queries import RayQueries
@@ -120,6 +121,10 @@ class World(RayQueries, PointQueries):
         """A copy with more cameras, which shares the acceleration structures. Names that are taken get a number."""
         more = [(name, camera._core) for name, camera in cameras.items()]
         return self._derived(_core.world_with_cameras(self._core, more))
+
+    def copy(self) -> World:
+        """A copy, which shares all that is built; changes of one do not reach the other."""
+        return self.with_cameras({})
 
     def __copy__(self) -> World:
         """A copy, which shares the acceleration structures; changes of one do not reach the other."""
@@ -259,6 +264,67 @@ class World(RayQueries, PointQueries):
         with self._warning():
             _core.world_set_video(self._core, plain({**(description or {}), **keys}))
 
+    # Changing ---------------------------------------------------------------------------------------------
+
+    def set_object(self, which: str | int, /, **keys: Unpack[ObjectChanges]) -> None:
+        """Changes an object, by name or number: any key of `add_object` and `add_mesh`. What is not given stays.
+
+        `set_object("cup", matrix=T)`, `set_object("cup", location=[0, 0, 1], yaw=30)`, `set_object(3, color="red")`,
+        `set_object("cup", visible=False)`. Placement is given as a whole: with angles and no location, the object is at
+        the origin, as in `add_object`. `vertices` [n, 3] alone move the vertices of the mesh, n as before; if it has
+        shading normals, `normals` are given too, or None for flat faces. With `faces`, or another shape, it is another
+        mesh: it keeps the object's material, but that of `mesh="file"` comes from the file. A mesh or material that
+        other objects have too stays theirs. `visible=False` takes the object out of all pictures, shadows, light and
+        queries; its number stays, and so do those of others.
+
+        A change is cheap: what did not change is not built again. It is atomic, and pictures that other threads are
+        rendering show the world before or after it. Keyframes and animations that move the object still do, at
+        `at(time)`; in a world that `at` returned, the object stays where it is put.
+
+        Raises `WorldError` with the nearest name for an unknown object, for a matrix that flattens, for arrays that do
+        not fit, and the errors of `add_object`; the world is then as before.
+        """
+        with self._warning():
+            _core.world_set_object(self._core, which, plain(changed_object(dict(keys))))
+
+    def remove_object(self, which: str | int) -> None:
+        """Removes an object, by name or number, with the mesh, materials and images that nothing else uses.
+
+        Numbers are positions, as in a list: those of the objects after it, and of materials after its own, move down.
+        Names stay; videos, animations and variants follow. `set_object(which, visible=False)` hides an object and keeps
+        all numbers. Raises `WorldError` with the nearest name.
+        """
+        _core.world_remove_object(self._core, which)
+
+    def set_light(
+        self, number: int, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
+    ) -> None:
+        """Changes a light by its index in `lights`: any key of `add_light`. What is not given stays.
+
+        `set_light(0, irradiance=2)`; with another `type`, all is given anew. Raises `WorldError`, and the errors of
+        `add_light`; the world is then as before.
+        """
+        lights = self.lights
+        number = whole("light", number, 0, len(lights) - 1, error=WorldError)
+        changed, keeps_file = changed_light(lights[number], description, dict(keys))
+        with self._warning():
+            _core.world_set_light(self._core, number, plain(aimed(self, changed)), keeps_file, None)
+
+    def remove_light(self, number: int) -> None:
+        """Removes a light by its index in `lights`; those after it move down. Raises `WorldError`."""
+        _core.world_remove_light(self._core, whole("light", number, 0, (1 << 62), error=WorldError))
+
+    def set_camera(self, name: str, camera: Camera) -> None:
+        """Replaces the camera of this name.
+
+        Raises `WorldError` with the nearest known name, and for a camera of a rig, which moves as a whole.
+        """
+        _core.world_set_camera(self._core, name, camera._core)
+
+    def remove_camera(self, name: str) -> None:
+        """Removes the camera of this name; raises the errors of `set_camera`."""
+        _core.world_remove_camera(self._core, name)
+
     # Contents ---------------------------------------------------------------------------------------------
 
     @property
@@ -268,10 +334,10 @@ class World(RayQueries, PointQueries):
 
     @property
     def objects(self) -> list[Object]:
-        """The objects in the order of their ids."""
+        """The objects in the order of their ids: records that are read-only. `set_object` changes an object."""
         return [
-            Object(number, name, category, mesh, triangles, np.array(matrix))
-            for number, (name, category, mesh, triangles, matrix) in enumerate(self._core.objects)
+            Object(number, name, category, mesh, triangles, matrix_of(matrix, name), visible)
+            for number, (name, category, mesh, triangles, matrix, visible) in enumerate(self._core.objects)
         ]
 
     @property
@@ -431,12 +497,13 @@ class World(RayQueries, PointQueries):
     # Plain triangles --------------------------------------------------------------------------------------
 
     def triangles(self, object: int | None = None) -> Floats:
-        """The corners of all triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
+        """The corners of all visible triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
 
-        With `object`, the triangles of the object with this id; raises `SettingsError` for an unknown id.
+        With `object`, the triangles of the object with this id, visible or not; raises `SettingsError` for an unknown
+        id.
         """
         if object is not None:
-            object = whole("object", object, 0, len(self.objects) - 1)
+            object = whole("object", object, 0, self._core.object_count - 1)
         return self._core.triangles(object)
 
     def triangle_ids(self) -> npt.NDArray[np.int32]:

@@ -13,7 +13,7 @@ from ..errors import WorldError, nearest
 from ..notices import warn
 from .texture import Texture, Wrap
 
-__all__ = ["LightKeys", "ObjectKeys", "light_keys", "object_keys"]
+__all__ = ["LightKeys", "ObjectChanges", "ObjectKeys", "light_keys", "object_keys"]
 
 Color = npt.ArrayLike
 """Linear red, green, blue; one number; "#rrggbb", a name; or bytes as `numpy.uint8`."""
@@ -25,6 +25,7 @@ class ObjectKeys(TypedDict, total=False):
 
     name: str
     category: str | int
+    visible: bool
     box: Mapping[str, Any]
     plane: Mapping[str, Any]
     sphere: Mapping[str, Any]
@@ -79,6 +80,13 @@ class ObjectKeys(TypedDict, total=False):
     anisotropy_rotation: float
     diffuse_transmission: float
     diffuse_transmission_color: Color
+
+
+class ObjectChanges(ObjectKeys, total=False):
+    """The keys of `World.set_object`: those of an object, and those of `World.add_mesh`."""
+
+    faces: npt.ArrayLike
+    material: Mapping[str, Any]
 
 
 class LightKeys(TypedDict, total=False):

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..arrays import Floats
+from ..errors import WorldError
 
 
-@dataclass(frozen=True)
+@dataclass
 class Object:
-    """A placed mesh of a world, an instance in the ground truth."""
+    """A placed mesh of a world, an instance in the ground truth; read-only: `World.set_object` changes objects."""
 
     id: int
     """The object's value in the channel `instance`."""
@@ -22,7 +23,20 @@ class Object:
     triangles: int
     """The number of triangles of the mesh."""
     matrix: Floats
-    """The affine transform world_from_mesh [4, 4]."""
+    """The affine transform world_from_mesh [4, 4], read-only."""
+    visible: bool = True
+    """False for an object that is in no picture, shadow, light or query."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Raises `WorldError`, which says how objects are changed."""
+        if name not in self.__dict__ and name in self.__dataclass_fields__:
+            object.__setattr__(self, name, value)  # once, when it is made
+            return
+        raise WorldError(f"objects are read-only: world.set_object({self.name!r}, {name}=...)")
+
+    def __delattr__(self, name: str) -> None:
+        """Raises `WorldError`."""
+        raise WorldError(f"objects are read-only: world.remove_object({self.name!r})")
 
 
 @dataclass(frozen=True)

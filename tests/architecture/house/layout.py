@@ -21,8 +21,8 @@ ORDER = {
         asset_loader lib
     """,
     "render": """
-        error control thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light prepare/world
-        motion ground_truth integrator tile_renderer annotations render lib
+        error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
+        prepare/world motion ground_truth integrator tile_renderer annotations render render_many lib
     """,
     "bindings": """
         error interruptible arrays py_value buffer_pool camera world/state queries render world lib

@@ -11,7 +11,7 @@ use raycam_render::annotations::queries::selection::{Facing, Selection};
 
 use crate::arrays::{Floats, array, rows};
 use crate::error::settings_error;
-use crate::interruptible::run_interruptible;
+use crate::interruptible::{run_for_work, run_interruptible};
 use crate::world::state::World;
 
 /// An array of one dimension.
@@ -136,7 +136,8 @@ pub(crate) fn world_cast_rays<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
     let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| rays::cast_rays(&prepared, &arrays, &fields, threads, control))?;
+    let is_brief = rays::is_brief(arrays.origins.len());
+    let found = run_for_work(py, is_brief, |control| rays::cast_rays(&prepared, &arrays, &fields, threads, control))?;
     columns_to_dict(py, found)
 }
 
@@ -149,7 +150,8 @@ pub(crate) fn world_occluded<'py>(
 ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
     let prepared = world.prepared(py, threads)?;
-    let occluded = run_interruptible(py, None, |control| rays::occluded(&prepared, &arrays, threads, control))?;
+    let is_brief = rays::is_brief(arrays.origins.len());
+    let occluded = run_for_work(py, is_brief, |control| rays::occluded(&prepared, &arrays, threads, control))?;
     array(py, occluded, &[arrays.origins.len()])
 }
 

@@ -9,7 +9,7 @@ use raycam_scene::{ViewTransform, color};
 
 use crate::arrays::array;
 use crate::camera::Camera;
-use crate::error::{IntoPyErr, catch_panic, settings_error};
+use crate::error::{IntoPyErr, catch_panic, check_memory, settings_error};
 
 /// Any array of plain numbers.
 #[derive(FromPyObject)]
@@ -63,6 +63,7 @@ pub(crate) fn srgb_from_linear<'py>(
 #[pyfunction]
 pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> PyResult<Bound<'py, PyBytes>> {
     let (size, _) = size_of(rgb.shape())?;
+    check_memory("an HDR file", 2 * rgb.shape().iter().product::<usize>())?;
     let rgb = contiguous(&rgb)?;
     let bytes = py.detach(|| catch_panic(|| hdr::encode(size, rgb)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
@@ -77,6 +78,7 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResu
         _ => return Err(settings_error("a PNG holds uint8 or uint16".into())),
     };
     let (size, channels) = size_of(shape)?;
+    check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
     let bytes = py.detach(|| catch_panic(|| png::encode(size, channels, samples)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
 }
@@ -92,6 +94,15 @@ pub(crate) fn encode_exr<'py>(
     notes: Vec<(String, String)>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let mut size = [0; 2];
+    let values = |layer: &ArrayView<'_>| match layer {
+        ArrayView::U8(a) => a.len(),
+        ArrayView::U16(a) => a.len(),
+        ArrayView::F32(a) => a.len(),
+        ArrayView::F64(a) => 2 * a.len(),
+        ArrayView::I32(a) => a.len(),
+    };
+    let all: usize = layers.iter().map(|(_, layer)| values(layer)).sum();
+    check_memory("an EXR file", 12 * all)?;
     let mut narrowed = Vec::new();
     for (_, numbers) in &layers {
         narrowed.push(match numbers {

@@ -6,12 +6,12 @@ pub(crate) mod frame;
 pub(crate) mod settings;
 
 use pyo3::prelude::*;
-use raycam_render::{checked_region, render_into};
+use raycam_render::{Control, checked_region, is_brief, render_into};
 
 use crate::buffer_pool::OutputPlanes;
 use crate::camera::Camera;
 use crate::error::IntoPyErr;
-use crate::interruptible::run_interruptible;
+use crate::interruptible::{run_for_work, run_interruptible};
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
@@ -30,10 +30,12 @@ pub(crate) fn render<'py>(
     let ([_, _, width, height], pixels) = region.map_err(IntoPyErr::into_py_err)?;
     let planes = OutputPlanes::new(py, &settings.channels, pixels);
     let (region, notices) = planes.write(py, |targets| {
-        run_interruptible(py, progress, |control| {
-            let camera = &camera.inner;
-            render_into(&world, &prepared, camera, &settings, control, targets)
-        })
+        let camera = &camera.inner;
+        let work = |control: &Control| render_into(&world, &prepared, camera, &settings, control, targets);
+        match progress {
+            None => run_for_work(py, is_brief(&world, &prepared, camera, &settings), work),
+            Some(_) => run_interruptible(py, progress, work),
+        }
     })?;
     let planes = planes.into_arrays(py, [height as usize, width as usize])?;
     Ok((planes, region.into(), notices))

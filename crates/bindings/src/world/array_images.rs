@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use raycam_formats::{AssetRoot, FormatError};
 use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texels, Texture, TextureSampler, Wrap};
 
-use crate::error::world_error;
+use crate::error::{check_memory, world_error};
 
 /// Before the number of an array in its name: no file is called like that.
 const MARK: &str = "\0array ";
@@ -78,6 +78,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     if height == 0 || width == 0 || height > 65_536 || width > 65_536 {
         return Err(world_error(format!("an image of {width} x {height} texels: expected 1 to 65536 each way")));
     }
+    check_memory(&format!("an image of {width} x {height} texels"), width * height * 48)?;
     let texels = if let Ok(bytes) = array.cast::<PyArrayDyn<u8>>() {
         Texels::Srgb8(texels_of(bytes, channels, 255)?)
     } else if array.dtype().kind() == b'f' {

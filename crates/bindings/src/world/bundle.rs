@@ -15,7 +15,7 @@ use crate::world::state::{World, budget};
 #[pyfunction]
 pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<World> {
     let copy = World { state: Mutex::new(world.state().clone()), folder: world.folder.clone() };
-    copy.modify(|inner| {
+    copy.modify_unseen(|inner| {
         for (name, camera) in cameras {
             inner.add_camera(&name, camera.inner.clone());
         }

@@ -66,7 +66,7 @@ pub(crate) fn world_add_light(
 }
 
 /// Names the image of a light that was an array.
-fn name_array(light: &mut Light) {
+pub(crate) fn name_array(light: &mut Light) {
     if let Light::Environment { image, .. } = light
         && is_array(&image.file)
     {
@@ -78,7 +78,7 @@ fn name_array(light: &mut Light) {
 #[pyfunction]
 pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
     let spec: VideoSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.modify(|inner| {
+    world.modify_unseen(|inner| {
         inner.video = Some(spec.build(inner).map_err(IntoPyErr::into_py_err)?);
         Ok(())
     })
@@ -92,7 +92,26 @@ impl World {
         within: Option<PathBuf>,
         add: impl FnOnce(&mut Inner, &mut AssetRoot) -> Result<T, FormatError> + Send,
     ) -> PyResult<T> {
-        let change = |inner: &mut Inner| {
+        py.detach(|| self.modify(self.with_files(within, add)))
+    }
+
+    /// Changes what a description says, while other threads of Python run; when that fails, all is as before.
+    pub(crate) fn change_by_files<T: Send>(
+        &self,
+        py: Python<'_>,
+        within: Option<PathBuf>,
+        change: impl FnOnce(&mut Inner, &mut AssetRoot) -> Result<T, FormatError> + Send,
+    ) -> PyResult<T> {
+        py.detach(|| self.modify_or_restore(self.with_files(within, change)))
+    }
+
+    /// A change of the world with the files that it names.
+    fn with_files<T>(
+        &self,
+        within: Option<PathBuf>,
+        change: impl FnOnce(&mut Inner, &mut AssetRoot) -> Result<T, FormatError>,
+    ) -> impl FnOnce(&mut Inner) -> PyResult<T> {
+        move |inner| {
             let limit = inner.texture_cache.as_ref().map(|memory| memory.limit());
             let budget = budget(limit);
             let files = match within {
@@ -100,10 +119,9 @@ impl World {
                 None => AssetRoot::trusted(&self.folder, &budget),
             };
             let mut files = files.extending(inner);
-            let added = add(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
+            let changed = change(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
             files.finish_world(inner).map_err(IntoPyErr::into_py_err)?;
-            Ok(added)
-        };
-        py.detach(|| self.modify(change))
+            Ok(changed)
+        }
     }
 }

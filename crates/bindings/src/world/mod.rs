@@ -2,8 +2,10 @@
 
 mod array_images;
 pub(crate) mod bundle;
+pub(crate) mod edit;
 pub(crate) mod from_description;
 mod light;
+pub(crate) mod many;
 pub(crate) mod rigs;
 pub(crate) mod state;
 mod triangles;
@@ -20,15 +22,15 @@ use raycam_scene::{TextureCache, World as Inner};
 
 use crate::arrays::array;
 use crate::camera::{Camera, up, up_name};
-use crate::error::{IntoPyErr, catch_panic, world_error};
+use crate::error::{IntoPyErr, catch_panic, check_memory, world_error};
 use crate::render;
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
-/// An object, for `objects`: name, category, mesh, triangles, world_from_mesh.
-type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4]);
+/// An object, for `objects`: name, category, mesh, triangles, world_from_mesh, visible.
+type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool);
 
 #[pymethods]
 impl World {
@@ -55,7 +57,7 @@ impl World {
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
-        self.modify(|world| Ok(world.add_camera(name, camera.inner.clone())))
+        self.modify_unseen(|world| Ok(world.add_camera(name, camera.inner.clone())))
     }
 
     #[getter]
@@ -70,7 +72,7 @@ impl World {
 
     /// Puts what another reader has to say in the place of what is there.
     fn set_notices(&self, notices: Vec<String>) -> PyResult<()> {
-        self.modify(|world| {
+        self.modify_unseen(|world| {
             world.notices = notices;
             Ok(())
         })
@@ -117,9 +119,15 @@ impl World {
         let parts = world.objects.iter().map(|object| {
             let rows = glam::DMat4::from(object.world_from_mesh).transpose().to_cols_array_2d();
             let triangles = world.meshes[object.mesh].triangles.len();
-            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows)
+            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows, object.visible)
         });
         parts.collect()
+    }
+
+    /// The number of objects.
+    #[getter]
+    fn object_count(&self) -> usize {
+        self.state().world.objects.len()
     }
 
     /// The names of categories by number.
@@ -203,10 +211,12 @@ impl World {
         self.derive(|world| world.with_variant(name))
     }
 
-    /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all.
+    /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all that are visible.
     #[pyo3(signature = (object))]
     fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let world = self.snapshot();
+        let count = triangles::count(&world, object);
+        check_memory(&format!("{count} triangles"), count * 72)?;
         let corners = py.detach(|| catch_panic(|| triangles::corners(&world, object)))?;
         let n = corners.len();
         array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])

@@ -9,7 +9,7 @@ use crate::world::state::World;
 /// Adds a rig and its cameras to a world.
 #[pyfunction]
 pub(crate) fn world_add_rig(world: &World, rig: &Rig) -> PyResult<()> {
-    world.modify(|world| {
+    world.modify_unseen(|world| {
         let added = world.add_rig(rig.inner.clone());
         added.map(drop).map_err(IntoPyErr::into_py_err)
     })

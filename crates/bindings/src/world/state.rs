@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use raycam_formats::Budget;
-use raycam_render::PreparedWorld;
+use raycam_render::{PreparedFamily, PreparedWorld};
 use raycam_scene::{SceneError, World as Inner};
 
 use crate::error::{IntoPyErr, catch_panic};
-use crate::interruptible::run_interruptible;
+use crate::interruptible::run_for_work;
 
 /// A world as written, and as it was last prepared.
 #[derive(Clone, Default)]
@@ -18,6 +18,8 @@ pub(crate) struct WorldState {
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
     /// True if `prepared` is of `world` as it is now.
     pub(crate) is_current: bool,
+    /// The parts shared with the worlds that came of it, and with those that it came of.
+    pub(crate) family: Arc<PreparedFamily>,
 }
 
 /// A world.
@@ -52,7 +54,10 @@ impl World {
     /// Changes the world; when that fails, it is as before. `change` must not need the GIL, which others may hold while they
     /// wait for it to end.
     pub(crate) fn modify<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
-        let mut state = self.state();
+        Self::modify_state(&mut self.state(), change)
+    }
+
+    fn modify_state<T>(state: &mut WorldState, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         let world = Arc::make_mut(&mut state.world);
         let before = [
             world.meshes.len(),
@@ -81,11 +86,32 @@ impl World {
         changed
     }
 
+    /// [`World::modify`] for changes of which some cannot be taken back: the whole world is kept meanwhile.
+    pub(crate) fn modify_or_restore<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+        self.modify(|world| {
+            let before = world.clone();
+            let changed = catch_panic(|| change(world)).and_then(|result| result);
+            if changed.is_err() {
+                *world = before;
+            }
+            changed
+        })
+    }
+
+    /// [`World::modify`] for changes that no ray sees: what is built stays.
+    pub(crate) fn modify_unseen<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+        let mut state = self.state();
+        let is_current = state.is_current;
+        let changed = Self::modify_state(&mut state, change);
+        state.is_current = is_current;
+        changed
+    }
+
     /// A world made of this one, which shares what is built.
     pub(crate) fn derive(&self, change: impl FnOnce(&Inner) -> Result<Inner, SceneError>) -> PyResult<Self> {
-        let WorldState { world, prepared, .. } = self.state().clone();
+        let WorldState { world, prepared, family, .. } = self.state().clone();
         let changed = catch_panic(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
-        let state = WorldState { world: Arc::new(changed), prepared, is_current: false };
+        let state = WorldState { world: Arc::new(changed), prepared, is_current: false, family };
         Ok(Self { state: Mutex::new(state), folder: self.folder.clone() })
     }
 
@@ -100,12 +126,14 @@ impl World {
         py: Python<'_>,
         threads: Option<usize>,
     ) -> PyResult<(Arc<Inner>, Arc<PreparedWorld>)> {
-        let WorldState { world, prepared, is_current } = self.state().clone();
+        let WorldState { world, prepared, is_current, family } = self.state().clone();
         if let Some(prepared) = prepared.clone().filter(|_| is_current) {
             return Ok((world, prepared));
         }
-        let built =
-            run_interruptible(py, None, |control| PreparedWorld::new(&world, prepared.as_deref(), threads, control))?;
+        let is_brief = PreparedWorld::is_brief_to_prepare(&world, &family);
+        let built = run_for_work(py, is_brief, |control| {
+            PreparedWorld::in_family(&world, &family, prepared.as_deref(), threads, control)
+        })?;
         let built = Arc::new(built);
         let mut state = self.state();
         // Another thread may have changed the world meanwhile.

@@ -3,7 +3,16 @@
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Object, World};
 
-/// Corners in the world, of one object or of all.
+/// The number of triangles of one object, or of all that are visible.
+pub(crate) fn count(world: &World, object: Option<usize>) -> usize {
+    let of_object = |object: &Object| world.meshes[object.mesh].triangles.len();
+    match object {
+        Some(object) => world.objects.get(object).map_or(0, of_object),
+        None => world.objects.iter().filter(|object| object.visible).map(of_object).sum(),
+    }
+}
+
+/// Corners in the world, of one object or of all that are visible.
 pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     let of_object = |object: &Object, mesh: &Mesh| {
         let placed: Vec<_> =
@@ -11,11 +20,10 @@ pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]
         let corners = |triangle: &[u32; 3]| triangle.map(|i| placed[i as usize]);
         mesh.triangles.iter().map(corners).collect()
     };
-    let objects = match object {
-        Some(object) => world.objects.get(object..=object).unwrap_or_default(),
-        None => &world.objects,
-    };
-    flat_map_objects(world, objects, of_object)
+    match object {
+        Some(object) => flat_map_objects(world, world.objects.get(object).into_iter(), of_object),
+        None => flat_map_objects(world, visible(world), of_object),
+    }
 }
 
 /// Instance and triangle.
@@ -25,6 +33,7 @@ pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
         .objects
         .iter()
         .enumerate()
+        .filter(|(_, object)| object.visible)
         .flat_map(|(instance, object)| (0..count(object)).map(move |triangle| [instance as i32, triangle as i32]));
     ids.collect()
 }
@@ -33,7 +42,7 @@ pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
 /// the middle.
 pub(crate) fn colors(world: &World) -> Vec<Rgb> {
     let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-    flat_map_objects(world, &world.objects, |object, mesh| {
+    flat_map_objects(world, visible(world), |object, mesh| {
         let color = |(t, corners): (usize, &[u32; 3])| {
             let slot = mesh.material_slots.as_ref().map_or(0, |slots| usize::from(slots[t]));
             let material = &world.materials[object.materials[slot]];
@@ -58,8 +67,16 @@ pub(crate) fn colors(world: &World) -> Vec<Rgb> {
 }
 
 /// The concatenated results of `f` for each of these objects.
-fn flat_map_objects<T>(world: &World, objects: &[Object], f: impl Fn(&Object, &Mesh) -> Vec<T>) -> Vec<T> {
-    objects.iter().flat_map(|object| f(object, &world.meshes[object.mesh])).collect()
+fn flat_map_objects<'a, T>(
+    world: &World,
+    objects: impl Iterator<Item = &'a Object>,
+    f: impl Fn(&Object, &Mesh) -> Vec<T>,
+) -> Vec<T> {
+    objects.flat_map(|object| f(object, &world.meshes[object.mesh])).collect()
+}
+
+fn visible(world: &World) -> impl Iterator<Item = &Object> {
+    world.objects.iter().filter(|object| object.visible)
 }
 
 fn mean<const N: usize>([a, b, c]: [[f32; N]; 3]) -> [f32; N] {

@@ -93,7 +93,7 @@ pub fn build_and_concat<L: LeafBuilder>(
         roots: Vec::with_capacity(jobs.len()),
         overflow: vec![],
     });
-    let threads = rayon::current_num_threads().min(jobs.len());
+    let count = jobs.len();
     let jobs = Mutex::new(jobs.into_iter().enumerate());
     let work = || {
         let mut scratch = None;
@@ -113,7 +113,13 @@ pub fn build_and_concat<L: LeafBuilder>(
         }
     };
     // One task per thread, each taking the next treelet: few treelets finish out of order.
-    rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
+    // A single treelet never touches rayon: the caller may not be in a pool.
+    if count <= 1 {
+        work();
+    } else {
+        let threads = rayon::current_num_threads().min(count);
+        rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
+    }
     let output = output.into_inner().unwrap_or_else(PoisonError::into_inner);
     let OrderedWriter { used, roots, overflow, .. } = output;
     let missing = overflow.iter().fold([0; 2], |n, overflow| [n[0] + overflow.0.len(), n[1] + overflow.1.len()]);

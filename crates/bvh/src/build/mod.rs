@@ -47,8 +47,11 @@ pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(dispatch: Dispatch, source:
         Some(rate) if count > SAMPLING_THRESHOLD => kd_sample::build_sampled_top(source, rate, &shared),
         _ if count == 0 => (None, vec![]),
         _ => {
-            let made = (0..count).into_par_iter().with_min_len(TREELET_SIZE);
-            let mut prims: Vec<_> = made.map(|at| source.prim(at)).collect();
+            // Few primitives never touch rayon: the caller may not be in a pool.
+            let mut prims: Vec<_> = match count <= TREELET_SIZE {
+                true => (0..count).map(|at| source.prim(at)).collect(),
+                false => (0..count).into_par_iter().with_min_len(TREELET_SIZE).map(|at| source.prim(at)).collect(),
+            };
             let whole = parallel_split::prim_info(dispatch, &prims);
             let top = parallel_split::split_to_treelets(&mut prims, whole, 0, &shared);
             (Some(top), vec![TreeletInput::Prims(prims)])

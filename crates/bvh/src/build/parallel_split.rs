@@ -69,11 +69,15 @@ pub fn split_to_treelets<L: LeafBuilder>(
 
 /// Bounds and centroid bounds of many primitives.
 pub fn prim_info(dispatch: Dispatch, prims: &[PrimRef]) -> PrimInfo {
-    let chunks = prims.par_chunks(PARALLEL_THRESHOLD).map(|prims| {
+    let of_chunk = |prims: &[PrimRef]| {
         let mut range = PrimInfo::empty();
         prim_info_of(dispatch, prims, &mut range);
         range
-    });
+    };
+    if prims.len() <= PARALLEL_THRESHOLD {
+        return of_chunk(prims);
+    }
+    let chunks = prims.par_chunks(PARALLEL_THRESHOLD).map(of_chunk);
     chunks.reduce(PrimInfo::empty, |a, b| a.merged(&b))
 }
 

@@ -101,11 +101,13 @@ impl<T: Copy> HugePageVec<T> {
         self.capacity
     }
 
-    /// Concatenates `parts`, `capacity` values in all. Copied in parallel; each part is dropped after its copy.
+    /// Concatenates `parts`, `capacity` values in all. Many are copied in parallel; each part is dropped after its copy.
     pub fn concat_parallel<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where
         T: Send + Sync,
     {
+        /// Values that are not worth another thread.
+        const FEW: usize = 1 << 12;
         let mut pages = Self::with_capacity(capacity);
         let mut room = pages.spare_capacity_mut();
         let mut at = 0;
@@ -117,9 +119,13 @@ impl<T: Copy> HugePageVec<T> {
             (at, room) = (at + length, rest);
         }
         assert!(at == capacity, "{at} values, expected {capacity}");
-        placed.into_par_iter().for_each(|(part, here)| {
-            copy_to_uninit(here, part.as_ref());
-        });
+        let copy = |(part, here): (P, _)| copy_to_uninit(here, part.as_ref());
+        // Little is copied by the calling thread, which may not be in a pool.
+        if at <= FEW {
+            placed.into_iter().for_each(copy);
+        } else {
+            placed.into_par_iter().for_each(copy);
+        }
         pages.len = capacity;
         pages
     }

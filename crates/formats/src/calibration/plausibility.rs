@@ -42,7 +42,7 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         let same = (x / y - 1.0).abs() < SAME_RATIO && x > 0.0;
         if same && !panorama && !(1.0 / OTHER_RESOLUTION..=OTHER_RESOLUTION).contains(&x) {
             resolution.push((record, x, size));
-        } else if !panorama && !((-0.5..=width).contains(&cx) && (-0.5..=height).contains(&cy)) {
+        } else if !(panorama || (-0.5..=width).contains(&cx) && (-0.5..=height).contains(&cy)) {
             outside.push((record, cx, cy));
         }
         let alike =

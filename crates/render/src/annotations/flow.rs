@@ -12,6 +12,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::ground_truth::convert::exact_ray;
+use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
@@ -54,6 +55,7 @@ pub fn flow(
         [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| Viewpoint { camera, ..view });
     let size @ [width, height] = first.camera.size();
     let count = width as usize * height as usize;
+    check_memory(|| format!("a flow of {width} x {height} pixels"), count as u64 * 26)?;
     let mut found = Flow {
         flow: vec![[f32::NAN; 2]; count],
         scene_flow: vec![[f32::NAN; 3]; count],

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::error::RenderError;
 use crate::film::channel::{Channel, PixelType};
 use crate::film::image_plane::ImagePlane;
+use crate::memory::check_memory;
 
 /// Largest memory of a frame's planes.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
@@ -15,14 +16,10 @@ pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) 
     let pixels = u64::from(width) * u64::from(height);
     // Saturating: the largest sides alone exceed 64 bits.
     let bytes = pixels.saturating_mul(channels.iter().map(|channel| channel.bytes()).sum());
-    let too_large = || RenderError::TooLarge {
-        what: format!("a frame of {width} x {height} pixels and {} channels", channels.len()),
-        bytes,
-        limit: MAX_FRAME_BYTES,
-    };
+    let what = || format!("a frame of {width} x {height} pixels and {} channels", channels.len());
+    let too_large = || RenderError::TooLarge { what: what(), bytes, limit: MAX_FRAME_BYTES };
     let pixels = usize::try_from(pixels).ok().filter(|_| bytes <= MAX_FRAME_BYTES).ok_or_else(too_large)?;
-    // Reserved and released: an allocation that fails later would abort the process.
-    Vec::<u8>::new().try_reserve_exact(bytes as usize).map_err(|_| too_large())?;
+    check_memory(what, bytes)?;
     Ok(pixels)
 }
 
@@ -31,20 +28,24 @@ pub(crate) fn allocate_planes(
     region: [u32; 4],
     channels: &[Channel],
 ) -> Result<Vec<(Channel, ImagePlane)>, RenderError> {
+    /// Pixels from which zeroing is worth other threads.
+    const MANY_PIXELS: usize = 1 << 16;
     let pixels = check_size(region, channels)?;
-    Ok(channels
-        .par_iter()
-        .map(|&channel| {
-            let components = channel.components();
-            let count = pixels * components;
-            let plane = match channel.pixel_type() {
-                PixelType::F32 => ImagePlane::F32 { components, data: zeroed_huge(count) },
-                PixelType::F64 => ImagePlane::F64 { components, data: zeroed_huge(count) },
-                PixelType::I32 => ImagePlane::I32 { components, data: zeroed_huge(count) },
-            };
-            (channel, plane)
-        })
-        .collect())
+    let plane = |&channel: &Channel| {
+        let components = channel.components();
+        let count = pixels * components;
+        let plane = match channel.pixel_type() {
+            PixelType::F32 => ImagePlane::F32 { components, data: zeroed_huge(count) },
+            PixelType::F64 => ImagePlane::F64 { components, data: zeroed_huge(count) },
+            PixelType::I32 => ImagePlane::I32 { components, data: zeroed_huge(count) },
+        };
+        (channel, plane)
+    };
+    Ok(if pixels < MANY_PIXELS {
+        channels.iter().map(plane).collect()
+    } else {
+        channels.par_iter().map(plane).collect()
+    })
 }
 
 /// Memory of a plane: one value per pixel of the region and component of the channel.

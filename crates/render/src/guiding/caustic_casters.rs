@@ -40,6 +40,9 @@ const MIN_WEIGHT: f64 = 0.1;
 /// The objects of a world that may be caustic casters, largest first.
 pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster> {
     let candidate = |(index, object): (usize, &PreparedInstance)| {
+        if !object.is_visible {
+            return None;
+        }
         let slots = object.mesh.mesh.slot_count().max(1);
         let roughness = |&material: &usize| caustic_roughness(&geometry.materials[material].material);
         let all: Option<Vec<_>> = object.materials.iter().take(slots).map(roughness).collect();
@@ -169,8 +172,7 @@ mod tests {
     fn casters_are_smooth_metals_and_solid_glass() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
-            .guiding
-            .candidates
+            .caustic_candidates()
             .iter()
             .filter(|caster| !caster.is_rough)
             .map(|mirror| (mirror.center + prepared.geometry.origin, mirror.radius))
@@ -209,7 +211,7 @@ mod tests {
         let apart = |a: &[f32], b: &[f32]| -> f64 { a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum() };
         let pictures = |prepared: &PreparedWorld| -> Vec<_> { (1..=8).map(|seed| picture(prepared, seed)).collect() };
         let thrown = pictures(&prepared);
-        let casters = prepared.guiding.casters().0.to_vec();
+        let casters = prepared.caustic_casters().0.to_vec();
         prepared.guiding.caustics = Caustics { casters, maps: vec![] }.into();
         let with = pictures(&prepared);
         prepared.guiding.caustics = Caustics::default().into();

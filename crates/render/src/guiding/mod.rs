@@ -16,12 +16,14 @@ use crate::guiding::caustic_map::CausticMap;
 use crate::prepare::geometry::Geometry;
 
 /// Caustic guiding of a prepared world.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Guiding {
-    /// The objects that may be casters.
-    pub candidates: Vec<CausticCaster>,
+    /// Result of [`Guiding::candidates`], computed on demand.
+    candidates: OnceLock<Vec<CausticCaster>>,
     /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
     pub caustics: OnceLock<Caustics>,
+    /// True for a world within an exposure.
+    is_within_exposure: bool,
 }
 
 /// The casters that samples are guided to.
@@ -33,20 +35,34 @@ pub(crate) struct Caustics {
 }
 
 impl Guiding {
-    pub fn new(geometry: &Geometry) -> Self {
-        Self { candidates: find_caustic_candidates(geometry), caustics: OnceLock::new() }
+    /// Guiding to smooth casters without maps: a photon pass for every time of an exposure would cost too much.
+    pub fn within_exposure() -> Self {
+        Self { is_within_exposure: true, ..Self::default() }
     }
 
-    /// Guiding to smooth casters without maps: a photon pass for every time of an exposure would cost too much.
-    pub fn within_exposure(geometry: &Geometry) -> Self {
+    /// True if photons may look for casters.
+    pub fn needs_photons(&self) -> bool {
+        !self.is_within_exposure && self.caustics.get().is_none()
+    }
+
+    /// The objects that may be casters, found now unless they are known.
+    pub fn candidates(&self, geometry: &Geometry) -> &[CausticCaster] {
+        if let Some(known) = self.candidates.get() {
+            return known;
+        }
+        // Found outside of the cell: threads must not wait for it.
         let candidates = find_caustic_candidates(geometry);
-        let chosen = choose_casters(&candidates, &vec![0.0; candidates.len()]);
-        let casters = chosen.into_iter().map(|(_, caster)| caster).collect();
-        Self { candidates, caustics: Caustics { casters, maps: vec![] }.into() }
+        self.candidates.get_or_init(|| candidates)
     }
 
     /// The casters and their maps; none before they were found.
-    pub fn casters(&self) -> (&[CausticCaster], &[CausticMap]) {
+    pub fn casters(&self, geometry: &Geometry) -> (&[CausticCaster], &[CausticMap]) {
+        if self.is_within_exposure && self.caustics.get().is_none() {
+            let candidates = self.candidates(geometry);
+            let chosen = choose_casters(candidates, &vec![0.0; candidates.len()]);
+            let casters = chosen.into_iter().map(|(_, caster)| caster).collect();
+            let _ = self.caustics.set(Caustics { casters, maps: vec![] });
+        }
         self.caustics.get().map_or((&[], &[]), |found| (&found.casters, &found.maps))
     }
 }

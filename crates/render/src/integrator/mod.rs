@@ -132,9 +132,10 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
 impl Integrator {
     /// The lights of a world, or default lights where an integrator needs light and the world has none.
     pub(crate) fn effective_lights(self, world: &PreparedWorld) -> &Lights {
-        match &world.lighting.default_lights {
+        let lighting = world.lighting();
+        match &lighting.default_lights {
             Some(lights) if self.needs_light() => lights,
-            _ => &world.lighting.lights,
+            _ => &lighting.lights,
         }
     }
 
@@ -149,8 +150,8 @@ impl Integrator {
 
     /// Remarks on a picture of a world.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
-        if self.needs_light() && world.lighting.default_lights.is_some() {
-            let besides = match world.lighting.lights.has_emissive_triangles() {
+        if self.needs_light() && world.lighting().default_lights.is_some() {
+            let besides = match world.lighting().lights.has_emissive_triangles() {
                 true => " but surfaces that shine, which a glTF file has to be seen",
                 false => "",
             };

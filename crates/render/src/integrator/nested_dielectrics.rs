@@ -122,7 +122,7 @@ impl InteriorList {
 
     /// True if the path is in a closed body and a light lies outside of the body's bounds.
     pub fn light_outside_closed_body(&self, geometry: &Geometry, p_light: DVec3) -> bool {
-        let body = self.current(geometry).and_then(|there| geometry.dielectric_bounds[there]);
+        let body = self.current(geometry).and_then(|there| geometry.dielectric_bounds()[there]);
         body.is_some_and(|[lower, upper]| p_light.cmplt(lower).any() || p_light.cmpgt(upper).any())
     }
 

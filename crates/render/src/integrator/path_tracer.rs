@@ -155,7 +155,7 @@ impl<'a> PathTracer<'a> {
     pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, samplers: &'a [Sampler]) -> Self {
         let lights = settings.lights;
         let (caustic_casters, caustic_maps): (&[_], &[_]) = match lights.can_cast_caustics() {
-            true => world.guiding.casters(),
+            true => world.caustic_casters(),
             false => (&[], &[]),
         };
         Self {

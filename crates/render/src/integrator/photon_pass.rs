@@ -47,7 +47,7 @@ pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
     let lights = settings.integrator.effective_lights(world);
     let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_CAUSTIC_SEGMENTS);
     let is_guided = settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics();
-    if is_guided && world.guiding.caustics.get().is_none() {
+    if is_guided && world.guiding.needs_photons() {
         // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
         let _ = world.guiding.caustics.set(find_caustics(world, lights));
     }
@@ -55,7 +55,7 @@ pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
 
 /// The casters and the caustic map of each. Both guide paths only: light that they lack adds noise and no bias.
 fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
-    let candidates = &world.guiding.candidates;
+    let candidates = world.caustic_candidates();
     if candidates.is_empty() {
         return Caustics::default();
     }
@@ -78,7 +78,7 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
 /// The fraction of all light that every candidate throws, as far as photons emitted to it tell.
 fn thrown_fractions(world: &PreparedWorld, lights: &Lights) -> Vec<f64> {
     let phi = lights.phi();
-    let candidates = &world.guiding.candidates;
+    let candidates = world.caustic_candidates();
     let thrown = |index: usize| {
         let deposits = trace_photons(world, lights, index, 0);
         let own = deposits.iter().filter(|(last, _)| *last == index);
@@ -94,7 +94,7 @@ fn thrown_fractions(world: &PreparedWorld, lights: &Lights) -> Vec<f64> {
 fn trace_photons(world: &PreparedWorld, lights: &Lights, candidate: usize, batch: u32) -> Vec<(usize, PhotonDeposit)> {
     let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
     let samples = batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH;
-    let caster = &world.guiding.candidates[candidate];
+    let caster = &world.caustic_candidates()[candidate];
     let emitted = samples.filter_map(|i| emit_photon(world, lights, caster, sampler.with_sample(i)));
     let (mut photons, mut rays): (Vec<_>, Vec<_>) = emitted.unzip();
     let (mut hits, mut deposits) = (vec![], vec![]);
@@ -157,7 +157,7 @@ impl Photon {
         deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
         let interaction = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
-        let mut candidates = world.guiding.candidates.iter();
+        let mut candidates = world.caustic_candidates().iter();
         let Some(caster) = candidates.position(|caster| caster.instance == hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
                 let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };
@@ -236,7 +236,7 @@ mod tests {
     /// The target of the ball's map for a point of the world: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
-        let (casters, maps) = world.guiding.casters();
+        let (casters, maps) = world.caustic_casters();
         let (thrown, CausticCaster { center, radius, .. }) = (&maps[0], casters[0]);
         let exit = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
@@ -285,6 +285,6 @@ mod tests {
             assert!(world.guiding.caustics.get().is_none());
         }
         build_caustic_maps(&world, &settings(Integrator::Path, 3));
-        assert_eq!(world.guiding.casters().1.len(), 1);
+        assert_eq!(world.caustic_casters().1.len(), 1);
     }
 }

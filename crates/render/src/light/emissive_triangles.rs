@@ -1,7 +1,10 @@
 //! Emissive triangles: every triangle of an emissive material is a light.
 
-use glam::{DVec3, Vec3};
+use std::sync::{Arc, Weak};
+
+use glam::{DAffine3, DVec3, Vec3};
 use raycam_bvh::Hit;
+use raycam_scene::Material;
 
 use crate::interaction::LightSampleContext;
 use crate::light::bounds::LightBounds;
@@ -9,6 +12,9 @@ use crate::light::samples::LightLiSample;
 use crate::light::tree::LightTree;
 use crate::light::tree::importance::LightTreeContext;
 use crate::prepare::geometry::Geometry;
+use crate::prepare::instance::PreparedInstance;
+use crate::prepare::mesh::PreparedMesh;
+use crate::prepare::texture::PreparedTexture;
 
 /// All emissive triangles of the scene.
 #[derive(Debug, Default)]
@@ -20,18 +26,78 @@ pub(crate) struct EmissiveTriangles {
     tree: LightTree,
 }
 
+/// Key of the emissive triangles of a scene, all that they depend on: equal keys, equal triangles.
+#[derive(Debug)]
+pub(crate) struct EmissiveKey {
+    origin: DVec3,
+    instances: Vec<EmissiveInstance>,
+}
+
+#[derive(Debug)]
+struct EmissiveInstance {
+    instance: usize,
+    /// Its address stays its own as long as this is held.
+    mesh: Weak<PreparedMesh>,
+    world_from_mesh: DAffine3,
+    materials: Vec<(Material, Vec<Weak<PreparedTexture>>)>,
+}
+
+impl EmissiveKey {
+    pub fn new(world: &Geometry) -> Self {
+        let material = |&material: &usize| {
+            let material = &world.materials[material].material;
+            let slots = material.texture_slots().into_iter();
+            (material.clone(), slots.map(|slot| Arc::downgrade(&world.textures[slot.texture])).collect())
+        };
+        let instances = world.shining_instances().map(|(instance, object)| EmissiveInstance {
+            instance,
+            mesh: Arc::downgrade(&object.mesh),
+            world_from_mesh: object.world_from_mesh,
+            materials: object.materials.iter().map(material).collect(),
+        });
+        Self { origin: world.origin, instances: instances.collect() }
+    }
+}
+
+impl PartialEq for EmissiveKey {
+    fn eq(&self, other: &Self) -> bool {
+        (self.instances.is_empty() && other.instances.is_empty())
+            || (self.origin == other.origin && self.instances == other.instances)
+    }
+}
+
+impl PartialEq for EmissiveInstance {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |(a, textures): &(Material, Vec<Weak<PreparedTexture>>), (b, others): &(Material, Vec<_>)| {
+            a == b && textures.len() == others.len() && textures.iter().zip(others).all(|(a, b)| Weak::ptr_eq(a, b))
+        };
+        self.instance == other.instance
+            && Weak::ptr_eq(&self.mesh, &other.mesh)
+            && self.world_from_mesh == other.world_from_mesh
+            && self.materials.len() == other.materials.len()
+            && self.materials.iter().zip(&other.materials).all(|(a, b)| same(a, b))
+    }
+}
+
+impl Geometry {
+    /// Instances of which a surface may shine, by number.
+    fn shining_instances(&self) -> impl Iterator<Item = (usize, &PreparedInstance)> {
+        let shines = |&material: &usize| self.materials[material].material.emission.value != [0.0; 3];
+        let instances = self.instances.iter().enumerate();
+        instances.filter(move |(_, object)| object.is_visible && object.materials.iter().any(shines))
+    }
+}
+
 /// Light index of a triangle that does not emit.
 const NOT_EMISSIVE: u32 = u32::MAX;
 
 impl EmissiveTriangles {
     pub fn new(world: &Geometry) -> Self {
-        let mut found = Self { light_of_triangle: vec![vec![]; world.instances.len()], ..Self::default() };
+        let mut found = Self::default();
         let mut bounds = vec![];
-        for (instance, object) in world.instances.iter().enumerate() {
-            let shines = |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
-            if !object.materials.iter().any(shines) {
-                continue;
-            }
+        let shines = |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
+        for (instance, object) in world.shining_instances() {
+            found.light_of_triangle.resize_with(instance + 1, Vec::new);
             let count = object.mesh.mesh.triangles.len();
             let mut numbers = vec![NOT_EMISSIVE; count];
             for (triangle, number) in numbers.iter_mut().enumerate() {

@@ -1,5 +1,7 @@
 //! All lights of a scene.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 use raycam_bvh::dispatch_simd;
 use raycam_scene::{Light, Up};
@@ -11,7 +13,6 @@ use crate::light::light_cull::{BoundingSphere, TestSpheres};
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::EnvironmentLookup;
 use crate::light::tree::LightTree;
-use crate::prepare::geometry::Geometry;
 use crate::soa::Vec3xN;
 
 /// Lights of a scene, with and without a mesh.
@@ -32,14 +33,15 @@ pub(crate) struct Lights {
     /// Light tree over `finite`.
     pub(super) tree: LightTree,
     /// Surfaces that shine.
-    pub(super) emissive_triangles: EmissiveTriangles,
+    pub(super) emissive_triangles: Arc<EmissiveTriangles>,
 }
 
 impl Lights {
-    /// Prepares lights without a mesh; see [`Lights::with_emissive_triangles`].
-    pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
+    /// Prepares lights without a mesh. Tables of environments that `known` lights have are shared.
+    pub fn sharing(lights: &[Light], up: Up, origin: DVec3, known: &[&Lights]) -> Self {
+        let known: Vec<&EnvironmentLight> = known.iter().flat_map(|lights| lights.environments()).collect();
         let prepared: Vec<PreparedLight> =
-            lights.iter().flat_map(|light| PreparedLight::new(light, up, origin)).collect();
+            lights.iter().flat_map(|light| PreparedLight::new(light, up, origin, &known)).collect();
         let (mut infinite, finite): (Vec<_>, Vec<_>) = (0..prepared.len()).partition(|&i| prepared[i].is_infinite());
         let is_constant_sky =
             |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
@@ -62,13 +64,8 @@ impl Lights {
             lights: prepared,
             infinite,
             finite,
-            emissive_triangles: EmissiveTriangles::default(),
+            emissive_triangles: Arc::default(),
         }
-    }
-
-    /// Adds the emissive triangles of the geometry.
-    pub fn with_emissive_triangles(self, world: &Geometry) -> Self {
-        Self { emissive_triangles: EmissiveTriangles::new(world), ..self }
     }
 
     /// True if any triangle emits.
@@ -127,10 +124,11 @@ impl Lights {
     /// First environment light, with its index among the infinite lights.
     pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
         let mut environments = self.infinite[..self.non_constant_infinite].iter().enumerate();
-        environments.find_map(|(number, &i)| match &self.lights[i] {
-            PreparedLight::Environment(environment) => Some((number, &**environment)),
-            _ => None,
-        })
+        environments.find_map(|(number, &i)| Some((number, self.lights[i].environment()?)))
+    }
+
+    fn environments(&self) -> impl Iterator<Item = &EnvironmentLight> {
+        self.lights.iter().filter_map(PreparedLight::environment)
     }
 
     /// For each ray, false only if it misses every light that rays can hit.

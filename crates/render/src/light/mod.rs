@@ -21,6 +21,7 @@ pub(crate) mod environment;
 pub(crate) mod ies;
 pub(crate) mod light_cull;
 pub(crate) mod light_sampling;
+pub(crate) mod lighting;
 pub(crate) mod lights;
 pub(crate) mod point;
 pub(crate) mod prepared_light;

@@ -30,8 +30,8 @@ pub(crate) enum PreparedLight {
 }
 
 impl PreparedLight {
-    /// Prepares a light: one light, or two for daylight (sky and sun).
-    pub fn new(light: &Light, up: Up, origin: DVec3) -> Vec<Self> {
+    /// Prepares a light: one light, or two for daylight (sky and sun). Tables of `known` environments are shared.
+    pub fn new(light: &Light, up: Up, origin: DVec3, known: &[&EnvironmentLight]) -> Vec<Self> {
         match *light {
             Light::Sun { direction, irradiance, angular_diameter } => {
                 let sun = SunLight::new(direction, irradiance, angular_diameter);
@@ -48,14 +48,14 @@ impl PreparedLight {
             }
             Light::Preetham { direction, turbidity, scale } => {
                 let (sky, sun) = PreethamSky::new(up, direction.into(), turbidity, scale.into());
-                let sky = EnvironmentLight::of_sky(sky, up);
+                let sky = EnvironmentLight::of_sky(sky, up, known);
                 vec![Self::Environment(Box::new(sky)), Self::Sun(sun)]
             }
             Light::Environment { ref image, yaw, scale } => {
                 let Some(image) = image.content.clone() else {
                     return vec![];
                 };
-                let environment = EnvironmentLight::new(image, up, yaw, scale);
+                let environment = EnvironmentLight::new(image, up, yaw, scale, known);
                 vec![Self::Environment(Box::new(environment))]
             }
             _ => Self::finite(light, origin).into_iter().collect(),
@@ -95,6 +95,14 @@ impl PreparedLight {
             }
             Light::Sun { .. } | Light::Sky { .. } | Light::Preetham { .. } | Light::Environment { .. } => return None,
         })
+    }
+
+    /// The environment light that it is, if any.
+    pub fn environment(&self) -> Option<&EnvironmentLight> {
+        match self {
+            Self::Environment(environment) => Some(environment),
+            _ => None,
+        }
     }
 
     pub fn is_infinite(&self) -> bool {

@@ -36,6 +36,11 @@ impl PhongLobe {
         Self { shininess, albedo }
     }
 
+    /// The exponent.
+    pub fn exponent(&self) -> f32 {
+        self.shininess
+    }
+
     /// The value of a white lobe in 1/sr, from world directions.
     pub fn eval(&self, normal: Vec3, wo: Vec3, wi: Vec3) -> f32 {
         let mirror = 2.0 * normal.dot(wo) * normal - wo;

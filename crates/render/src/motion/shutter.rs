@@ -185,7 +185,7 @@ impl<'a> ShutterSlices<'a> {
 
     fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
         let world = self.scene_at(since_middle)?;
-        let moved = PreparedWorld::advance_world(&world, self.world, self.reference, control)?;
+        let moved = PreparedWorld::advance_world(&world, self.reference, control)?;
         Ok(Arc::new(moved))
     }
 }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::prepare::geometry::Geometry;
 use crate::prepare::instance::PreparedInstance;
+use crate::thread_pool::with_pool;
 
 /// Samples per triangle that pay for the build, with a margin, if instances are close.
 const SAMPLES_TO_PAY: u64 = 4;
@@ -20,6 +21,8 @@ const SAMPLES_TO_PAY: u64 = 4;
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
 /// Exact rays per triangle that pay for the build; there are fewer, and they are coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
+/// The same for a world that was made of another by moving things: it will hardly stay either.
+const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
 /// Largest number of triangles; the build needs some 200 bytes per triangle.
 const MAX_TRIANGLES: usize = 1 << 22;
 /// Smallest extent of an instance's mean triangle, in float32 steps of the scene's radius: coarser coordinates would
@@ -46,7 +49,11 @@ impl Geometry {
         if tree.get().is_none() {
             // The build must not run inside `get_or_init`: a building thread steals tasks of other renders, and one
             // of the same world would wait for itself. The first result wins; all are equal.
-            let _ = tree.set(self.flatten());
+            let tree_of_all = match rayon::current_thread_index() {
+                Some(_) => self.flatten(),
+                None => with_pool(None, || self.flatten()).unwrap_or_default(),
+            };
+            let _ = tree.set(tree_of_all);
         }
         tree.get().and_then(Option::as_ref)
     }
@@ -56,7 +63,8 @@ impl Geometry {
         if self.flattened.scene.get().is_none() {
             let before = self.flattened.exact_rays.fetch_add(rays, Ordering::Relaxed);
             let rays = before.saturating_add(rays);
-            self.flattened_if_worth(|triangles| rays / EXACT_RAYS_TO_PAY >= triangles);
+            let to_pay = if self.flattened.is_of_moved { EXACT_RAYS_TO_PAY_MOVED } else { EXACT_RAYS_TO_PAY };
+            self.flattened_if_worth(|triangles| rays / to_pay >= triangles);
         }
     }
 
@@ -87,7 +95,8 @@ impl Geometry {
             let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
             (middle, place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0)
         };
-        let boxes: Vec<(DVec3, DVec3)> = self.instances.iter().map(of_object).collect();
+        let visible = self.instances.iter().filter(|object| object.is_visible);
+        let boxes: Vec<(DVec3, DVec3)> = visible.map(of_object).collect();
         let near = |(i, &(middle, half)): (usize, &(DVec3, DVec3))| {
             let mut others = boxes[..i].iter();
             others.any(|&(other, other_half)| {
@@ -104,8 +113,10 @@ impl Geometry {
         (0..self.instances.len()).map(count).sum()
     }
 
+    /// Triangles of an instance that rays can hit.
     fn instance_triangles(&self, object: usize) -> &[[u32; 3]] {
-        &self.instances[object].mesh.mesh.triangles
+        let object = &self.instances[object];
+        if object.is_visible { &object.mesh.mesh.triangles } else { &[] }
     }
 
     /// Builds the flattened scene; `None` if it would be too large or too coarse.
@@ -124,6 +135,9 @@ impl Geometry {
             }
             let before = u32::try_from(vertices.len()).ok()?;
             firsts.push(u32::try_from(triangles.len()).ok()?);
+            if count == 0 {
+                continue;
+            }
             triangles.extend(self.instance_triangles(i).iter().map(|t| t.map(|i| before + i)));
             let local = |&vertex| {
                 let vertex = object.world_from_mesh.transform_point3(vertex);

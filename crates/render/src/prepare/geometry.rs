@@ -5,9 +5,11 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use raycam_bvh::{BuildError, ExactTriangles, Ray, Scene};
-use raycam_scene::{Camera, Object, TextureCache, World};
+use raycam_scene::{Alpha, Camera, Object, TextureCache, World};
 
 use crate::error::RenderError;
+use crate::lobes::classify::is_straight;
+use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
 use crate::prepare::instance::{PreparedInstance, transformed_bounds};
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::mesh::PreparedMesh;
@@ -23,7 +25,8 @@ pub(crate) struct Geometry {
     pub scene: Scene,
     /// All instances in one BVH, built on demand: see [`Geometry::scene_for_samples`].
     pub flattened: Arc<FlattenedScene>,
-    /// World coordinates of the scene-local origin: the centre of the bounding box.
+    /// World coordinates of the scene-local origin: the [`rounded_center`](crate::prepare::mesh::rounded_center) of the
+    /// bounding box.
     pub origin: DVec3,
     /// Radius of a bounding sphere around `origin`.
     pub radius: f64,
@@ -31,8 +34,8 @@ pub(crate) struct Geometry {
     /// World-space boxes that cover all instances; empty for a world within an exposure.
     pub object_bounds: Vec<[DVec3; 2]>,
     pub materials: Arc<Vec<PreparedMaterial>>,
-    /// For each material, the scene-local box of its closed dielectric bodies.
-    pub dielectric_bounds: Vec<Option<[DVec3; 2]>>,
+    /// Result of [`Geometry::dielectric_bounds`], computed on demand.
+    dielectric_bounds: OnceLock<Vec<Option<[DVec3; 2]>>>,
     /// True if some material is not opaque.
     pub has_transparency: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
@@ -47,9 +50,66 @@ pub(crate) struct FlattenedScene {
     pub scene: OnceLock<Option<Scene>>,
     /// Exact rays traced without it.
     pub exact_rays: AtomicU64,
+    /// True if the world was made of another one by moving things.
+    pub is_of_moved: bool,
+}
+
+/// Origin and size of a prepared world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    pub origin: DVec3,
+    /// Radius of a bounding sphere around `origin`.
+    pub radius: f64,
+}
+
+impl Extent {
+    /// The extent of a box around a point.
+    pub fn around(origin: DVec3, [lower, upper]: [DVec3; 2]) -> Self {
+        Self { origin, radius: (upper - origin).max(origin - lower).length() }
+    }
 }
 
 impl Geometry {
+    /// Places meshes, one for each object, with the materials and textures of the world.
+    ///
+    /// # Errors
+    /// [`RenderError::World`] where float32 does not reach.
+    pub fn new(
+        world: &World,
+        meshes: Vec<Arc<PreparedMesh>>,
+        extent: Extent,
+        materials: Arc<Vec<PreparedMaterial>>,
+        textures: Arc<Vec<Arc<PreparedTexture>>>,
+    ) -> Result<Self, RenderError> {
+        let (instances, scene) = build_instances(world, meshes, extent.origin)?;
+        Ok(Self {
+            scene,
+            flattened: Arc::default(),
+            origin: extent.origin,
+            radius: extent.radius,
+            object_bounds: vec![],
+            dielectric_bounds: OnceLock::new(),
+            instances,
+            materials,
+            has_transparency: world
+                .materials
+                .iter()
+                .any(|material| material.alpha != Alpha::Opaque || is_straight(material)),
+            textures,
+            texture_cache: world.texture_cache.clone(),
+        })
+    }
+
+    /// For each material, the scene-local box of its closed dielectric bodies.
+    pub fn dielectric_bounds(&self) -> &[Option<[DVec3; 2]>] {
+        if let Some(known) = self.dielectric_bounds.get() {
+            return known;
+        }
+        // Computed outside of the cell: threads must not wait for it.
+        let bounds = closed_dielectric_bounds(&self.instances, &self.materials, self.origin);
+        self.dielectric_bounds.get_or_init(|| bounds)
+    }
+
     /// The camera with ray origins outside of the scene, where its rays come from infinity.
     pub fn camera_outside(&self, camera: &Camera) -> Camera {
         camera.with_ray_origins_outside(self.origin, self.radius)
@@ -57,7 +117,7 @@ impl Geometry {
 
     /// True if both scenes place the same meshes by the same transforms.
     pub fn has_same_instances(&self, other: &Self) -> bool {
-        let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh);
+        let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh, object.is_visible);
         let places = self.instances.iter().map(place);
         places.eq(other.instances.iter().map(place))
     }
@@ -118,7 +178,7 @@ impl ExactTriangles for Geometry {
 }
 
 /// Places meshes, and builds the top-level BVH over them.
-pub(crate) fn build_instances(
+fn build_instances(
     world: &World,
     meshes: Vec<Arc<PreparedMesh>>,
     origin: DVec3,
@@ -141,11 +201,11 @@ pub(crate) fn build_instances(
     Ok((objects, scene))
 }
 
-/// Bounding box of all objects; exact for a single untransformed mesh.
-pub(crate) fn world_bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
-    let boxes = objects.iter().zip(meshes);
+/// Bounding box of all visible objects; exact for a single untransformed mesh.
+pub(crate) fn world_bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> [DVec3; 2] {
+    let boxes = objects.iter().zip(meshes).filter(|(object, _)| object.visible);
     boxes
-        .map(|(object, mesh)| transformed_bounds(mesh, &object.world_from_mesh).into())
-        .reduce(|(a, b), (l, u)| (a.min(l), b.max(u)))
+        .map(|(object, mesh)| transformed_bounds(mesh, &object.world_from_mesh))
+        .reduce(|[a, b], [l, u]| [a.min(l), b.max(u)])
         .unwrap_or_default()
 }

@@ -27,6 +27,8 @@ pub(crate) struct PreparedInstance {
     /// Index of the category in the world's categories, or -1.
     pub category: i32,
     pub error_bounds: ErrorBounds,
+    /// False for an instance that nothing hits.
+    pub is_visible: bool,
 }
 
 /// Upper bound on the float32 roundings of the largest coordinates between a surface and a ray that leaves it:
@@ -66,7 +68,7 @@ impl PreparedInstance {
         let inverse = linear.inverse();
         let of_point = linear.abs() * inverse.abs();
         let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
-        let reach = (mesh.upper - mesh.center).max_element();
+        let reach = (mesh.upper - mesh.center).max(mesh.center - mesh.lower).max_element();
         Self {
             error_bounds: ErrorBounds {
                 per_point: of_point,
@@ -78,6 +80,7 @@ impl PreparedInstance {
             flips_orientation: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category,
+            is_visible: object.visible,
             mesh,
         }
     }
@@ -94,8 +97,12 @@ impl PreparedInstance {
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
-    /// Instance of the mesh's BVH in scene-local coordinates.
+    /// Instance of the mesh's BVH in scene-local coordinates. One that is not visible is flattened to a point, which
+    /// nothing hits.
     pub fn bvh_instance(&self, origin: DVec3) -> Instance {
+        if !self.is_visible {
+            return Instance { bvh: self.mesh.bvh.clone(), world_from_mesh: [[0.0; 4]; 3] };
+        }
         let linear = self.world_from_mesh.matrix3;
         let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
         let row = |i: usize| {
@@ -122,7 +129,7 @@ pub(crate) fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3
 /// scene's origin.
 pub(crate) fn object_bounds(objects: &[PreparedInstance], origin: DVec3, reach: f64) -> Vec<[DVec3; 2]> {
     let each = (MAX_BOXES / objects.len().max(1)).max(1);
-    let boxes = objects.iter().flat_map(|object| {
+    let boxes = objects.iter().filter(|object| object.is_visible).flat_map(|object| {
         let blur = object.error_extent(reach);
         let place = object.world_from_mesh;
         object.mesh.bvh.bounding_boxes(each).into_iter().map(move |corners| {

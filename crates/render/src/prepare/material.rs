@@ -11,7 +11,7 @@ use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, 
 use crate::lobes::phong_lobe::PhongLobe;
 
 /// Material and the data that depends on it alone.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, where there is one.
@@ -23,26 +23,34 @@ pub(crate) struct PreparedMaterial {
     /// Absorption per metre of its interior, where it has one.
     pub absorption: Option<Vec3>,
     /// Albedo tables of its interface, where it refracts.
-    pub dielectric_tables: Vec<DielectricAlbedo>,
+    pub dielectric_tables: Arc<[DielectricAlbedo]>,
 }
 
-/// Prepares all materials; equal Phong lobes are shared.
-pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
-    let mut lobes: HashMap<u32, Arc<PhongLobe>> = HashMap::new();
+/// Prepares all materials; equal Phong lobes are shared, and what `known` materials of the same number have.
+pub(crate) fn prepare_materials(
+    materials: &[Material],
+    known: &Arc<Vec<PreparedMaterial>>,
+) -> Arc<Vec<PreparedMaterial>> {
+    if materials.iter().eq(known.iter().map(|known| &known.material)) {
+        return known.clone();
+    }
+    let lobes = known.iter().filter_map(|known| known.phong_lobe.clone());
+    let mut lobes: HashMap<u32, Arc<PhongLobe>> = lobes.map(|lobe| (lobe.exponent().to_bits(), lobe)).collect();
     let mut lobe = |material: &Material| {
         let shininess = PhongLobe::shininess(&material.model)?;
         let known = lobes.entry(shininess.to_bits());
         Some(known.or_insert_with(|| Arc::new(PhongLobe::new(shininess))).clone())
     };
-    materials
-        .iter()
-        .map(|material| PreparedMaterial {
+    let prepared = materials.iter().enumerate().map(|(number, material)| match known.get(number) {
+        Some(known) if known.material == *material => known.clone(),
+        _ => PreparedMaterial {
             material: material.clone(),
             phong_lobe: lobe(material),
             kind: BatchKind::from_material(material),
             is_straight: is_straight(material),
             absorption: interior_absorption(material),
-            dielectric_tables: dielectric_tables(material),
-        })
-        .collect()
+            dielectric_tables: dielectric_tables(material).into(),
+        },
+    });
+    Arc::new(prepared.collect())
 }

@@ -11,6 +11,8 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::memory::check_memory;
+use crate::prepare::family::{BuiltPart, SharedParts};
 use crate::prepare::watertight::is_watertight;
 
 /// Mesh and its BVH, whose float32 vertices are relative to `center`.
@@ -31,32 +33,57 @@ pub(crate) struct PreparedMesh {
     built_cost: f64,
 }
 
+/// Memory of a triangle while its BVH is built, and a margin.
+const BUILD_BYTES: u64 = 200;
 /// SAH cost of a refitted BVH, relative to the built one, above which the BVH is rebuilt.
 const MAX_REFIT_COST_RATIO: f64 = 1.5;
 
-/// Prepares every mesh that an object shows, by its index in the world. `previous` are the meshes of the previous
-/// world's instances, in order; they are reused or refitted.
-pub(crate) fn prepare_meshes(
-    world: &World,
-    previous: &[&Arc<PreparedMesh>],
-    control: &Control,
-) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
-    let known: HashMap<*const Mesh, &Arc<PreparedMesh>> =
-        previous.iter().map(|&mesh| (Arc::as_ptr(&mesh.mesh), mesh)).collect();
-    let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
-    let mut missing = vec![];
-    for object in &world.objects {
-        let index = object.mesh;
-        if meshes[index].is_none() {
-            meshes[index] = known.get(&Arc::as_ptr(&world.meshes[index])).map(|&mesh| mesh.clone());
-            if meshes[index].is_none() {
-                missing.push(index);
+/// Prepared meshes of a world by index, and the indices of those that are not there yet.
+#[derive(Debug)]
+pub(crate) struct MeshList {
+    known: Vec<Option<Arc<PreparedMesh>>>,
+    missing: Vec<usize>,
+}
+
+impl MeshList {
+    /// The meshes that objects show, as far as `parts` has them.
+    pub fn new(world: &World, parts: &SharedParts<PreparedMesh>) -> Self {
+        let mut known: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
+        let mut missing = vec![];
+        for object in &world.objects {
+            let index = object.mesh;
+            if known[index].is_none() {
+                known[index] = parts.built_of(&world.meshes[index]);
+                if known[index].is_none() {
+                    missing.push(index);
+                }
             }
         }
+        missing.sort_unstable();
+        missing.dedup();
+        Self { known, missing }
     }
-    missing.sort_unstable();
-    missing.dedup();
+
+    /// True if nothing has to be built.
+    pub fn is_complete(&self) -> bool {
+        self.missing.is_empty()
+    }
+}
+
+/// Prepares every mesh that an object shows, by its index in the world: builds what `list` lacks. `previous` are the
+/// meshes of the previous world's instances, in order; they, or others of `parts`, are refitted if only vertices moved.
+pub(crate) fn prepare_meshes(
+    world: &World,
+    list: MeshList,
+    previous: &[&Arc<PreparedMesh>],
+    parts: &SharedParts<PreparedMesh>,
+    control: &Control,
+) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
+    let MeshList { known: mut meshes, missing } = list;
     control.start(missing.len());
+    if missing.is_empty() {
+        return Ok(meshes);
+    }
     // Mesh of the object with the same index: refitted if only vertices moved.
     let mut before = HashMap::new();
     for (object, &previous) in world.objects.iter().zip(previous) {
@@ -68,6 +95,8 @@ pub(crate) fn prepare_meshes(
             control.check()?;
             let mesh = &world.meshes[index];
             let moved = before.get(&index).and_then(|before| before.refit(mesh));
+            let moved = moved
+                .or_else(|| parts.find_part(|known| known.has_size_of(mesh)).and_then(|before| before.refit(mesh)));
             let mesh = match moved {
                 Some(moved) => moved,
                 None => PreparedMesh::build(index, mesh.clone())?,
@@ -85,8 +114,10 @@ pub(crate) fn prepare_meshes(
 impl PreparedMesh {
     fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
         mesh.validate().map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
+        let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
+        check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)?;
         let (lower, upper) = mesh.bounds().unwrap_or_default();
-        let center = lower + (upper - lower) / 2.0;
+        let center = rounded_center(lower, upper);
         let vertices = center_vertices(&mesh, center);
         let bvh =
             Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })?;
@@ -110,6 +141,11 @@ impl PreparedMesh {
         *self.is_closed.get_or_init(|| body)
     }
 
+    /// True if a mesh has as many vertices and triangles: perhaps it is the same in another form.
+    fn has_size_of(&self, mesh: &Mesh) -> bool {
+        (self.mesh.vertices.len(), self.mesh.triangles.len()) == (mesh.vertices.len(), mesh.triangles.len())
+    }
+
     /// Topology of the mesh. Found outside of the cell: threads must not wait for it.
     pub fn surface(&self) -> &SurfaceTopology {
         let known = self.surface.get().is_some();
@@ -131,7 +167,7 @@ impl PreparedMesh {
             && before.triangles == mesh.triangles
             && mesh.validate().is_ok();
         let (lower, upper) = mesh.bounds().filter(|_| same)?;
-        let center = lower + (upper - lower) / 2.0;
+        let center = rounded_center(lower, upper);
         let mut bvh = Bvh::clone(&self.bvh);
         bvh.refit(&center_vertices(mesh, center), &mesh.triangles).ok()?;
         (bvh.sah_cost() <= MAX_REFIT_COST_RATIO * self.built_cost).then(|| Self {
@@ -146,6 +182,25 @@ impl PreparedMesh {
             point_triangles: OnceLock::new(),
         })
     }
+}
+
+impl BuiltPart for PreparedMesh {
+    type Input = Mesh;
+
+    fn input(&self) -> &Arc<Mesh> {
+        &self.mesh
+    }
+}
+
+/// Centre of a box, rounded to an eighth of the power of two above the radius: it stays where it is while little of what
+/// the box surrounds moves, and costs float32 coordinates an eighth of a bit.
+pub(crate) fn rounded_center(lower: DVec3, upper: DVec3) -> DVec3 {
+    let half = (upper - lower) / 2.0;
+    let center = lower + half;
+    let step = half.length().log2().ceil().exp2() / 8.0;
+    let rounded = (center / step).round() * step;
+    // A point has no radius, and the farthest places no step.
+    if step > 0.0 && rounded.is_finite() { rounded } else { center }
 }
 
 /// Float32 vertices relative to `center`.

@@ -4,6 +4,7 @@
 //! caustic maps. Everything but `world.rs` uses the lobes and the sampling alone; `world.rs` sits above the lights.
 
 pub(crate) mod dielectric_bounds;
+pub(crate) mod family;
 pub(crate) mod flattened;
 pub(crate) mod geometry;
 pub(crate) mod instance;

@@ -10,6 +10,9 @@ use std::sync::{Arc, OnceLock};
 use glam::Vec2;
 use raycam_scene::{TexelFilter, Texture, TextureSampler, World};
 
+use crate::error::RenderError;
+use crate::prepare::family::{BuiltPart, SharedParts};
+
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
 
@@ -21,15 +24,22 @@ pub(crate) struct PreparedTexture {
     levels: OnceLock<Vec<Texture>>,
 }
 
-/// Prepares the textures of a world; textures of `before` keep their mip maps.
-pub(crate) fn prepare_textures(world: &World, before: Option<&[Arc<PreparedTexture>]>) -> Vec<Arc<PreparedTexture>> {
-    let known = before.unwrap_or_default();
-    let prepare = |(i, texture): (usize, &Arc<Texture>)| match known.get(i) {
-        // Textures are only ever appended.
-        Some(known) if Arc::ptr_eq(&known.texture, texture) => known.clone(),
-        _ => Arc::new(PreparedTexture::new(texture.clone())),
+/// Prepares the textures of a world; `known` ones keep their mip maps. New ones are checked.
+///
+/// # Errors
+/// [`RenderError::World`] for a texture whose texels do not fit its size or are not finite.
+pub(crate) fn prepare_textures(
+    world: &World,
+    known: &SharedParts<PreparedTexture>,
+) -> Result<Vec<Arc<PreparedTexture>>, RenderError> {
+    let prepare = |texture: &Arc<Texture>| match known.built_of(texture) {
+        Some(known) => Ok(known),
+        None => {
+            texture.validate().map_err(|error| RenderError::World(error.to_string()))?;
+            Ok(Arc::new(PreparedTexture::new(texture.clone())))
+        }
     };
-    world.textures.iter().enumerate().map(prepare).collect()
+    world.textures.iter().map(prepare).collect()
 }
 
 impl PreparedTexture {
@@ -76,6 +86,14 @@ impl PreparedTexture {
         }
         let coarse = levels[first + 1].lookup(uv);
         [0, 1, 2, 3].map(|i| fine[i] + (coarse[i] - fine[i]) * between)
+    }
+}
+
+impl BuiltPart for PreparedTexture {
+    type Input = Texture;
+
+    fn input(&self) -> &Arc<Texture> {
+        &self.texture
     }
 }
 

@@ -4,12 +4,11 @@ use raycam_scene::{Object, World};
 
 use crate::error::RenderError;
 
-/// Checks that every index is in range and that every part but the meshes is valid.
+/// Checks that every index is in range and that materials and places are valid. Meshes, textures and lights are checked
+/// when they are first prepared.
 pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     let fail = |message: String| Err(RenderError::World(message));
     let invalid = |error: raycam_scene::SceneError| RenderError::World(error.to_string());
-    world.textures.iter().try_for_each(|texture| texture.validate()).map_err(invalid)?;
-    world.lights.iter().try_for_each(|light| light.validate()).map_err(invalid)?;
     for (i, material) in world.materials.iter().enumerate() {
         material.validate().map_err(invalid)?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= world.textures.len()) {

@@ -4,82 +4,108 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use raycam_bvh::Bvh;
-use raycam_scene::{Alpha, Material, Object, World};
+use raycam_scene::{Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::guiding::Guiding;
-use crate::light::default_lights::default_lights;
-use crate::light::lights::Lights;
-use crate::lobes::classify::is_straight;
-use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
-use crate::prepare::geometry::{Geometry, MAX_ORIGIN_RADII, build_instances, world_bounds};
+use crate::guiding::caustic_casters::CausticCaster;
+use crate::guiding::caustic_map::CausticMap;
+use crate::light::lighting::{Lighting, LightingCell, RecentLighting};
+use crate::prepare::family::SharedParts;
+use crate::prepare::geometry::{Extent, FlattenedScene, Geometry, MAX_ORIGIN_RADII, world_bounds};
 use crate::prepare::instance::{PreparedInstance, object_bounds};
 use crate::prepare::material::prepare_materials;
-use crate::prepare::mesh::{PreparedMesh, prepare_meshes};
-use crate::prepare::texture::prepare_textures;
+use crate::prepare::mesh::{MeshList, PreparedMesh, prepare_meshes, rounded_center};
+use crate::prepare::texture::{PreparedTexture, prepare_textures};
 use crate::prepare::validate::validate;
-use crate::thread_pool::with_pool;
+use crate::thread_pool::Workers;
 
 /// World ready to be rendered: BVHs, instances, lights and caustic maps, relative to a local origin.
 #[derive(Debug)]
 pub struct PreparedWorld {
     pub(crate) geometry: Geometry,
-    pub(crate) lighting: Lighting,
+    lighting: Arc<LightingCell>,
     pub(crate) guiding: Guiding,
+    family: Arc<PreparedFamily>,
 }
 
-/// Lights of a prepared world.
+/// Prepared meshes and textures, and the lights made last, that a world and all that comes of it (copies, changed worlds,
+/// moments) share. It lives as long as any of them.
 #[derive(Debug, Default)]
-pub(crate) struct Lighting {
-    pub lights: Arc<Lights>,
-    /// Stand-in lights of a world that has none.
-    pub default_lights: Option<Arc<Lights>>,
+pub struct PreparedFamily {
+    meshes: SharedParts<PreparedMesh>,
+    textures: SharedParts<PreparedTexture>,
+    lighting: RecentLighting,
 }
+
+/// Objects that one thread places in less time than others take to wake.
+const MAX_OBJECTS_HERE: usize = 256;
 
 impl PreparedWorld {
-    /// Prepares a world. Meshes that `previous` holds (the same `Arc`) are not built again, so that moving objects,
-    /// lights and materials cost next to nothing. Checks `control` between meshes.
+    /// Prepares a world in a family of its own, or in that of `previous`: see [`PreparedWorld::in_family`].
     ///
     /// # Errors
-    /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
-    /// [`RenderError::Cancelled`], and errors of [`with_pool`].
+    /// Errors of [`PreparedWorld::in_family`].
     pub fn new(
         world: &World,
         previous: Option<&PreparedWorld>,
         threads: Option<usize>,
         control: &Control,
     ) -> Result<Self, RenderError> {
+        let family = previous.map_or_else(Arc::default, |previous| previous.family.clone());
+        Self::in_family(world, &family, previous, threads, control)
+    }
+
+    /// Prepares a world. Meshes and textures that its family has (the same `Arc`) are not built again, so that moving objects,
+    /// lights and materials cost next to nothing; `previous`, which may be of any world, lends more. Lights are made by
+    /// the first picture that needs them. Checks `control` between meshes.
+    ///
+    /// # Errors
+    /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
+    /// [`RenderError::Cancelled`], and errors of [`with_pool`].
+    pub fn in_family(
+        world: &World,
+        family: &Arc<PreparedFamily>,
+        previous: Option<&PreparedWorld>,
+        threads: Option<usize>,
+        control: &Control,
+    ) -> Result<Self, RenderError> {
         validate(world)?;
-        let previous = previous.map(|previous| &previous.geometry);
-        let meshes = with_pool(threads, || instance_meshes(world, previous, control))??;
+        let before = previous.map(|previous| &previous.geometry);
+        let list = MeshList::new(world, &family.meshes);
+        let work = if Self::is_brief(world, &list) { 0.0 } else { f64::INFINITY };
+        // Otherwise in a pool of this crate: rayon's global pool does not survive a fork.
+        let workers = Workers::for_work(threads, work, true)?;
+        let meshes = workers.run(|| instance_meshes(world, list, before, &family.meshes, control))?;
         control.check()?;
-        let (lower, upper) = world_bounds(&world.objects, &meshes);
-        let origin = lower + (upper - lower) / 2.0;
-        // In a pool of this crate: rayon's global pool does not survive a fork.
-        let (instances, scene) = with_pool(threads, || build_instances(world, meshes, origin))??;
-        let materials = Arc::new(prepare_materials(&world.materials));
-        let textures = prepare_textures(world, previous.map(|previous| &previous.textures[..]));
-        let radius = (upper - origin).length();
-        let mut geometry = Geometry {
-            scene,
-            flattened: Arc::default(),
-            origin,
-            radius,
-            object_bounds: object_bounds(&instances, origin, MAX_ORIGIN_RADII * radius),
-            dielectric_bounds: with_pool(threads, || closed_dielectric_bounds(&instances, &materials, origin))?,
-            instances,
-            materials,
-            has_transparency: has_transparency(world),
-            textures: Arc::new(textures),
-            texture_cache: world.texture_cache.clone(),
-        };
-        if let Some(previous) = previous.filter(|previous| geometry.has_same_instances(previous)) {
-            geometry.flattened = previous.flattened.clone();
+        let bounds @ [lower, upper] = world_bounds(&world.objects, &meshes);
+        let extent = Extent::around(rounded_center(lower, upper), bounds);
+        let materials = prepare_materials(&world.materials, &before.map(|b| b.materials.clone()).unwrap_or_default());
+        let textures = Arc::new(prepare_textures(world, &family.textures)?);
+        let mut geometry = workers.run(|| Geometry::new(world, meshes, extent, materials, textures))?;
+        geometry.object_bounds = object_bounds(&geometry.instances, extent.origin, MAX_ORIGIN_RADII * extent.radius);
+        if let Some(before) = before {
+            geometry.flattened = match geometry.has_same_instances(before) {
+                true => before.flattened.clone(),
+                false => Arc::new(FlattenedScene { is_of_moved: true, ..FlattenedScene::default() }),
+            };
         }
-        let guiding = Guiding::new(&geometry);
-        let lighting = with_pool(threads, || Lighting::new(world, &geometry))?;
-        Ok(Self { geometry, lighting, guiding })
+        let known = previous.map(|previous| previous.lighting.clone()).into_iter().chain(family.lighting.cells());
+        let lighting = LightingCell::new(world, &geometry, &known.collect::<Vec<_>>())?;
+        family.meshes.keep(geometry.instances.iter().map(|instance| &instance.mesh));
+        family.textures.keep(geometry.textures.iter());
+        Ok(Self { geometry, lighting, guiding: Guiding::default(), family: family.clone() })
+    }
+
+    /// True if a world needs no new BVH and has few objects.
+    fn is_brief(world: &World, list: &MeshList) -> bool {
+        list.is_complete() && world.objects.len() <= MAX_OBJECTS_HERE
+    }
+
+    /// True if the calling thread alone prepares a world of this family, in a fraction of a millisecond.
+    pub fn is_brief_to_prepare(world: &World, family: &PreparedFamily) -> bool {
+        Self::is_brief(world, &MeshList::new(world, &family.meshes))
     }
 
     /// Prepares `world`, the state of `before` at another time, in the current thread pool. `reference` is `before`
@@ -87,47 +113,46 @@ impl PreparedWorld {
     ///
     /// # Errors
     /// Errors of [`PreparedWorld::new`].
-    pub(crate) fn advance_world(
-        world: &World,
-        before: &World,
-        reference: &Self,
-        control: &Control,
-    ) -> Result<Self, RenderError> {
+    pub(crate) fn advance_world(world: &World, reference: &Self, control: &Control) -> Result<Self, RenderError> {
         control.check()?;
         validate(world)?;
         let base = &reference.geometry;
-        let meshes = instance_meshes(world, Some(base), control)?;
-        let (lower, upper) = world_bounds(&world.objects, &meshes);
-        let origin = base.origin;
-        let (instances, scene) = build_instances(world, meshes, origin)?;
-        let materials = match world.materials == before.materials {
-            true => base.materials.clone(),
-            false => Arc::new(prepare_materials(&world.materials)),
-        };
-        let geometry = Geometry {
-            scene,
-            flattened: Arc::default(),
-            origin,
-            radius: (upper - origin).abs().max((lower - origin).abs()).length(),
-            object_bounds: vec![],
-            dielectric_bounds: closed_dielectric_bounds(&instances, &materials, origin),
-            instances,
-            materials,
-            has_transparency: has_transparency(world),
-            textures: base.textures.clone(),
-            texture_cache: base.texture_cache.clone(),
-        };
-        let guiding = Guiding::within_exposure(&geometry);
-        let before_lighting = &reference.lighting;
-        let emits = before_lighting.lights.has_emissive_triangles() || world.materials != before.materials;
-        let lighting = match emits || world.lights != before.lights {
-            true => Lighting::new(world, &geometry),
-            false => Lighting {
-                lights: before_lighting.lights.clone(),
-                default_lights: before_lighting.default_lights.clone(),
-            },
-        };
-        Ok(Self { geometry, lighting, guiding })
+        let family = &reference.family;
+        let list = MeshList::new(world, &family.meshes);
+        let meshes = instance_meshes(world, list, Some(base), &family.meshes, control)?;
+        let extent = Extent::around(base.origin, world_bounds(&world.objects, &meshes));
+        let materials = prepare_materials(&world.materials, &base.materials);
+        let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone())?;
+        let guiding = Guiding::within_exposure();
+        let lighting = LightingCell::new(world, &geometry, [&reference.lighting])?;
+        Ok(Self { geometry, lighting, guiding, family: family.clone() })
+    }
+
+    /// Lights, made now unless they are there.
+    pub(crate) fn lighting(&self) -> &Lighting {
+        self.lighting.get(&self.geometry, &self.family.lighting)
+    }
+
+    /// True if the lights were made, by a picture of this world or of another with the same.
+    pub fn has_lighting(&self) -> bool {
+        self.lighting.is_made()
+    }
+
+    /// The objects that may be caustic casters, found now unless they are known.
+    pub(crate) fn caustic_candidates(&self) -> &[CausticCaster] {
+        self.guiding.candidates(&self.geometry)
+    }
+
+    /// The casters and their maps; none before they were found.
+    pub(crate) fn caustic_casters(&self) -> (&[CausticCaster], &[CausticMap]) {
+        self.guiding.casters(&self.geometry)
+    }
+
+    /// Makes what pictures of light need, in the current pool: threads that wait for it would make it as well.
+    pub(crate) fn prepare_light(&self) {
+        self.lighting();
+        self.geometry.dielectric_bounds();
+        self.caustic_candidates();
     }
 
     /// Number of instances whose BVH `other` shares.
@@ -145,35 +170,17 @@ impl PreparedWorld {
     }
 }
 
-impl Lighting {
-    fn new(world: &World, geometry: &Geometry) -> Self {
-        let build = |lights: &[raycam_scene::Light]| {
-            let lights = Lights::new(lights, world.up, geometry.origin);
-            Arc::new(lights.with_emissive_triangles(geometry))
-        };
-        let lights = build(&world.lights);
-        let unlit = match world.emission_keeps_default_lights {
-            true => world.lights.is_empty(),
-            false => lights.count() == 0,
-        };
-        Self { lights, default_lights: unlit.then(|| build(&default_lights(world.up))) }
-    }
-}
-
 /// Prepared mesh of every object.
 fn instance_meshes(
     world: &World,
+    list: MeshList,
     previous: Option<&Geometry>,
+    parts: &SharedParts<PreparedMesh>,
     control: &Control,
 ) -> Result<Vec<Arc<PreparedMesh>>, RenderError> {
     let previous = previous.iter().flat_map(|previous| &previous.instances);
     let previous: Vec<_> = previous.map(|instance| &instance.mesh).collect();
-    let meshes = prepare_meshes(world, &previous, control)?;
+    let meshes = prepare_meshes(world, list, &previous, parts, control)?;
     let of_object = |object: &Object| meshes[object.mesh].clone();
     Ok(world.objects.iter().filter_map(of_object).collect())
-}
-
-fn has_transparency(world: &World) -> bool {
-    let is_transparent = |material: &Material| material.alpha != Alpha::Opaque || is_straight(material);
-    world.materials.iter().any(is_transparent)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};
-use raycam_render::{Control, PreparedWorld, RenderError, Settings};
+use raycam_render::{Channel, Control, Integrator, PreparedWorld, RenderError, Settings};
 use raycam_scene::{Light, TextureSlot, World};
 
 #[test]
@@ -92,6 +92,64 @@ fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
         let (moved, new) = (picture(&moved), picture(&new));
         for (a, b) in moved.planes.iter().zip(&new.planes) {
             assert!(a == b, "{amount}");
+        }
+    }
+}
+
+#[test]
+fn light_is_made_by_pictures_of_light_alone_and_shared_by_what_comes_of_a_world() {
+    let world = still_life();
+    let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [8, 6]);
+    let picture = |world: &PreparedWorld, channels: Vec<Channel>| {
+        let settings = Settings { integrator: Integrator::Direct, samples: 2, channels, ..Settings::default() };
+        raycam_render::render(world, &camera, &settings, &Control::new()).unwrap()
+    };
+    let first = prepare(&world);
+    picture(&first, vec![Channel::Depth, Channel::Instance, Channel::Albedo, Channel::Coverage]);
+    assert!(!first.has_lighting());
+    let mut moved = world.clone();
+    moved.objects[1].world_from_mesh.translation.x += 0.01;
+    let control = Control::new();
+    let second = PreparedWorld::new(&moved, Some(&first), None, &control).unwrap();
+    picture(&second, vec![Channel::Color]);
+    // Of the same lights and origin: made once.
+    assert!(second.has_lighting() && first.has_lighting());
+    moved.lights.pop();
+    let third = PreparedWorld::new(&moved, Some(&second), None, &control).unwrap();
+    assert!(!third.has_lighting());
+}
+
+#[test]
+fn a_family_builds_a_mesh_once_whoever_is_gone() {
+    let world = still_life();
+    let family = Arc::default();
+    let control = Control::new();
+    let moment = world.clone();
+    drop(PreparedWorld::in_family(&moment, &family, None, None, &control).unwrap());
+    assert_eq!(control.total(), 3);
+    PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();
+    assert_eq!(control.total(), 0, "nothing was built again");
+    // A mesh that nobody has any more is built again.
+    drop((moment, world));
+    let world = still_life();
+    PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();
+    assert_eq!(control.total(), 3);
+}
+
+#[test]
+fn an_object_that_is_not_visible_is_as_one_that_is_not_there() {
+    let mut world = still_life();
+    let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [24, 18]);
+    for samples in [1, 64] {
+        for integrator in [Integrator::Direct, Integrator::Path] {
+            let settings = Settings { integrator, samples, channels: all_channels(), ..Settings::default() };
+            world.objects[2].visible = false;
+            let hidden = bits(&render(&world, &camera, &settings));
+            let mut without = world.clone();
+            without.objects.pop();
+            assert_eq!(hidden, bits(&render(&without, &camera, &settings)), "{samples}");
+            world.objects[2].visible = true;
+            assert_ne!(hidden, bits(&render(&world, &camera, &settings)));
         }
     }
 }

@@ -20,6 +20,26 @@ pub(crate) struct EvaluatedNodes {
 }
 
 impl NodeTree {
+    /// True if an animation moves the node that an object hangs on, or one above it.
+    pub(crate) fn moves_object(&self, object: usize) -> bool {
+        let moves = |node: usize| {
+            let targets =
+                self.animations.iter().flat_map(|animation| &animation.channels).map(|channel| channel.target);
+            targets.into_iter().any(|target| match target {
+                AnimationTarget::Translation(i) | AnimationTarget::Rotation(i) | AnimationTarget::Scale(i) => i == node,
+                _ => false,
+            })
+        };
+        let mut node = self.objects.iter().find(|mount| mount.object == object).map(|mount| mount.node);
+        while let Some(here) = node {
+            if moves(here) {
+                return true;
+            }
+            node = self.nodes.get(here).and_then(|node| node.parent);
+        }
+        false
+    }
+
     /// All nodes at a time of an animation, or at rest.
     pub(crate) fn evaluate(&self, moment: Option<(usize, f64)>) -> EvaluatedNodes {
         let mut nodes = self.nodes.clone();

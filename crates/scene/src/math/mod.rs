@@ -1,4 +1,5 @@
 //! Mathematics of space and time without a world: orientation, and curves of moving things.
 
 pub mod hermite;
+pub mod polar;
 pub mod rotation;

@@ -17,9 +17,13 @@ use crate::up::Up;
 use crate::world::{Object, World};
 
 /// The keys that each say what the shape is.
-const SHAPES: [&str; 9] = ["box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "instance_of"];
+pub(super) const SHAPES: [&str; 9] =
+    ["box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "instance_of"];
 /// The keys that belong to the mesh, not to where it stands or what it is made of.
-const GEOMETRY: [&str; 6] = ["triangles", "refine", "face_colors", "vertex_colors", "uvs", "normals"];
+pub(super) const GEOMETRY: [&str; 6] = ["triangles", "refine", "face_colors", "vertex_colors", "uvs", "normals"];
+
+/// The keys that say where it stands.
+pub(super) const PLACEMENT: [&str; 6] = ["location", "roll", "pitch", "yaw", "scale", "matrix"];
 
 impl ObjectSpec {
     /// Adds the object it describes to a world, with its mesh and materials, and returns its id. The world is as it was
@@ -47,9 +51,10 @@ impl ObjectSpec {
         if kind != "mesh" {
             keys.refuse(&["upright"], "it goes with \"mesh\", a file that says which axis is up")?;
         }
-        self.check_material(&keys)?;
+        self.check_material(&keys, self.mesh.is_some() || self.instance_of.is_some())?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
         let name = self.object_name(kind)?;
+        let visible = self.visible.unwrap_or(true);
         let mut category = self.category.take().map(|Category(name)| name);
 
         let (mesh, materials) = match self.instance_of.take() {
@@ -76,17 +81,25 @@ impl ObjectSpec {
                 category = category.or(theirs);
                 let changed = !keys.given(&MATERIAL_KEYS).is_empty();
                 let materials = match changed {
-                    true => self.changed_materials(mesh, &materials, &keys, &name, world, files)?,
+                    true => self.materials_of_instance(mesh, &materials, &keys, &name, world, files)?,
                     false => materials,
                 };
                 (mesh, materials)
             }
         };
-        Ok(world.add_object(Object { name, category, mesh, materials, world_from_mesh, scale_shear: shape })?)
+        Ok(world.add_object(Object {
+            name,
+            category,
+            mesh,
+            materials,
+            world_from_mesh,
+            scale_shear: shape,
+            visible,
+        })?)
     }
 
     /// The materials of another object with the changes that the description makes, added to the world.
-    fn changed_materials<F: AssetLoader>(
+    fn materials_of_instance<F: AssetLoader>(
         &self,
         mesh: usize,
         materials: &[usize],
@@ -107,7 +120,7 @@ impl ObjectSpec {
     }
 
     /// world_from_mesh, and the part of it that is not location and rotation.
-    fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
+    pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
             keys.refuse(&others, "\"matrix\" is given too, and says it already: give one of them")?;
@@ -162,7 +175,7 @@ fn add_materials(
 }
 
 /// A 3x4 or 4x4 matrix as an invertible affine transform.
-fn affine(rows: &[[f64; 4]]) -> Result<DAffine3, SceneError> {
+pub(super) fn affine(rows: &[[f64; 4]]) -> Result<DAffine3, SceneError> {
     let fail = |message: String| Err(SceneError::schema("", message));
     let (&[a, b, c], rest) = rows.split_first_chunk::<3>().map_or((&[[0.0; 4]; 3], rows), |split| split);
     if rows.len() < 3 || rows.len() > 4 {

@@ -3,7 +3,9 @@
 use glam::{DQuat, DVec3};
 
 use crate::error::SceneError;
+use crate::math::polar::polar;
 use crate::math::rotation;
+use crate::schema::build_object::affine;
 use crate::schema::spec::video::{KeyframeSpec, VideoSpec};
 use crate::up::Up;
 use crate::video::{KeyframeInterpolation, KeyframedMotion, Video, check_length};
@@ -22,6 +24,10 @@ impl VideoSpec {
         let mut rigs: Vec<(usize, Mover)> = Vec::new();
         for (i, key) in self.keyframe.iter().enumerate() {
             let place = format!("keyframe[{i}]");
+            if key.matrix.is_some() && key.object.is_none() {
+                let message = "it is for objects: give location and angles, or target".into();
+                return fail(&format!("{place}.matrix"), message);
+            }
             let mover = match (&key.object, &key.rig) {
                 (None, None) => &mut camera,
                 (Some(name), None) => {
@@ -76,6 +82,8 @@ struct Mover {
     /// Time of the last keyframe so far.
     time: Option<f64>,
     motion: KeyframedMotion,
+    /// True if its keyframes have matrices, once there is one.
+    has_matrices: Option<bool>,
 }
 
 impl Mover {
@@ -91,6 +99,12 @@ impl Mover {
             return fail("time", format!("{time} comes after {last}: keyframes of one mover go in order of time"));
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);
+        if *self.has_matrices.get_or_insert(key.matrix.is_some()) != key.matrix.is_some() {
+            return fail("", "some keyframes of one object have a matrix: give all of them one, or none".into());
+        }
+        if let Some(rows) = &key.matrix {
+            return self.add_matrix(key, rows, up, interpolation);
+        }
         let angles = [key.roll, key.pitch, key.yaw];
         let numbers = [key.location, key.target].into_iter().flatten().flatten().chain(angles.into_iter().flatten());
         if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
@@ -112,6 +126,41 @@ impl Mover {
         if !(self.motion.rotation.is_empty() || self.motion.target.is_empty()) {
             return fail("", "one mover has both angles and targets: give all its keyframes one of them".into());
         }
+        Ok(())
+    }
+}
+
+impl Mover {
+    fn add_matrix(
+        &mut self,
+        key: &KeyframeSpec,
+        rows: &[[f64; 4]],
+        up: Up,
+        interpolation: KeyframeInterpolation,
+    ) -> Result<(), SceneError> {
+        let fail = |key: &str, message: &str| Err(SceneError::schema(key, message));
+        let others = [
+            ("location", key.location.is_some()),
+            ("target", key.target.is_some()),
+            ("roll", key.roll.is_some()),
+            ("pitch", key.pitch.is_some()),
+            ("yaw", key.yaw.is_some()),
+        ];
+        if let Some((name, _)) = others.into_iter().find(|(_, given)| *given) {
+            return fail(name, "\"matrix\" is given too, and says it already: give one of them");
+        }
+        let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
+        let Some((turn, stretch)) = polar(transform.matrix3) else {
+            return fail("matrix", "it mirrors the object: keyframes turn and stretch, expected a determinant above 0");
+        };
+        let motion = &mut self.motion;
+        motion.location.push(key.time, transform.translation, interpolation);
+        let world_from_body = turn * rotation::world_from_reference(up);
+        motion.rotation.push(key.time, DQuat::from_mat3(&world_from_body), interpolation);
+        let [x, y, z] = [stretch.x_axis, stretch.y_axis, stretch.z_axis];
+        let linear = KeyframeInterpolation::Linear;
+        motion.stretch[0].push(key.time, DVec3::new(x.x, y.y, z.z), linear);
+        motion.stretch[1].push(key.time, DVec3::new(z.y, z.x, y.x), linear);
         Ok(())
     }
 }

@@ -108,7 +108,7 @@ impl ObjectSpec {
     }
 
     /// Gives the mesh what the description says of it, and checks it.
-    fn change_mesh(&mut self, additions: &mut Additions) -> Result<(), SceneError> {
+    pub(super) fn change_mesh(&mut self, additions: &mut Additions) -> Result<(), SceneError> {
         let mesh = Arc::make_mut(&mut additions.mesh);
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
             // Colours named here show as they are, whatever the file's materials say.

@@ -70,14 +70,15 @@ const PRINCIPLED_KEYS: [&str; 14] = [
 ];
 
 impl ObjectSpec {
-    /// Checks that the material keys go together and that their values make sense.
-    pub(crate) fn check_material(&self, keys: &Keys<KEYS>) -> Result<(), SceneError> {
+    /// Checks that the material keys go together and that their values make sense, where a file or an object `has_material`
+    /// already.
+    pub(crate) fn check_material(&self, keys: &Keys<KEYS>, has_material: bool) -> Result<(), SceneError> {
         if self.alpha == Some(AlphaMode::Opaque) {
             keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which leaves no opacity: give one of them")?;
         }
         let needs = |named: &str| format!("it goes with type = {named}");
         // The material of a file or of another object may be changed: see `apply_material_all`.
-        let known = self.type_.is_none() && (self.mesh.is_some() || self.instance_of.is_some());
+        let known = self.type_.is_none() && has_material;
         match self.type_ {
             Some(MaterialType::Unlit) => {
                 let reason = "type = \"unlit\" shows the base colour itself and reflects no light";

@@ -9,6 +9,7 @@ mod build_object;
 mod build_texture;
 mod build_video;
 mod build_world;
+mod change_object;
 mod color_names;
 mod deserialize;
 mod geometry;

@@ -53,6 +53,17 @@ pub(crate) struct KeyframedMotion {
     pub(crate) location: Track<DVec3>,
     pub(crate) rotation: Track<DQuat>,
     pub(crate) target: Track<DVec3>,
+    /// Diagonal and off-diagonal (yz, xz, xy) of an object's stretch, which replaces its scale and shear.
+    pub(crate) stretch: [Track<DVec3>; 2],
+}
+
+impl KeyframedMotion {
+    /// The stretch at a time, if keyframes give it.
+    pub(crate) fn stretch_at(&self, time: f64) -> Option<DMat3> {
+        let [diagonal, rest] = &self.stretch;
+        let (d, r) = (diagonal.evaluate(time)?, rest.evaluate(time)?);
+        Some(DMat3::from_cols_array_2d(&[[d.x, r.z, r.y], [r.z, d.y, r.x], [r.y, r.x, d.z]]))
+    }
 }
 
 impl Video {

@@ -171,6 +171,7 @@ impl KeyframedMotion {
         };
         // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
         let rotation = world_from_body * rotation::world_from_reference(up).transpose();
-        Ok(DAffine3::from_mat3_translation(rotation * object.scale_shear, location))
+        let shape = self.stretch_at(time).unwrap_or(object.scale_shear);
+        Ok(DAffine3::from_mat3_translation(rotation * shape, location))
     }
 }

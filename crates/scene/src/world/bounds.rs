@@ -6,10 +6,11 @@ use crate::mesh::oriented_box::OrientedBox;
 use crate::world::World;
 
 impl World {
-    /// The smallest and largest corner of all objects, as tight as their vertices; `None` when there is nothing.
+    /// The smallest and largest corner of all visible objects, as tight as their vertices; `None` when there is nothing.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.objects
             .iter()
+            .filter(|object| object.visible)
             .filter_map(|object| self.meshes[object.mesh].bounds_in(object.world_from_mesh))
             .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
     }

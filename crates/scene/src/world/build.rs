@@ -38,6 +38,13 @@ impl World {
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
             return Err(SceneError::World(format!("texture {} of {}", slot.texture, self.textures.len())));
         }
+        self.note_reflectance(&material);
+        self.materials.push(material);
+        Ok(self.materials.len() - 1)
+    }
+
+    /// Notes a material that reflects more light than arrives.
+    pub(crate) fn note_reflectance(&mut self, material: &Material) {
         if let Some(total) = material.reflectance_above_one() {
             let name = if material.name.is_empty() { String::new() } else { format!(" {:?}", material.name) };
             self.notices.push(format!(
@@ -45,8 +52,6 @@ impl World {
                  all of it"
             ));
         }
-        self.materials.push(material);
-        Ok(self.materials.len() - 1)
     }
 
     /// Adds an object and returns its id. A name that is taken gets a number; an empty one becomes `object`.

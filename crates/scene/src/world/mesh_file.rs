@@ -12,7 +12,7 @@ impl MeshFile {
             materials: object.materials.clone(),
         };
         Self {
-            parts: world.objects.iter().map(part).collect(),
+            parts: world.objects.iter().filter(|object| object.visible).map(part).collect(),
             textures: world.textures.iter().map(|t| (**t).clone()).collect(),
             materials: world.materials,
             notices: world.notices,

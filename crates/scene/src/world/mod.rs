@@ -5,12 +5,14 @@ mod bounds;
 mod build;
 pub mod category;
 mod default_camera;
+mod edit;
 mod find;
 mod mesh_file;
 mod names;
 mod rigs;
 pub(crate) mod statistics;
 mod texture_paging;
+mod unused;
 mod validate;
 mod variant;
 
@@ -46,6 +48,13 @@ pub struct Object {
     /// The scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`: what keyframes leave as it is.
     #[serde(rename = "shape")]
     pub scale_shear: DMat3,
+    /// False for an object that is in no picture, shadow, light or query; its number stays.
+    #[serde(default = "visible")]
+    pub visible: bool,
+}
+
+fn visible() -> bool {
+    true
 }
 
 impl Object {
@@ -58,6 +67,7 @@ impl Object {
             materials,
             world_from_mesh,
             scale_shear: world_from_mesh.matrix3,
+            visible: true,
         }
     }
 }

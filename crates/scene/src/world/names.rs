@@ -12,6 +12,15 @@ pub struct Names {
 }
 
 impl Names {
+    /// The names of these, all in use.
+    pub fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        let mut known = Self::default();
+        for name in names {
+            known.unique(name);
+        }
+        known
+    }
+
     /// The name where it is free, or else with the first free number after it: `box`, `box-2`, `box-3`.
     pub fn unique(&mut self, wanted: &str) -> String {
         let Some(next) = self.next.get(wanted).copied() else {

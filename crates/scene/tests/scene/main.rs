@@ -5,6 +5,7 @@ mod camera;
 mod category;
 mod common;
 mod counts;
+mod edit;
 mod infinite;
 mod lens;
 mod mesh;

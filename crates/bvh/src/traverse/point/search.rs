@@ -38,8 +38,9 @@ pub fn closest_points_batch<I: Isa>(
     for (number, (&point, found)) in points.iter().zip(found.iter_mut()).enumerate() {
         *found = ClosestPoint::MISS;
         let max_distance = if max_distance.len() == 1 { max_distance[0] } else { max_distance[number] };
-        // Also excludes a limit that is NaN.
-        if !point.iter().all(|x| x.is_finite()) || scene.root == NodeRef::EMPTY || !(max_distance >= 0.0) {
+        // False for a limit that is NaN.
+        let has_reach = max_distance >= 0.0;
+        if !has_reach || !point.iter().all(|x| x.is_finite()) || scene.root == NodeRef::EMPTY {
             continue;
         }
         let world = scene.origin();

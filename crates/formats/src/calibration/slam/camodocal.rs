@@ -99,6 +99,9 @@ pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord, Fo
     Ok(record)
 }
 
+/// A group of parameters: its name, which is empty for the rest of the group before, keys and values.
+type Parameters<'a> = (&'a str, &'a [&'a str], &'a [f64]);
+
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let format = "camodocal's YAML";
     let [record] = records else {
@@ -112,7 +115,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     let pinhole = ["fx", "fy", "cx", "cy"];
     let brown: &[&str] = &["k1", "k2", "p1", "p2"];
     let zero = [0.0; 4];
-    let lens: (&str, Vec<(&str, &[&str], &[f64])>) = match record.lens.coefficients() {
+    let lens: (&str, Vec<Parameters<'_>>) = match record.lens.coefficients() {
         None => ("PINHOLE", vec![("distortion", brown, &zero), ("projection", &pinhole, &focals)]),
         Some((LensModel::OpenCv, d)) if d[4..].iter().all(|v| *v == 0.0) => {
             ("PINHOLE", vec![("distortion", brown, &d[..4]), ("projection", &pinhole, &focals)])

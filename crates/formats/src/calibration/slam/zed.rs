@@ -55,8 +55,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         record.k = Some(pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]));
         let lens = refuse_terms([("k4", term("k4")?), ("k5", term("k5")?), ("k6", term("k6")?)]);
         let made = brown_lens(term("k1")?, term("k2")?, term("p1")?, term("p2")?, term("k3")?);
-        record.lens =
-            lens.and_then(|()| made).map_err(|message| FormatError::whole(path, format!("[{section}]: {message}")))?;
+        record.lens = lens.and(made).map_err(|message| FormatError::whole(path, format!("[{section}]: {message}")))?;
         calibration.records.push(record);
     }
     let turn = |key: &str| Ok::<_, FormatError>(find("STEREO", &format!("{key}_{name}"))?.unwrap_or(0.0));

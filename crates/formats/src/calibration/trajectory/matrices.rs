@@ -73,7 +73,8 @@ fn is_poses(shape: &[usize]) -> bool {
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
-    let (path, stem) = (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
+    let (path, stem) =
+        (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
     let poses = if numpy::is_npy(&source.bytes) {
         of_array(source)?
     } else {

@@ -72,6 +72,10 @@ impl Writer<'_> {
         if world.render != RenderOptions::default() {
             self.note("[render] is left out: glTF does not say how to render".into());
         }
+        let hidden = world.objects.iter().filter(|object| !object.visible).count();
+        if hidden > 0 {
+            self.note(format!("{hidden} objects that are not visible are left out"));
+        }
         if world.objects.iter().any(|object| object.category.is_some()) {
             self.note("categories of objects are left out".into());
         }

@@ -43,7 +43,7 @@ impl Writer<'_> {
             self.tree(rig, &mut done, &mut roots);
         }
         let [objects, lights, cameras] = done;
-        for (i, object) in world.objects.iter().enumerate().filter(|(i, _)| !objects[*i]) {
+        for (i, object) in world.objects.iter().enumerate().filter(|(i, object)| object.visible && !objects[*i]) {
             let mesh = &world.meshes[object.mesh];
             let index = self.mesh(mesh, None, &object.materials, &self.variants(i), &[]);
             let leaf = json!({ "name": object.name, "mesh": index });
@@ -141,7 +141,7 @@ impl Writer<'_> {
     }
 
     fn tree_objects(&mut self, rig: &NodeTree, nodes: &mut NodeList, done: &mut [bool]) {
-        for mount in &rig.objects {
+        for mount in rig.objects.iter().filter(|mount| self.world.objects[mount.object].visible) {
             let object = &self.world.objects[mount.object];
             done[mount.object] = true;
             let shape = mount.deformable.as_deref();

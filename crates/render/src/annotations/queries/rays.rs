@@ -7,11 +7,12 @@ use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray}
 
 use crate::annotations::queries::fields::{Columns, Field, columns};
 use crate::annotations::queries::selection::Selection;
-use crate::annotations::queries::tasks::in_tasks;
+use crate::annotations::queries::tasks::in_tasks_by;
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::with_pool;
+use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]
@@ -104,6 +105,7 @@ pub fn cast_rays(
 ) -> Result<Columns, RenderError> {
     rays.check(world)?;
     let n = rays.origins.len();
+    check_memory(|| format!("{n} hits"), n as u64 * 8 * fields.iter().map(|field| field.width() as u64).sum::<u64>())?;
     let geometry = &world.geometry;
     let mut found = Columns::empty(fields);
     let work = |range: Range<usize>| {
@@ -111,8 +113,8 @@ pub fn cast_rays(
         let hits = closest_hits(world, &local, rays, range);
         columns(geometry, fields, local.iter().zip(&hits))
     };
-    note_rays(world, n, threads)?;
-    in_tasks(n, threads, control, work, |more| found.append(more))?;
+    world.geometry.note_exact_rays(n as u64);
+    in_tasks_by(&Workers::for_work(threads, work_of(n), true)?, n, control, work, |more| found.append(more))?;
     Ok(found)
 }
 
@@ -144,14 +146,19 @@ pub fn occluded(
         }
         occluded
     };
-    note_rays(world, n, threads)?;
-    in_tasks(n, threads, control, work, |mut more| found.append(&mut more))?;
+    world.geometry.note_exact_rays(n as u64);
+    in_tasks_by(&Workers::for_work(threads, work_of(n), true)?, n, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
 }
 
-/// Counts rays towards the flattened scene, which may be built now.
-fn note_rays(world: &PreparedWorld, rays: usize, threads: Option<usize>) -> Result<(), RenderError> {
-    with_pool(threads, || world.geometry.note_exact_rays(rays as u64))
+/// Estimated time of this many rays on one thread, in nanoseconds.
+fn work_of(rays: usize) -> f64 {
+    300.0 * rays as f64
+}
+
+/// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
+pub fn is_brief(rays: usize) -> bool {
+    work_of(rays) <= MAX_WORK_HERE
 }
 
 /// Nearest hits with precise t and weights.

@@ -137,12 +137,13 @@ pub fn winding_number(
     Ok(found)
 }
 
-/// Indices of the chosen objects.
+/// Indices of the chosen objects that are visible.
 pub(super) fn chosen_objects(geometry: &Geometry, objects: Option<&[bool]>) -> Result<Vec<usize>, RenderError> {
     let count = geometry.instances.len();
     if let Some(mask) = objects.filter(|mask| mask.len() != count) {
         let message = format!("a choice among {} objects of a world with {count}", mask.len());
         return Err(RenderError::Settings(message));
     }
-    Ok((0..count).filter(|&i| objects.is_none_or(|mask| mask[i])).collect())
+    let counts = |&i: &usize| geometry.instances[i].is_visible && objects.is_none_or(|mask| mask[i]);
+    Ok((0..count).filter(counts).collect())
 }

@@ -9,7 +9,7 @@ use crate::sampling::piecewise_constant_2d::PiecewiseConstant2D;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Orientation of an equirectangular image.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EquirectFrame {
     /// Rows: image centre, left of it, up.
     panorama_from_world: DMat3,

@@ -30,7 +30,7 @@ const LOOKUP_BLOCK: usize = 64;
 #[derive(Debug)]
 pub(crate) struct EnvironmentLight {
     frame: EquirectFrame,
-    distribution: Option<PiecewiseConstant2D>,
+    distribution: Option<Arc<PiecewiseConstant2D>>,
     source: EnvironmentSource,
 }
 
@@ -58,19 +58,35 @@ impl<const N: usize> PendingLookups<'_, N> {
 }
 
 impl EnvironmentLight {
-    pub fn new(image: Arc<Image>, up: Up, yaw: f64, scale: f32) -> Self {
-        let table = image_distribution(&image);
+    /// Environment light of an image; one of `known` lights of the same image lends its table.
+    pub fn new(image: Arc<Image>, up: Up, yaw: f64, scale: f32, known: &[&EnvironmentLight]) -> Self {
+        let is_same = |other: &&&EnvironmentLight| match &other.source {
+            EnvironmentSource::Image(source) => Arc::ptr_eq(&source.image, &image) && source.scale > 0.0,
+            EnvironmentSource::Preetham(_) => false,
+        };
+        let distribution = (scale > 0.0).then(|| match known.iter().find(is_same) {
+            Some(other) => other.distribution.clone(),
+            None => image_distribution(&image).map(Arc::new),
+        });
         Self {
             frame: EquirectFrame::new(up, yaw),
-            distribution: table.filter(|_| scale > 0.0),
+            distribution: distribution.flatten(),
             source: EnvironmentSource::Image(EnvironmentImage { image, scale }),
         }
     }
 
-    /// Environment light of a Preetham sky.
-    pub fn of_sky(sky: PreethamSky, up: Up) -> Self {
+    /// Environment light of a Preetham sky; one of `known` lights of the same sky lends its table.
+    pub fn of_sky(sky: PreethamSky, up: Up, known: &[&EnvironmentLight]) -> Self {
         let frame = EquirectFrame::new(up, 0.0);
-        Self { frame, distribution: sky_distribution(&sky, &frame), source: EnvironmentSource::Preetham(sky) }
+        let is_same = |other: &&&EnvironmentLight| match &other.source {
+            EnvironmentSource::Preetham(source) => *source == sky && other.frame == frame,
+            EnvironmentSource::Image(_) => false,
+        };
+        let distribution = match known.iter().find(is_same) {
+            Some(other) => other.distribution.clone(),
+            None => sky_distribution(&sky, &frame).map(Arc::new),
+        };
+        Self { frame, distribution, source: EnvironmentSource::Preetham(sky) }
     }
 
     /// Samples a direction in proportion to brightness; `None` if the environment is black.
@@ -229,7 +245,7 @@ mod tests {
             texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
         });
         let sampler = TextureSampler { wrap: [Wrap::Repeat, Wrap::Clamp], ..TextureSampler::default() };
-        let environment = EnvironmentLight::new(image.clone(), Up::Z, 20.0, 2.0);
+        let environment = EnvironmentLight::new(image.clone(), Up::Z, 20.0, 2.0, &[]);
         (environment, Texture { image, sampler })
     }
 
@@ -277,7 +293,7 @@ mod tests {
     #[test]
     fn batched_sky_lookups_equal_single_ones() {
         let made = || PreethamSky::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
-        let (environment, sky) = (EnvironmentLight::of_sky(made(), Up::Y), made());
+        let (environment, sky) = (EnvironmentLight::of_sky(made(), Up::Y, &[]), made());
         for count in COUNTS {
             for (i, radiance) in many(&environment, count).into_iter().enumerate() {
                 assert_eq!(radiance, sky.radiance(unit(i)));

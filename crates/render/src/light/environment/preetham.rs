@@ -22,7 +22,7 @@ const SUN_DIAMETER: f64 = 0.533;
 /// Illuminance outside of the atmosphere in lux: the solar constant of 1361 W/m² weighted by the eye.
 const SUN_ILLUMINANCE: f64 = 133_100.0;
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub(crate) struct PreethamSky {
     up: Vec3,
     /// Towards the sun.
@@ -137,7 +137,7 @@ fn angle_of_sun_distance(position: f64) -> f64 {
 
 /// Three functions on 0..=1, tabulated at even steps and interpolated linearly: accurate to 1e-4 for the sky's
 /// curves, and cheaper than their exponentials.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct LinearTable(Vec<Vec3>);
 
 impl LinearTable {

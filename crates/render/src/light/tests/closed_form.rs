@@ -177,7 +177,7 @@ fn environments_are_turned_as_cameras_are() {
         };
         for yaw in [0.0, 90.0] {
             let light = Light::Environment { image: image.clone(), yaw, scale: 1.0 };
-            let lights = Lights::new(&[light], up, DVec3::ZERO);
+            let lights = Lights::sharing(&[light], up, DVec3::ZERO, &[]);
             let seen = |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };

@@ -22,7 +22,7 @@ pub(super) fn lights(lights: &[Light]) -> Lights {
     for light in lights {
         light.validate().expect("a valid light");
     }
-    Lights::new(lights, Up::Z, DVec3::ZERO)
+    Lights::sharing(lights, Up::Z, DVec3::ZERO, &[])
 }
 
 pub(super) fn source(light: Light) -> PreparedLight {

@@ -19,6 +19,9 @@ pub struct ObjectSpec {
     /// which they come.
     pub category: Option<Category>,
 
+    /// False hides it: it is in no picture, shadow, light or query, and its number stays. True where not given.
+    pub visible: Option<bool>,
+
     /// A box centred at the origin.
     #[serde(rename = "box")]
     pub box_: Option<BoxShape>,
@@ -144,7 +147,7 @@ pub struct ObjectSpec {
     pub diffuse_transmission_color: Option<Color>,
 }
 
-/// How many optional keys [`ObjectSpec`] has, besides name and category.
+/// How many optional keys [`ObjectSpec`] has, besides name, category and visible.
 pub(crate) const KEYS: usize = 55;
 
 impl ObjectSpec {

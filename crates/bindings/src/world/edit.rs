@@ -1,0 +1,141 @@
+//! Changes of worlds: objects, lights and cameras, each atomic.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DMat3, DVec3};
+use numpy::PyUntypedArrayMethods;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_scene::schema::{ObjectSpec, from_value};
+use raycam_scene::{Light, World as Inner};
+
+use crate::arrays::Floats;
+use crate::camera::Camera;
+use crate::error::{IntoPyErr, world_error};
+use crate::py_value::to_value;
+use crate::world::array_images::{ArrayImages, FilesAndArrays};
+use crate::world::from_description::name_array;
+use crate::world::state::World;
+
+/// An object by its number or its name.
+#[derive(Clone, FromPyObject)]
+pub(crate) enum Which {
+    Number(i64),
+    Name(String),
+}
+
+impl Which {
+    /// The number of the object in a world.
+    pub(crate) fn number_in(&self, world: &Inner) -> PyResult<usize> {
+        let id = match self {
+            Self::Name(name) => return world.find_object(name).map_err(IntoPyErr::into_py_err),
+            Self::Number(number) => usize::try_from(*number).unwrap_or(usize::MAX),
+        };
+        match (self, world.check_object(id)) {
+            (_, Ok(())) => Ok(id),
+            (Self::Number(number), _) if *number < 0 => {
+                Err(world_error(format!("object {number}: expected a number from 0, or a name")))
+            }
+            (_, Err(error)) => Err(error.into_py_err()),
+        }
+    }
+}
+
+/// The affine transform in a row of numbers, 4 x 4 or 3 x 4.
+pub(crate) fn affine(rows: &[f64]) -> PyResult<DAffine3> {
+    let (&[a, b, c, d, e, f, g, h, i, j, k, l], rest) = rows
+        .split_first_chunk::<12>()
+        .ok_or_else(|| world_error(format!("matrix: {} numbers: expected a matrix of 4 x 4 or 3 x 4", rows.len())))?;
+    if !rest.is_empty() && rest != [0.0, 0.0, 0.0, 1.0] {
+        return Err(world_error(format!(
+            "matrix: the last row is {rest:?}, expected 0 0 0 1: is the matrix transposed?"
+        )));
+    }
+    let linear = DMat3::from_cols_array_2d(&[[a, e, i], [b, f, j], [c, g, k]]);
+    Ok(DAffine3::from_mat3_translation(linear, DVec3::new(d, h, l)))
+}
+
+/// Changes what a description says of an object. Its files lie anywhere.
+#[pyfunction]
+pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<'_, PyDict>) -> PyResult<()> {
+    let py = description.py();
+    if description.len() == 1
+        && let Some(matrix) = description.get_item("matrix")?
+        && let Ok(matrix) = matrix.extract::<Floats<'_>>()
+        && matches!(matrix.shape(), [3 | 4, 4])
+    {
+        let place = affine(&matrix.as_array().iter().copied().collect::<Vec<_>>())?;
+        return world.modify(|inner| {
+            let id = which.number_in(inner)?;
+            inner.place_object(id, place).map_err(IntoPyErr::into_py_err)
+        });
+    }
+    let mut arrays = ArrayImages::default();
+    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
+    let spec: ObjectSpec = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    world.change_by_files(py, None, |inner, files| {
+        let id = match which.number_in(inner) {
+            Ok(id) => id,
+            Err(error) => return Ok(Err(error)),
+        };
+        spec.change(inner, id, &mut FilesAndArrays { files, arrays: &arrays })?;
+        Ok(Ok(()))
+    })?
+}
+
+/// Removes an object.
+#[pyfunction]
+pub(crate) fn world_remove_object(world: &World, which: Which) -> PyResult<()> {
+    world.modify_or_restore(|inner| {
+        let id = which.number_in(inner)?;
+        inner.remove_object(id).map_err(IntoPyErr::into_py_err)
+    })
+}
+
+/// Replaces a light by a description, whose files lie anywhere. A light of the same kind keeps its image or profile if
+/// `keeps_file`.
+#[pyfunction]
+pub(crate) fn world_set_light(
+    world: &World,
+    number: usize,
+    description: &Bound<'_, PyAny>,
+    keeps_file: bool,
+    within: Option<PathBuf>,
+) -> PyResult<()> {
+    let mut arrays = ArrayImages::default();
+    let value = to_value(&arrays.take_arrays(description, "")?, "")?;
+    let mut light: Light = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    world.change_by_files(description.py(), within, |inner, files| {
+        inner.check_light(number)?;
+        match (&mut light, &inner.lights[number]) {
+            (Light::Environment { image, .. }, Light::Environment { image: before, .. }) if keeps_file => {
+                *image = before.clone();
+            }
+            (Light::Ies { profile, .. }, Light::Ies { profile: before, .. }) if keeps_file => {
+                *profile = before.clone();
+            }
+            _ => {}
+        }
+        light.read(&mut FilesAndArrays { files, arrays: &arrays })?;
+        name_array(&mut light);
+        Ok(inner.set_light(number, light)?)
+    })
+}
+
+/// Removes a light.
+#[pyfunction]
+pub(crate) fn world_remove_light(world: &World, number: usize) -> PyResult<()> {
+    world.modify(|inner| inner.remove_light(number).map_err(IntoPyErr::into_py_err))
+}
+
+/// Replaces a camera.
+#[pyfunction]
+pub(crate) fn world_set_camera(world: &World, name: &str, camera: &Camera) -> PyResult<()> {
+    world.modify_unseen(|inner| inner.set_camera(name, camera.inner.clone()).map_err(IntoPyErr::into_py_err))
+}
+
+/// Removes a camera.
+#[pyfunction]
+pub(crate) fn world_remove_camera(world: &World, name: &str) -> PyResult<()> {
+    world.modify_unseen(|inner| inner.remove_camera(name).map_err(IntoPyErr::into_py_err))
+}

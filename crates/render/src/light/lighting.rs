@@ -1,0 +1,153 @@
+//! Lighting of a world: its lights and default lights, made when a picture first needs them.
+
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use glam::DVec3;
+use raycam_scene::{Light, Up, World};
+
+use crate::error::RenderError;
+use crate::light::default_lights::default_lights;
+use crate::light::emissive_triangles::{EmissiveKey, EmissiveTriangles};
+use crate::light::lights::Lights;
+use crate::prepare::geometry::Geometry;
+
+/// Lightings that are kept for worlds to come, at most: two that take turns are both there.
+const MAX_RECENT: usize = 2;
+
+/// Lights of a prepared world.
+#[derive(Debug)]
+pub(crate) struct Lighting {
+    pub lights: Lights,
+    /// Stand-in lights of a world that has none.
+    pub default_lights: Option<Lights>,
+}
+
+/// Lighting that is made on demand, and what it is made of. Worlds that differ in nothing of this share it.
+#[derive(Debug)]
+pub(crate) struct LightingCell {
+    lights: Vec<Light>,
+    up: Up,
+    emission_keeps_default_lights: bool,
+    origin: DVec3,
+    emissive: EmissiveKey,
+    made: OnceLock<Lighting>,
+}
+
+/// Lightings that were made last among the worlds of a family.
+#[derive(Debug, Default)]
+pub(crate) struct RecentLighting {
+    /// Locked for look-ups alone.
+    cells: Mutex<Vec<Arc<LightingCell>>>,
+}
+
+impl RecentLighting {
+    fn lock(&self) -> MutexGuard<'_, Vec<Arc<LightingCell>>> {
+        self.cells.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The lightings, the oldest first.
+    pub fn cells(&self) -> Vec<Arc<LightingCell>> {
+        self.lock().clone()
+    }
+
+    fn keep(&self, cell: &Arc<LightingCell>) {
+        let mut cells = self.lock();
+        cells.retain(|known| !Arc::ptr_eq(known, cell));
+        cells.push(cell.clone());
+        let first = cells.len().saturating_sub(MAX_RECENT);
+        let freed: Vec<_> = cells.drain(..first).collect();
+        drop(cells);
+        drop(freed);
+    }
+}
+
+impl LightingCell {
+    /// The lighting of a world, which is that of one of `known` where that is the same. Other lights are checked.
+    ///
+    /// # Errors
+    /// [`RenderError::World`] where a light makes no sense.
+    pub fn new<'a>(
+        world: &World,
+        geometry: &Geometry,
+        known: impl IntoIterator<Item = &'a Arc<LightingCell>>,
+    ) -> Result<Arc<Self>, RenderError> {
+        let emissive = EmissiveKey::new(geometry);
+        let is_same = |cell: &&Arc<LightingCell>| {
+            cell.has_lights_of(world)
+                && cell.up == world.up
+                && cell.emission_keeps_default_lights == world.emission_keeps_default_lights
+                && cell.origin == geometry.origin
+                && cell.emissive == emissive
+        };
+        let known: Vec<_> = known.into_iter().collect();
+        if let Some(same) = known.iter().copied().find(is_same) {
+            return Ok(same.clone());
+        }
+        if !known.iter().any(|cell| cell.has_lights_of(world)) {
+            let checked = world.lights.iter().try_for_each(Light::validate);
+            checked.map_err(|error| RenderError::World(error.to_string()))?;
+        }
+        Ok(Arc::new(Self {
+            lights: world.lights.clone(),
+            up: world.up,
+            emission_keeps_default_lights: world.emission_keeps_default_lights,
+            origin: geometry.origin,
+            emissive,
+            made: OnceLock::new(),
+        }))
+    }
+
+    /// True if the lights are those of a world, with the same images and profiles.
+    pub fn has_lights_of(&self, world: &World) -> bool {
+        let same = self.lights.iter().zip(&world.lights).all(|(a, b)| is_same_light(a, b));
+        same && self.lights.len() == world.lights.len()
+    }
+
+    /// True if the lights were made.
+    pub fn is_made(&self) -> bool {
+        self.made.get().is_some()
+    }
+
+    /// The lights, made now unless they are there; what `recent` lightings have in common with it is taken from them.
+    pub fn get(self: &Arc<Self>, geometry: &Geometry, recent: &RecentLighting) -> &Lighting {
+        if let Some(made) = self.made.get() {
+            return made;
+        }
+        // Not inside of `get_or_init`: a waiting thread would steal work of other pictures.
+        let made = self.make(geometry, &recent.cells());
+        let made = self.made.get_or_init(|| made);
+        recent.keep(self);
+        made
+    }
+
+    fn make(&self, geometry: &Geometry, known: &[Arc<LightingCell>]) -> Lighting {
+        let same = known.iter().rev().filter(|cell| cell.emissive == self.emissive);
+        let emissive = same.into_iter().find_map(|cell| Some(cell.made.get()?.lights.emissive_triangles.clone()));
+        let emissive = emissive.unwrap_or_else(|| Arc::new(EmissiveTriangles::new(geometry)));
+        let known: Vec<&Lights> = known.iter().rev().filter_map(|cell| Some(&cell.made.get()?.lights)).collect();
+        let build = |lights: &[Light]| {
+            let lights = Lights::sharing(lights, self.up, self.origin, &known);
+            Lights { emissive_triangles: emissive.clone(), ..lights }
+        };
+        let lights = build(&self.lights);
+        let unlit = match self.emission_keeps_default_lights {
+            true => self.lights.is_empty(),
+            false => lights.count() == 0,
+        };
+        Lighting { lights, default_lights: unlit.then(|| build(&default_lights(self.up))) }
+    }
+}
+
+/// True if two lights are equal and have the same image or profile; contents are not compared.
+fn is_same_light(a: &Light, b: &Light) -> bool {
+    let same = |a: &Option<Arc<_>>, b: &Option<Arc<_>>| match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    };
+    match (a, b) {
+        (Light::Environment { image, yaw, scale }, Light::Environment { image: i, yaw: y, scale: s }) => {
+            same(&image.content, &i.content) && (yaw, scale) == (y, s)
+        }
+        _ => a == b,
+    }
+}

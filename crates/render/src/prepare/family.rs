@@ -1,0 +1,89 @@
+//! Parts of prepared worlds that a world and all that comes of it share: each is built once while its input lives.
+//!
+//! A part is kept as long as anyone else has the input that it was built of: a world at a time, a copy or a changed world
+//! finds the parts that the others have built, also when the one that built them is gone.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A part that was built of one input alone.
+pub(crate) trait BuiltPart {
+    /// The input.
+    type Input;
+
+    /// The input that it was built of.
+    fn input(&self) -> &Arc<Self::Input>;
+}
+
+/// Built parts by the address of their inputs.
+#[derive(Debug)]
+pub(crate) struct SharedParts<P> {
+    /// Locked for look-ups alone: nothing is built or freed meanwhile, and a fork finds it free.
+    parts: Mutex<HashMap<usize, Arc<P>>>,
+}
+
+impl<P> Default for SharedParts<P> {
+    fn default() -> Self {
+        Self { parts: Mutex::default() }
+    }
+}
+
+impl<P: BuiltPart> SharedParts<P> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<usize, Arc<P>>> {
+        self.parts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The part of an input, if anyone has built it.
+    pub fn built_of(&self, input: &Arc<P::Input>) -> Option<Arc<P>> {
+        self.lock().get(&Arc::as_ptr(input).addr()).cloned()
+    }
+
+    /// Any part for which `fits` is true.
+    pub fn find_part(&self, fits: impl Fn(&P) -> bool) -> Option<Arc<P>> {
+        self.lock().values().find(|part| fits(part)).cloned()
+    }
+
+    /// Keeps the parts of a world, and frees those whose inputs nobody has any more.
+    pub fn keep<'a>(&self, used: impl Iterator<Item = &'a Arc<P>>)
+    where
+        P: 'a,
+    {
+        let mut parts = self.lock();
+        parts.extend(used.map(|part| (Arc::as_ptr(part.input()).addr(), part.clone())));
+        let unused =
+            |_: &usize, part: &mut Arc<P>| Arc::strong_count(part) == 1 && Arc::strong_count(part.input()) == 1;
+        let freed: Vec<_> = parts.extract_if(unused).collect();
+        drop(parts);
+        drop(freed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Length(Arc<String>, usize);
+
+    impl BuiltPart for Length {
+        type Input = String;
+
+        fn input(&self) -> &Arc<String> {
+            &self.0
+        }
+    }
+
+    #[test]
+    fn a_part_lives_as_long_as_its_input() {
+        let known = SharedParts::default();
+        let [short, long] = ["a", "abc"].map(|text| Arc::new(String::from(text)));
+        for text in [&short, &long] {
+            known.keep([&Arc::new(Length(text.clone(), text.len()))].into_iter());
+        }
+        assert_eq!(known.built_of(&long).map(|part| part.1), Some(3));
+        assert!(known.find_part(|part| part.1 == 1).is_some());
+        drop(short);
+        known.keep([].into_iter());
+        assert!(known.find_part(|part| part.1 == 1).is_none());
+        assert_eq!(known.built_of(&long).map(|part| part.1), Some(3));
+    }
+}

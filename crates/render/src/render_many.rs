@@ -1,0 +1,119 @@
+//! Pictures of one world with many poses and cameras.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::DAffine3;
+use raycam_scene::{Camera, World};
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::output_plane::OutputPlane;
+use crate::motion::shutter::ShutterSlices;
+use crate::prepare::world::{PreparedFamily, PreparedWorld};
+use crate::render::{RenderRequest, estimated_frame_work};
+use crate::settings::Settings;
+use crate::thread_pool::Workers;
+
+/// Pictures of a world, each seen by its camera with its own places of some objects.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureSeries<'a> {
+    /// World as written.
+    pub world: &'a World,
+    /// The same, prepared.
+    pub prepared: &'a PreparedWorld,
+    /// Family of the world.
+    pub family: &'a Arc<PreparedFamily>,
+    /// Cameras of one size: one for all pictures, or one for each.
+    pub cameras: &'a [Camera],
+    /// Objects that move, and world_from_mesh of each: one for all pictures, or one for each.
+    pub poses: &'a [(usize, Vec<DAffine3>)],
+}
+
+/// Time of a picture in nanoseconds from which all threads share it.
+const SHARED_PICTURE: f64 = 20e6;
+
+impl PictureSeries<'_> {
+    /// Renders a picture into each list of planes; picture i is that of [`crate::render_into`] with the poses i, the camera i
+    /// and the frame `settings.frame` + i. Returns the notices, each once.
+    ///
+    /// # Errors
+    /// Errors of [`crate::render_into`], and [`RenderError::World`] for a pose that flattens an object.
+    pub fn render(
+        &self,
+        settings: &Settings,
+        control: &Control,
+        pictures: Vec<Vec<OutputPlane<'_>>>,
+    ) -> Result<Vec<String>, RenderError> {
+        let Some(first) = self.cameras.first() else {
+            return Ok(vec![]);
+        };
+        let count = pictures.len();
+        let region = settings.check(first.size())?;
+        let each = estimated_frame_work(self.prepared, first, settings, region);
+        let workers = Workers::for_work(settings.threads, each * count as f64, false)?;
+        control.start(count);
+        let found: Vec<Mutex<Vec<String>>> = (0..count).map(|_| Mutex::default()).collect();
+        let jobs: Vec<_> = pictures.into_iter().enumerate().map(|(i, planes)| (i, Mutex::new(Some(planes)))).collect();
+        let one = |(i, planes): &(usize, Mutex<Option<Vec<OutputPlane<'_>>>>), alone: bool| {
+            control.check()?;
+            let planes = planes.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default();
+            let notices = self.render_one(*i, settings, control, planes, alone)?;
+            *found[*i].lock().unwrap_or_else(PoisonError::into_inner) = notices;
+            control.advance();
+            Ok(())
+        };
+        // Many short pictures take a thread each, few long ones all threads.
+        if each < SHARED_PICTURE || count >= 4 * workers.count() {
+            workers.for_each_dynamic(&jobs, |_: &mut (), job| one(job, true))?;
+        } else {
+            jobs.iter().try_for_each(|job| one(job, false))?;
+        }
+        let mut notices: Vec<String> = vec![];
+        for notice in found.into_iter().flat_map(|own| own.into_inner().unwrap_or_else(PoisonError::into_inner)) {
+            if !notices.contains(&notice) {
+                notices.push(notice);
+            }
+        }
+        Ok(notices)
+    }
+
+    fn render_one(
+        &self,
+        picture: usize,
+        settings: &Settings,
+        control: &Control,
+        planes: Vec<OutputPlane<'_>>,
+        alone: bool,
+    ) -> Result<Vec<String>, RenderError> {
+        let part = control.part();
+        let moved = self.posed(picture, settings, &part)?;
+        let (world, prepared) =
+            moved.as_ref().map_or((self.world, self.prepared), |(world, prepared)| (world, prepared));
+        let camera = &self.cameras[if self.cameras.len() == 1 { 0 } else { picture }];
+        let settings = &Settings { frame: settings.frame.wrapping_add(picture as u32), ..settings.clone() };
+        let region = settings.check(camera.size())?;
+        let shutter = ShutterSlices::new(world, prepared, camera);
+        let request = RenderRequest { world: prepared, shutter: shutter.as_ref(), camera, settings, region };
+        request.render(alone, &part, planes.into_iter())
+    }
+
+    /// The world of a picture, if it differs from the world.
+    fn posed(
+        &self,
+        picture: usize,
+        settings: &Settings,
+        control: &Control,
+    ) -> Result<Option<(World, PreparedWorld)>, RenderError> {
+        if self.poses.is_empty() {
+            return Ok(None);
+        }
+        let mut world = self.world.clone();
+        for (object, places) in self.poses {
+            let place = places[if places.len() == 1 { 0 } else { picture }];
+            let placed = world.place_object(*object, place);
+            placed.map_err(|error| RenderError::World(format!("pose {picture}: {error}")))?;
+        }
+        let prepared = PreparedWorld::in_family(&world, self.family, Some(self.prepared), settings.threads, control)?;
+        Ok(Some((world, prepared)))
+    }
+}

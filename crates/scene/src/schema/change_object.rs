@@ -1,0 +1,313 @@
+//! Changes of an object by the keys of its description: what is not given stays.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::error::SceneError;
+use crate::material::Material;
+use crate::mesh::Mesh;
+use crate::model::AssetLoader;
+use crate::schema::build_failure::BuildFailure;
+use crate::schema::build_object::{GEOMETRY, PLACEMENT, SHAPES};
+use crate::schema::geometry::{Additions, LoadedMeshes};
+use crate::schema::keys::Keys;
+use crate::schema::material_keys::MATERIAL_KEYS;
+use crate::schema::shorthand::Category;
+use crate::schema::spec::object::{KEYS, ObjectSpec};
+use crate::texture::Texture;
+use crate::world::{Names, World};
+
+/// The mesh that a changed object shows.
+enum ChangedMesh {
+    Same,
+    /// The mesh of this index.
+    Shared(usize),
+    New(Arc<Mesh>),
+}
+
+/// The materials of a changed object's slots, and the images that they add to the world.
+struct ChangedMaterials {
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    notices: Vec<String>,
+    /// False if they take the place of those before, as far as nobody else has these.
+    is_of_new_mesh: bool,
+}
+
+impl ObjectSpec {
+    /// Changes the object of this number in what the description says; the world is as it was where that fails, but for images
+    /// that `files` keeps.
+    ///
+    /// Placement is given as a whole: angles without a location place it at the origin. A mesh that other objects show
+    /// stays theirs. A mesh file brings its materials; other meshes keep the object's.
+    ///
+    /// # Errors
+    /// Those of [`ObjectSpec::build`], [`SceneError::World`] where there is no such object, and where vertices are given
+    /// alone that are not as many as before or leave shading normals behind.
+    pub fn change<F: AssetLoader>(self, world: &mut World, id: usize, files: &mut F) -> Result<(), F::Error> {
+        world.check_object(id).map_err(F::Error::from)?;
+        self.change_object(world, id, files).map_err(BuildFailure::into_error)
+    }
+
+    fn change_object<F: AssetLoader>(
+        mut self,
+        world: &mut World,
+        id: usize,
+        files: &mut F,
+    ) -> Result<(), BuildFailure<F::Error>> {
+        let keys = self.keys();
+        if self.name.as_ref().is_some_and(String::is_empty) {
+            return Err(SceneError::schema("name", "\"\": expected a name").into());
+        }
+        self.check_material(&keys, true)?;
+        let place = match keys.given(&PLACEMENT).is_empty() {
+            true => None,
+            false => Some(self.object_transform(world.up, &keys)?),
+        };
+        let (mesh, materials) = self.changed_parts(world, id, &keys, files)?;
+        // Nothing fails from here on.
+        let before = world.parts_in_use();
+        let name = self.name.take();
+        if let Some(materials) = materials {
+            put_materials(world, id, materials);
+        }
+        match mesh {
+            ChangedMesh::Same => {}
+            ChangedMesh::Shared(index) => put_mesh(world, id, index),
+            ChangedMesh::New(mesh) => {
+                let index = world.objects[id].mesh;
+                let shown = world.objects.iter().filter(|object| object.mesh == index).count();
+                let is_in_tree = world.node_tree.as_ref().is_some_and(|tree| {
+                    tree.hidden_mesh == index || tree.objects.iter().any(|m| m.mesh == index && m.object != id)
+                });
+                if shown == 1 && !is_in_tree {
+                    world.meshes[index] = mesh;
+                    put_mesh(world, id, index);
+                } else {
+                    let index = world.add_shared_mesh(mesh);
+                    put_mesh(world, id, index);
+                }
+            }
+        }
+        let object = &mut world.objects[id];
+        if let Some(Category(category)) = self.category.take() {
+            object.category = Some(category);
+        }
+        object.visible = self.visible.unwrap_or(object.visible);
+        if let Some((world_from_mesh, scale_shear)) = place {
+            (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
+            world.release_object(id);
+        }
+        if let Some(name) = name.filter(|name| *name != world.objects[id].name) {
+            let others = world.objects.iter().enumerate().filter(|(i, _)| *i != id);
+            world.names = Names::of(others.map(|(_, object)| &object.name[..]));
+            world.objects[id].name = world.names.unique(&name);
+        }
+        world.remove_unused(&before);
+        Ok(())
+    }
+
+    /// The mesh and the materials that it has from now on; `None` for materials that stay.
+    fn changed_parts<F: AssetLoader>(
+        &mut self,
+        world: &World,
+        id: usize,
+        keys: &Keys<KEYS>,
+        files: &mut F,
+    ) -> Result<(ChangedMesh, Option<ChangedMaterials>), BuildFailure<F::Error>> {
+        let object = &world.objects[id];
+        let old = &world.meshes[object.mesh];
+        let kind = match keys.given(&SHAPES).is_empty() {
+            true => "",
+            false => keys.exactly_one("shape", &SHAPES)?,
+        };
+        if kind != "mesh" {
+            keys.refuse(&["upright"], "it goes with \"mesh\", a file that says which axis is up")?;
+        }
+        if kind != "vertices" {
+            keys.refuse(&["triangles"], "it goes with \"vertices\", which is missing")?;
+        }
+        let moves_vertices = kind == "vertices" && self.triangles.is_none();
+        if kind.is_empty() || moves_vertices {
+            if moves_vertices {
+                keys.refuse(&["refine"], "it goes with \"faces\" too: the mesh is refined already")?;
+            }
+            let changed = !keys.given(&GEOMETRY).is_empty() || moves_vertices;
+            let mesh = if changed { Some(self.reshaped(old, &object.name)?) } else { None };
+            let materials = self.changed_materials(world, id, mesh.as_ref().unwrap_or(old), keys, files)?;
+            return Ok((mesh.map_or(ChangedMesh::Same, |mesh| ChangedMesh::New(Arc::new(mesh))), materials));
+        }
+        if let Some(original) = self.instance_of.take() {
+            keys.refuse(&GEOMETRY, "the mesh is that of another object: this belongs there")?;
+            let other = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
+            let Some(mesh) = world.objects.get(other).map(|other| other.mesh) else {
+                return Ok((ChangedMesh::Same, None));
+            };
+            let mut materials = self.changed_materials(world, id, &world.meshes[mesh], keys, files)?;
+            if world.meshes[mesh].slot_count() > object.materials.len() {
+                let theirs = world.objects[other].materials.iter().map(|&i| world.materials[i].clone());
+                materials = Some(ChangedMaterials::of_new_mesh(theirs.collect()));
+            }
+            return Ok((ChangedMesh::Shared(mesh), materials));
+        }
+        let next = world.textures.len();
+        let up = (self.upright != Some(false)).then_some(world.up);
+        let colored = self.face_colors.is_some() || self.vertex_colors.is_some();
+        let (additions, read) = self.additions(keys, up, next, files, &LoadedMeshes::default(), false)?;
+        let Additions { mesh, materials, textures, notices, .. } = additions;
+        let default = Material::for_mesh(old);
+        let is_default = object.materials.iter().all(|&i| {
+            let material = &world.materials[i];
+            Material { name: String::new(), ..material.clone() } == default
+        });
+        if read.is_some() || is_default || mesh.slot_count() > object.materials.len() {
+            let own = ChangedMaterials { materials, textures, notices, is_of_new_mesh: read.is_some() };
+            own.check()?;
+            return Ok((ChangedMesh::New(mesh), Some(own)));
+        }
+        let mut kept = self.changed_materials(world, id, &mesh, keys, files)?;
+        if colored && self.color.is_none() {
+            let materials = object.materials.iter().map(|&i| world.materials[i].clone());
+            let kept = kept.get_or_insert_with(|| ChangedMaterials {
+                is_of_new_mesh: false,
+                ..ChangedMaterials::of_new_mesh(materials.collect())
+            });
+            kept.materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
+        }
+        Ok((ChangedMesh::New(mesh), kept))
+    }
+
+    /// A mesh with other vertices, normals, coordinates or colours.
+    fn reshaped(&mut self, old: &Arc<Mesh>, name: &str) -> Result<Mesh, SceneError> {
+        let mut mesh = Mesh::clone(old);
+        if let Some(vertices) = self.vertices.take() {
+            let (given, known) = (vertices.len(), mesh.vertices.len());
+            if given != known {
+                return Err(SceneError::World(format!(
+                    "vertices: {given} are given, and the mesh of {name:?} has {known}: give faces too for another mesh"
+                )));
+            }
+            if mesh.normals.is_some() && self.normals.is_none() {
+                return Err(SceneError::World(format!(
+                    "vertices: the mesh of {name:?} has shading normals, which would stay as they are: give normals too, or \
+                     normals=None for flat faces"
+                )));
+            }
+            mesh.vertices = vertices.into_iter().map(DVec3::from_array).collect();
+            mesh.tangents = None;
+        }
+        if self.normals.as_ref().is_some_and(Vec::is_empty) {
+            (mesh.normals, self.normals) = (None, None);
+        }
+        let mut additions = Additions {
+            mesh: Arc::new(mesh),
+            index: None,
+            materials: Vec::new(),
+            textures: Vec::new(),
+            notices: Vec::new(),
+        };
+        self.change_mesh(&mut additions)?;
+        Ok(Arc::unwrap_or_clone(additions.mesh))
+    }
+
+    /// The object's materials with the changes that the description makes; `None` if it makes none.
+    fn changed_materials<F: AssetLoader>(
+        &self,
+        world: &World,
+        id: usize,
+        mesh: &Mesh,
+        keys: &Keys<KEYS>,
+        files: &mut F,
+    ) -> Result<Option<ChangedMaterials>, BuildFailure<F::Error>> {
+        let colored = !keys.given(&["face_colors", "vertex_colors"]).is_empty();
+        if keys.given(&MATERIAL_KEYS).is_empty() && !colored {
+            return Ok(None);
+        }
+        let (textures, bindings) = self.read_textures(mesh, world.textures.len(), files)?;
+        let slots = &world.objects[id].materials;
+        let mut materials: Vec<Material> = slots.iter().map(|&i| world.materials[i].clone()).collect();
+        if colored {
+            materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
+        }
+        self.apply_material_all(&mut materials, &bindings, keys)?;
+        let changed = ChangedMaterials { materials, textures, notices: Vec::new(), is_of_new_mesh: false };
+        changed.check()?;
+        Ok(Some(changed))
+    }
+}
+
+impl ChangedMaterials {
+    fn of_new_mesh(materials: Vec<Material>) -> Self {
+        Self { materials, textures: Vec::new(), notices: Vec::new(), is_of_new_mesh: true }
+    }
+
+    fn check(&self) -> Result<(), SceneError> {
+        self.materials.iter().try_for_each(Material::validate)?;
+        self.textures.iter().try_for_each(Texture::validate)
+    }
+}
+
+/// Shows a mesh as an object's, and takes it off nodes that would bend the one before.
+fn put_mesh(world: &mut World, id: usize, mesh: usize) {
+    world.objects[id].mesh = mesh;
+    let bends = |tree: &crate::animation::NodeTree| tree.objects.iter().any(|m| m.object == id && m.rest.is_some());
+    if world.node_tree.as_deref().is_some_and(bends) {
+        let name = &world.objects[id].name;
+        world.notices.push(format!("object {name:?} has another mesh, which no animation of its file bends or moves"));
+        world.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
+    } else {
+        world.change_tree(|tree| {
+            for mount in tree.objects.iter_mut().filter(|mount| mount.object == id) {
+                mount.mesh = mesh;
+            }
+        });
+    }
+}
+
+/// Gives an object its materials: in the place of those before, or as new ones where others have those too.
+fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
+    let ChangedMaterials { materials, textures, notices, is_of_new_mesh } = changed;
+    world.notices.extend(notices);
+    for texture in textures {
+        world.add_texture(texture);
+    }
+    let object = &world.objects[id];
+    let name = object.name.clone();
+    let slots = object.materials.clone();
+    let is_shared = |world: &World, material: usize| {
+        let others = world.objects.iter().enumerate().filter(|(i, _)| *i != id);
+        let variants = world.variants.iter().flat_map(|variant| &variant.materials);
+        let moving = world.node_tree.iter().flat_map(|tree| &tree.materials);
+        others.flat_map(|(_, object)| &object.materials).any(|&other| other == material)
+            || variants.map(|(_, _, other)| *other).any(|other| other == material)
+            || moving.map(|moving| moving.material).any(|other| other == material)
+    };
+    let mut put: HashMap<usize, usize> = HashMap::new();
+    let mut numbers = Vec::with_capacity(materials.len());
+    for (slot, mut material) in materials.into_iter().enumerate() {
+        world.note_reflectance(&material);
+        let before = slots.get(slot).copied();
+        let known = before.filter(|_| !is_of_new_mesh).and_then(|before| put.get(&before).copied());
+        let number = match (known, before) {
+            (Some(known), _) => known,
+            (None, Some(before)) if !put.contains_key(&before) && !is_shared(world, before) => {
+                world.materials[before] = material.named(&name);
+                before
+            }
+            _ => {
+                if !is_of_new_mesh {
+                    material.name.clear();
+                }
+                world.materials.push(material.named(&name));
+                world.materials.len() - 1
+            }
+        };
+        if let Some(before) = before {
+            put.insert(before, number);
+        }
+        numbers.push(number);
+    }
+    world.objects[id].materials = numbers;
+}

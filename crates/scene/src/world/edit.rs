@@ -1,0 +1,165 @@
+//! Changes of a world's parts in place. Each is checked before anything changes.
+
+use glam::DAffine3;
+
+use crate::camera::Camera;
+use crate::error::SceneError;
+use crate::light::Light;
+use crate::world::World;
+use crate::world::names::Names;
+
+impl World {
+    /// Removes an object, and what nobody else uses of it. The objects after it move down by one; videos, animations and
+    /// variants follow.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such object.
+    pub fn remove_object(&mut self, id: usize) -> Result<(), SceneError> {
+        self.check_object(id)?;
+        let before = self.parts_in_use();
+        self.objects.remove(id);
+        self.names = Names::of(self.objects.iter().map(|object| &object.name[..]));
+        let follows = |object: &mut usize| follow(object, id);
+        if let Some(video) = &mut self.video {
+            video.objects.retain_mut(|(object, _)| follows(object));
+        }
+        for variant in &mut self.variants {
+            variant.materials.retain_mut(|(object, _, _)| follows(object));
+        }
+        self.change_tree(|tree| tree.objects.retain_mut(|mount| follows(&mut mount.object)));
+        self.remove_unused(&before);
+        Ok(())
+    }
+
+    /// Places an object. In a world at a time it stands there from now on: what moved it does not any more.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such object, or the transform flattens it or is not finite.
+    pub fn place_object(&mut self, id: usize, world_from_mesh: DAffine3) -> Result<(), SceneError> {
+        self.check_object(id)?;
+        if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
+            return Err(SceneError::World(format!(
+                "object {:?} placed by {world_from_mesh:?}: expected finite numbers that do not flatten it",
+                self.objects[id].name
+            )));
+        }
+        let object = &mut self.objects[id];
+        (object.world_from_mesh, object.scale_shear) = (world_from_mesh, world_from_mesh.matrix3);
+        self.release_object(id);
+        Ok(())
+    }
+
+    /// Takes a placed object off the nodes that would put it back, and in a world at a time off its keyframes as well.
+    pub(crate) fn release_object(&mut self, id: usize) {
+        let is_moment = self.time.is_some();
+        if let Some(video) = self.video.as_mut().filter(|_| is_moment) {
+            video.objects.retain(|(object, _)| *object != id);
+        }
+        let Some(tree) = &self.node_tree else { return };
+        let mounted = tree.objects.iter().any(|mount| mount.object == id);
+        if mounted && !is_moment && tree.moves_object(id) {
+            self.notices.push(format!(
+                "object {:?} is placed anew at rest; an animation of its file still moves it: world.at(time) shows that",
+                self.objects[id].name
+            ));
+        } else if mounted {
+            self.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
+        }
+    }
+
+    /// Replaces a light, which hangs on no node any more.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such light, and those of [`Light::validate`].
+    pub fn set_light(&mut self, number: usize, light: Light) -> Result<(), SceneError> {
+        self.check_light(number)?;
+        light.validate()?;
+        self.lights[number] = light;
+        self.change_tree(|tree| tree.lights.retain(|mount| mount.light != number));
+        Ok(())
+    }
+
+    /// Removes a light. The lights after it move down by one.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such light.
+    pub fn remove_light(&mut self, number: usize) -> Result<(), SceneError> {
+        self.check_light(number)?;
+        self.lights.remove(number);
+        self.change_tree(|tree| tree.lights.retain_mut(|mount| follow(&mut mount.light, number)));
+        Ok(())
+    }
+
+    /// Replaces a camera, which hangs on no node any more.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such camera, or it is one of a rig.
+    pub fn set_camera(&mut self, name: &str, camera: Camera) -> Result<(), SceneError> {
+        let number = self.own_camera(name)?;
+        self.cameras[number].camera = camera;
+        self.change_tree(|tree| tree.cameras.retain(|mount| mount.camera != number));
+        Ok(())
+    }
+
+    /// Removes a camera.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is no such camera, or it is one of a rig.
+    pub fn remove_camera(&mut self, name: &str) -> Result<(), SceneError> {
+        let number = self.own_camera(name)?;
+        self.cameras.remove(number);
+        self.change_tree(|tree| tree.cameras.retain_mut(|mount| follow(&mut mount.camera, number)));
+        Ok(())
+    }
+
+    /// The number of a camera that is no part of a rig.
+    fn own_camera(&self, name: &str) -> Result<usize, SceneError> {
+        self.find_camera(name)?;
+        for rig in &self.rigs {
+            let of_rig = name.strip_prefix(rig.name()).is_some_and(|rest| rest.starts_with('/'));
+            if of_rig && rig.cameras()?.iter().any(|own| name == format!("{}/{}", rig.name(), own.name)) {
+                return Err(SceneError::World(format!(
+                    "camera {name:?} is part of the rig {:?}, which moves as a whole: add_rig a changed rig, or add_camera \
+                     under a name of its own",
+                    rig.name()
+                )));
+            }
+        }
+        Ok(self.cameras.iter().position(|camera| camera.name == name).unwrap_or_default())
+    }
+
+    /// Checks that there is an object of this number.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is none.
+    pub fn check_object(&self, id: usize) -> Result<(), SceneError> {
+        check_number("object", id, self.objects.len())
+    }
+
+    /// Checks that there is a light of this number.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where there is none.
+    pub fn check_light(&self, number: usize) -> Result<(), SceneError> {
+        check_number("light", number, self.lights.len())
+    }
+}
+
+fn check_number(what: &str, number: usize, count: usize) -> Result<(), SceneError> {
+    if number < count {
+        return Ok(());
+    }
+    let known = match count {
+        0 => "the world has none".into(),
+        1 => "the world has one, 0".into(),
+        _ => format!("the world has {count}, 0 to {}", count - 1),
+    };
+    Err(SceneError::World(format!("no {what} {number}: {known}")))
+}
+
+/// Moves an index down if it comes after what is removed; false for the index that is removed.
+fn follow(index: &mut usize, removed: usize) -> bool {
+    let stays = *index != removed;
+    *index -= usize::from(*index > removed);
+    stays
+}

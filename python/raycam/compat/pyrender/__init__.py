@@ -1,0 +1,109 @@
+"""pyrender's names over raycam: scenes, nodes, cameras, lights and `OffscreenRenderer`, on the CPU, without a display.
+
+    from raycam.compat import pyrender
+
+or, for code that one does not own, before it is imported:
+
+    import raycam.compat.pyrender
+    raycam.compat.pyrender.install()
+    import pyrender
+
+Pictures are shaded as pyrender's default program does; depth is that of pixel centres, exact. Not here, with an error
+that says so: windows, wireframes, morph targets.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from . import (
+    camera,
+    colors,
+    constants,
+    light,
+    material,
+    mesh,
+    node,
+    offscreen,
+    primitive,
+    scene,
+    texture,
+    viewer,
+)
+from .camera import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
+from .constants import GLTF, RenderFlags, TextAlign
+from .light import DirectionalLight, Light, PointLight, SpotLight
+from .material import Material, MetallicRoughnessMaterial
+from .mesh import Mesh
+from .node import Node
+from .offscreen import OffscreenRenderer
+from .primitive import Primitive
+from .scene import Scene
+from .texture import Sampler, Texture
+from .viewer import Viewer
+
+__all__ = [
+    "GLTF",
+    "Camera",
+    "DirectionalLight",
+    "IntrinsicsCamera",
+    "Light",
+    "Material",
+    "Mesh",
+    "MetallicRoughnessMaterial",
+    "Node",
+    "OffscreenRenderer",
+    "OrthographicCamera",
+    "PerspectiveCamera",
+    "PointLight",
+    "Primitive",
+    "RenderFlags",
+    "Sampler",
+    "Scene",
+    "SpotLight",
+    "TextAlign",
+    "Texture",
+    "Viewer",
+    "install",
+    "uninstall",
+]
+
+SUBMODULES = {
+    "camera": camera,
+    "constants": constants,
+    "light": light,
+    "material": material,
+    "mesh": mesh,
+    "node": node,
+    "offscreen": offscreen,
+    "primitive": primitive,
+    "sampler": texture,
+    "scene": scene,
+    "texture": texture,
+    "utils": colors,
+    "viewer": viewer,
+}
+"""The modules by which people reach the names, by pyrender's names of them."""
+sampler, utils = texture, colors
+_before: dict[str, object] = {}
+
+
+def install() -> None:
+    """Makes `import pyrender` mean this module, in this process, until `uninstall`."""
+    modules = {"pyrender": sys.modules[__name__]} | {
+        f"pyrender.{name}": one for name, one in SUBMODULES.items()
+    }
+    for name, module in modules.items():
+        if sys.modules.get(name) is not module:
+            _before.setdefault(name, sys.modules.get(name))
+            sys.modules[name] = module
+
+
+def uninstall() -> None:
+    """Takes `install` back."""
+    for name, module in _before.items():
+        if module is None:
+            sys.modules.pop(name, None)
+        else:
+            sys.modules[name] = module  # type: ignore[assignment]
+    _before.clear()

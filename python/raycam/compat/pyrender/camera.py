@@ -1,0 +1,133 @@
+"""Cameras of pyrender: they look along -z, with y up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Camera", "IntrinsicsCamera", "OrthographicCamera", "PerspectiveCamera"]
+
+Floats = npt.NDArray[Any]
+
+
+class Camera:
+    """A camera with near and far planes; surfaces beyond them are cut away. `zfar` may be None: no end."""
+
+    def __init__(
+        self, znear: float | None = 0.05, zfar: float | None = 100.0, name: str | None = None
+    ) -> None:
+        self.name = name
+        self.znear = 0.05 if znear is None else float(znear)
+        self.zfar = None if zfar is None else float(zfar)
+        if self.znear < 0:
+            raise ValueError(f"znear is {znear}: expected >= 0")
+        if self.zfar is not None and self.zfar <= self.znear:
+            raise ValueError(f"zfar is {zfar}: expected more than znear, {self.znear}")
+
+    def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Origins and directions [n, 3] in the camera of rays through places in the picture, in pixels from its corner.
+
+        Directions have z = -1, so that t is depth.
+        """
+        raise NotImplementedError
+
+    def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
+        """The matrix [4, 4] from camera to clip coordinates of OpenGL."""
+        size = (width or 1, height or 1)
+        corners = np.array([[0.0, 0.0], [size[0], size[1]]])
+        starts, ways = self.rays(corners[:, 0], corners[:, 1], size)
+        near, far = self.znear, self.zfar
+        at = (starts + ways)[:, :2]  # on the plane z = -1
+        (left, top), (right, bottom) = at
+        matrix = np.zeros((4, 4))
+        matrix[0, 0], matrix[1, 1] = 2 / (right - left), 2 / (top - bottom)
+        shift = [(right + left) / (right - left), (top + bottom) / (top - bottom)]
+        if np.ptp(starts[:, :2]) > 0:  # parallel rays
+            deep = 100.0 if far is None else far
+            matrix[2, 2], matrix[2, 3] = 2 / (near - deep), (deep + near) / (near - deep)
+            matrix[0, 3], matrix[1, 3], matrix[3, 3] = -shift[0], -shift[1], 1
+            return matrix
+        matrix[0, 2], matrix[1, 2], matrix[3, 2] = shift[0], shift[1], -1
+        matrix[2, 2] = -1 if far is None else (far + near) / (near - far)
+        matrix[2, 3] = -2 * near if far is None else 2 * far * near / (near - far)
+        return matrix
+
+
+def _pinhole(
+    columns: Floats, rows: Floats, focal: tuple[float, float], center: tuple[float, float]
+) -> tuple[Floats, Floats]:
+    x, y = (columns - center[0]) / focal[0], (center[1] - rows) / focal[1]
+    ways = np.stack([x, y, np.full_like(x, -1.0)], axis=-1)
+    return np.zeros_like(ways), ways
+
+
+class PerspectiveCamera(Camera):
+    """A camera with a vertical field of view `yfov` in radians; `aspectRatio` is that of the viewport if not given."""
+
+    def __init__(
+        self,
+        yfov: float,
+        znear: float | None = 0.05,
+        zfar: float | None = None,
+        aspectRatio: float | None = None,
+        name: str | None = None,
+    ) -> None:
+        super().__init__(znear, zfar, name)
+        if not yfov > 0:
+            raise ValueError(f"yfov is {yfov}: expected radians above 0")
+        self.yfov, self.aspectRatio = float(yfov), aspectRatio
+
+    def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Rays through places in the picture."""
+        width, height = size
+        tangent = np.tan(self.yfov / 2)
+        aspect = self.aspectRatio or width / height
+        focal = (width / (2 * aspect * tangent), height / (2 * tangent))
+        return _pinhole(columns, rows, focal, (width / 2, height / 2))
+
+
+class OrthographicCamera(Camera):
+    """A camera of parallel rays that sees 2 `xmag` by 2 `ymag`."""
+
+    def __init__(
+        self,
+        xmag: float,
+        ymag: float,
+        znear: float | None = 0.05,
+        zfar: float | None = 100.0,
+        name: str | None = None,
+    ) -> None:
+        super().__init__(znear, 100.0 if zfar is None else zfar, name)
+        if not (xmag > 0 and ymag > 0):
+            raise ValueError(f"xmag {xmag} and ymag {ymag}: expected lengths above 0")
+        self.xmag, self.ymag = float(xmag), float(ymag)
+
+    def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Rays through places in the picture."""
+        x = (2 * columns / size[0] - 1) * self.xmag
+        y = (1 - 2 * rows / size[1]) * self.ymag
+        starts = np.stack([x, y, np.zeros_like(x)], axis=-1)
+        return starts, np.broadcast_to([0.0, 0.0, -1.0], starts.shape)
+
+
+class IntrinsicsCamera(Camera):
+    """A camera with the intrinsics of a matrix K in pixels: the corner pixel's centre is (0.5, 0.5), v points down."""
+
+    def __init__(
+        self,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        znear: float | None = 0.05,
+        zfar: float | None = 100.0,
+        name: str | None = None,
+    ) -> None:
+        super().__init__(znear, 100.0 if zfar is None else zfar, name)
+        self.fx, self.fy, self.cx, self.cy = float(fx), float(fy), float(cx), float(cy)
+
+    def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Rays through places in the picture."""
+        return _pinhole(columns, rows, (self.fx, self.fy), (self.cx, self.cy))

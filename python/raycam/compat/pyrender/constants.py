@@ -1,0 +1,61 @@
+"""Constants of pyrender."""
+
+from __future__ import annotations
+
+__all__ = ["GLTF", "RenderFlags", "TextAlign"]
+
+
+class RenderFlags:
+    """Flags of `OffscreenRenderer.render`, which are joined by `|`."""
+
+    NONE = 0
+    DEPTH_ONLY = 1
+    OFFSCREEN = 2
+    FLIP_WIREFRAME = 4
+    ALL_WIREFRAME = 8
+    ALL_SOLID = 16
+    SHADOWS_DIRECTIONAL = 32
+    SHADOWS_POINT = 64
+    SHADOWS_SPOT = 128
+    SHADOWS_ALL = 32 | 64 | 128
+    VERTEX_NORMALS = 256
+    FACE_NORMALS = 512
+    SKIP_CULL_FACES = 1024
+    RGBA = 2048
+    FLAT = 4096
+    SEG = 8192
+
+
+class TextAlign:
+    """Places of text, which is not rendered here."""
+
+    CENTER = 0
+    CENTER_LEFT = 1
+    CENTER_RIGHT = 2
+    BOTTOM_LEFT = 3
+    BOTTOM_RIGHT = 4
+    BOTTOM_CENTER = 5
+    TOP_LEFT = 6
+    TOP_RIGHT = 7
+    TOP_CENTER = 8
+
+
+class GLTF:
+    """Numbers of glTF 2.0 (and of OpenGL)."""
+
+    NEAREST = 9728
+    LINEAR = 9729
+    NEAREST_MIPMAP_NEAREST = 9984
+    LINEAR_MIPMAP_NEAREST = 9985
+    NEAREST_MIPMAP_LINEAR = 9986
+    LINEAR_MIPMAP_LINEAR = 9987
+    CLAMP_TO_EDGE = 33071
+    MIRRORED_REPEAT = 33648
+    REPEAT = 10497
+    POINTS = 0
+    LINES = 1
+    LINE_LOOP = 2
+    LINE_STRIP = 3
+    TRIANGLES = 4
+    TRIANGLE_STRIP = 5
+    TRIANGLE_FAN = 6

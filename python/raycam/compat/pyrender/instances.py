@@ -1,0 +1,102 @@
+"""The world of a scene: a raycam world that follows a scene of pyrender by changes alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import raycam
+
+from .constants import GLTF
+from .node import Node
+from .primitive import Primitive
+from .scene import Scene
+
+__all__ = ["Instance", "SceneWorld"]
+
+Floats = npt.NDArray[Any]
+
+
+@dataclass(eq=False)
+class Instance:
+    """A primitive at one of its places, an object of the world."""
+
+    node: Node
+    primitive: Primitive
+    place: Floats
+    """world_from_mesh [4, 4]."""
+    visible: bool
+    name: str
+
+    def key(self) -> tuple[int, int, int]:
+        """Node, primitive and corners, which stay the same while it moves."""
+        return (id(self.node), id(self.primitive), id(self.primitive.positions))
+
+
+class SceneWorld:
+    """A world whose objects are the triangles of a scene, in the order of `instances`."""
+
+    def __init__(self) -> None:
+        self.world = raycam.World("y")
+        self.instances: list[Instance] = []
+        self._number = 0
+
+    def follow(self, scene: Scene, shown: set[Node] | None) -> None:
+        """Changes the world to what the scene is now; `shown` limits what is visible to some nodes."""
+        wanted: dict[tuple[int, int, int, int], tuple[Node, Primitive, Floats, bool]] = {}
+        for node in scene._parents:
+            mesh = node.mesh
+            if mesh is None:
+                continue
+            pose = scene.get_pose(node)
+            seen = mesh.is_visible and (shown is None or node in shown)
+            for primitive in mesh.primitives:
+                if primitive.mode != GLTF.TRIANGLES or len(primitive.faces) == 0:
+                    continue
+                for i, place in enumerate(primitive.places):
+                    key = (id(node), id(primitive), id(primitive.positions), i)
+                    wanted[key] = (node, primitive, pose @ place, seen)
+        known = self._known()
+        for key, instance in known.items():
+            if key not in wanted:
+                self.world.remove_object(instance.name)
+                self.instances.remove(instance)
+        for key, (node, primitive, place, seen) in wanted.items():
+            flat = abs(np.linalg.det(place[:3, :3])) < 1e-30 or not np.isfinite(place).all()
+            if key in known:
+                self._change(known[key], known[key].place if flat else place, seen and not flat)
+            elif not flat:
+                self._add(node, primitive, place, seen)
+
+    def _known(self) -> dict[tuple[int, int, int, int], Instance]:
+        found: dict[tuple[int, int, int, int], Instance] = {}
+        for instance in self.instances:
+            key = instance.key()
+            number = 0
+            while (*key, number) in found:
+                number += 1
+            found[(*key, number)] = instance
+        return found
+
+    def _change(self, instance: Instance, place: Floats, visible: bool) -> None:
+        if not np.array_equal(instance.place, place):
+            self.world.set_object(instance.name, matrix=place)
+            instance.place = place
+        if instance.visible != visible:
+            self.world.set_object(instance.name, visible=visible)
+            instance.visible = visible
+
+    def _add(self, node: Node, primitive: Primitive, place: Floats, visible: bool) -> None:
+        self._number += 1
+        name = f"instance {self._number}"
+        like = next((one for one in self.instances if one.primitive is primitive), None)
+        if like is not None:
+            self.world.add_object(instance_of=like.name, name=name, matrix=place, visible=visible)
+        else:
+            self.world.add_mesh(
+                primitive.positions, primitive.faces, name=name, matrix=place, visible=visible
+            )
+        self.instances.append(Instance(node, primitive, place, visible, name))

@@ -1,0 +1,127 @@
+"""Nodes of pyrender's scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .camera import Camera
+from .light import Light
+from .mesh import Mesh
+
+__all__ = ["Node"]
+
+Floats = npt.NDArray[Any]
+
+
+class Node:
+    """A place relative to its parent, and what is there.
+
+    It is given by a matrix, or by translation, rotation (x, y, z, w) and scale.
+    """
+
+    def __init__(
+        self,
+        name: str | None = None,
+        camera: Camera | None = None,
+        children: Sequence[Node] | None = None,
+        skin: Any = None,
+        matrix: npt.ArrayLike | None = None,
+        mesh: Mesh | None = None,
+        rotation: npt.ArrayLike | None = None,
+        scale: npt.ArrayLike | None = None,
+        translation: npt.ArrayLike | None = None,
+        weights: Any = None,
+        light: Light | None = None,
+    ) -> None:
+        for what, value, kind in (("camera", camera, Camera), ("mesh", mesh, Mesh), ("light", light, Light)):
+            if value is not None and not isinstance(value, kind):
+                raise TypeError(f"{what} is a {type(value).__name__}: expected a {kind.__name__}")
+        self.name, self.camera, self.mesh, self.light = name, camera, mesh, light
+        self.children = list(children or ())
+        self.skin, self.weights = skin, weights
+        self._matrix = np.eye(4)
+        if matrix is not None:
+            self.matrix = matrix
+        elif not (translation is None and rotation is None and scale is None):
+            self._compose(
+                np.zeros(3) if translation is None else translation,
+                [0, 0, 0, 1] if rotation is None else rotation,
+                1.0 if scale is None else scale,
+            )
+
+    @property
+    def matrix(self) -> Any:
+        """parent_from_node [4, 4]."""
+        return self._matrix
+
+    @matrix.setter
+    def matrix(self, value: npt.ArrayLike) -> None:
+        matrix = np.array(value, dtype=np.float64)
+        if matrix.shape != (4, 4):
+            raise ValueError(f"matrix of shape {list(matrix.shape)}: expected [4, 4]")
+        if not np.allclose(matrix[3], [0, 0, 0, 1]):
+            raise ValueError(f"the last row of the matrix is {matrix[3]}: expected 0 0 0 1")
+        self._matrix = matrix
+
+    @property
+    def translation(self) -> Any:
+        """The place [3]."""
+        return self._matrix[:3, 3].copy()
+
+    @translation.setter
+    def translation(self, value: npt.ArrayLike) -> None:
+        self._compose(value, self.rotation, self.scale)
+
+    @property
+    def rotation(self) -> Any:
+        """The unit quaternion x, y, z, w."""
+        turn = self._matrix[:3, :3] / self.scale
+        trace = np.trace(turn)
+        # The largest component first, so that nothing small is divided by.
+        squares = (
+            np.array([turn[0, 0], turn[1, 1], turn[2, 2], trace]) * 2 - np.array([*[trace] * 3, trace]) + 1
+        )
+        k = int(np.argmax(squares))
+        quaternion = np.empty(4)
+        quaternion[k] = squares[k]
+        if k == 3:
+            quaternion[:3] = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
+        else:
+            i, j = (k + 1) % 3, (k + 2) % 3
+            quaternion[i], quaternion[j] = turn[i, k] + turn[k, i], turn[j, k] + turn[k, j]
+            quaternion[3] = turn[j, i] - turn[i, j]
+        return quaternion / np.linalg.norm(quaternion)
+
+    @rotation.setter
+    def rotation(self, value: npt.ArrayLike) -> None:
+        self._compose(self.translation, value, self.scale)
+
+    @property
+    def scale(self) -> Any:
+        """The lengths [3] of the axes."""
+        return np.linalg.norm(self._matrix[:3, :3], axis=0)
+
+    @scale.setter
+    def scale(self, value: npt.ArrayLike) -> None:
+        self._compose(self.translation, self.rotation, value)
+
+    def _compose(self, translation: npt.ArrayLike, rotation: npt.ArrayLike, scale: npt.ArrayLike) -> None:
+        quaternion = np.asarray(rotation, dtype=np.float64)
+        if quaternion.shape != (4,) or abs(np.linalg.norm(quaternion) - 1) > 1e-3:
+            raise ValueError(f"rotation is {rotation!r}: expected a unit quaternion x, y, z, w")
+        x, y, z, w = quaternion / np.linalg.norm(quaternion)
+        turn = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn * np.broadcast_to(np.asarray(scale, dtype=np.float64), 3)
+        matrix[:3, 3] = translation
+        self._matrix = matrix

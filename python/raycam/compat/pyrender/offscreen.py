@@ -1,0 +1,354 @@
+"""Offscreen rendering of pyrender's scenes: exact rays of raycam, shaded as pyrender's default program does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .camera import Camera
+from .constants import GLTF, RenderFlags
+from .instances import SceneWorld
+from .light import DirectionalLight, PointLight, SpotLight
+from .node import Node
+from .scene import Scene
+from .shading import PlacedLight, Shadow, Surfaces, shade, surface_values
+
+__all__ = ["OffscreenRenderer"]
+
+Floats = npt.NDArray[Any]
+Whole = npt.NDArray[np.int64]
+
+LAYERS = 32
+"""Surfaces along a ray that may be cut away or seen through."""
+PATTERN = ((-0.125, -0.375), (0.375, -0.125), (-0.375, 0.125), (0.125, 0.375))
+"""Offsets of the four samples of an edge from the pixel's centre."""
+
+
+@dataclass
+class Hits:
+    """The first surfaces of rays: instance -1, depth inf for none."""
+
+    instance: Whole
+    triangle: Whole
+    depth: Floats
+    weights: Floats
+    normal: Floats
+
+
+class OffscreenRenderer:
+    """Renders scenes into arrays, on the CPU, without a display."""
+
+    def __init__(self, viewport_width: int, viewport_height: int, point_size: float = 1.0) -> None:
+        self.viewport_width, self.viewport_height = int(viewport_width), int(viewport_height)
+        self.point_size = float(point_size)
+        self._scene: Scene | None = None
+        self._shown = SceneWorld()
+
+    def delete(self) -> None:
+        """Forgets the last scene; may be called any number of times."""
+        self._scene, self._shown = None, SceneWorld()
+
+    def render(
+        self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None
+    ) -> Any:
+        """The picture, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 where nothing is.
+
+        With `DEPTH_ONLY` the depth alone. With `SEG` each node of `seg_node_map` in its colour, and nothing else.
+        Raises `ValueError` for a scene without a camera.
+        """
+        eye = scene.main_camera_node
+        if eye is None or eye.camera is None:
+            raise ValueError("the scene has no camera: scene.add(camera, pose=...)")
+        if self._scene is not scene:
+            self._scene, self._shown = scene, SceneWorld()
+        seg = bool(flags & RenderFlags.SEG)
+        colors = {node: _seg_color(color) for node, color in (seg_node_map or {}).items()}
+        self._shown.follow(scene, set(colors) if seg else None)
+        view = _View(self._shown, scene.get_pose(eye), eye.camera, flags)
+        width, height = self.viewport_width, self.viewport_height
+        rows, columns = (axis.ravel() for axis in np.mgrid[0:height, 0:width])
+        hits = view.first(columns + 0.5, rows + 0.5, (width, height))
+        depth = np.where(np.isfinite(hits.depth), hits.depth, 0).astype(np.float32).reshape(height, width)
+        points = _points(scene, view, depth, self.point_size, set(colors) if seg else None)
+        if flags & RenderFlags.DEPTH_ONLY and not seg:
+            return depth
+        if seg:
+            picture = np.zeros((height, width, 3), np.uint8)
+            for node, color in colors.items():
+                own = [i for i, instance in enumerate(self._shown.instances) if instance.node is node]
+                picture.reshape(-1, 3)[np.isin(hits.instance, own)] = color
+                picture[points.get(node, (np.zeros(0, int), np.zeros(0, int)))[:2]] = color
+        else:
+            picture = self._colors(scene, view, hits, (columns, rows))
+            for at in points.values():
+                picture[at[0], at[1]] = np.round(255 * np.clip(at[2], 0, 1))
+        if flags & RenderFlags.RGBA and picture.shape[2] == 3:
+            picture = np.concatenate([picture, np.full((height, width, 1), 255, np.uint8)], axis=2)
+        return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
+
+    def _colors(
+        self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]
+    ) -> npt.NDArray[np.uint8]:
+        """The picture [h, w, 4]; pixels at edges are the mean of four samples."""
+        width, height = self.viewport_width, self.viewport_height
+        columns, rows = at
+        lights = _placed_lights(scene)
+        picture = view.colors(scene, lights, hits, columns + 0.5, rows + 0.5, (width, height))
+        edges = _edges(hits, (height, width))
+        if edges.any():
+            x, y = columns[edges] + 0.5, rows[edges] + 0.5
+            total = np.zeros((len(x), 4))
+            for dx, dy in PATTERN:
+                seen = view.first(x + dx, y + dy, (width, height))
+                total += view.colors(scene, lights, seen, x + dx, y + dy, (width, height))
+            picture[edges] = np.round(total / len(PATTERN))
+        return picture.reshape(height, width, 4).astype(np.uint8)
+
+
+class _View:
+    """Rays of a camera into the world of a scene."""
+
+    def __init__(self, shown: SceneWorld, pose: Floats, camera: Camera, flags: int) -> None:
+        self.shown, self.pose, self.camera, self.flags = shown, pose, camera, flags
+
+    def rays(self, x: Floats, y: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
+        """Origins and directions in the world, whose t is depth."""
+        starts, ways = self.camera.rays(x, y, size)
+        turn = self.pose[:3, :3]
+        return starts @ turn.T + self.pose[:3, 3], ways @ turn.T
+
+    def first(self, x: Floats, y: Floats, size: tuple[int, int], after: Floats | None = None) -> Hits:
+        """The first surfaces that are drawn, between the planes and beyond the depths `after`."""
+        origins, directions = self.rays(x, y, size)
+        far = np.inf if self.camera.zfar is None else self.camera.zfar
+        near = np.full(len(x), self.camera.znear) if after is None else np.nextafter(after, np.inf)
+        found = Hits(
+            np.full(len(x), -1),
+            np.full(len(x), -1),
+            np.full(len(x), np.inf),
+            np.zeros((len(x), 3)),
+            np.zeros((len(x), 3)),
+        )
+        left = np.arange(len(x))
+        for _ in range(LAYERS):
+            if len(left) == 0 or not self.shown.instances:
+                break
+            hits = self.shown.world.cast_rays(origins[left], directions[left], t_min=near[left], t_max=far)
+            hit = hits["instance"] >= 0
+            corners = self._corners(hits["instance"][hit], hits["triangle"][hit])
+            wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            front = np.einsum("ij,ij->i", wound, directions[left[hit]]) < 0
+            drawn = front | self._both_sides(hits["instance"][hit])
+            to = left[hit][drawn]
+            found.instance[to] = hits["instance"][hit][drawn]
+            found.triangle[to] = hits["triangle"][hit][drawn]
+            found.depth[to] = hits["t"][hit][drawn]
+            found.weights[to] = hits["barycentric"][hit][drawn]
+            found.normal[to] = wound[drawn] / np.linalg.norm(wound[drawn], axis=1, keepdims=True)
+            culled = left[hit][~drawn]
+            near[culled] = np.nextafter(hits["t"][hit][~drawn], np.inf)
+            left = culled
+        return found
+
+    def _both_sides(self, instance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        if self.flags & RenderFlags.SKIP_CULL_FACES:
+            return np.ones(len(instance), bool)
+        sides = np.array([one.primitive.material.doubleSided for one in self.shown.instances])
+        return np.asarray(sides[instance])
+
+    def _corners(self, instance: npt.NDArray[Any], triangle: npt.NDArray[Any]) -> Floats:
+        corners = np.empty((len(instance), 3, 3))
+        for number in np.unique(instance):
+            one, own = self.shown.instances[number], instance == number
+            local = one.primitive.positions[one.primitive.faces[triangle[own]]]
+            corners[own] = local @ one.place[:3, :3].T + one.place[:3, 3]
+        return corners
+
+    def colors(
+        self, scene: Scene, lights: list[PlacedLight], hits: Hits, x: Floats, y: Floats, size: tuple[int, int]
+    ) -> Floats:
+        """The colours [n, 4] of 255 of pixels, with what is seen through surfaces that blend."""
+        color = np.zeros((len(x), 4))
+        through = np.ones(len(x))
+        left = np.arange(len(x))
+        for _ in range(LAYERS):
+            seen = hits.instance >= 0
+            behind = left[~seen]
+            color[behind] += through[behind, np.newaxis] * scene.bg_color
+            through[behind] = 0
+            left, hits = left[seen], _select(hits, seen)
+            if len(left) == 0:
+                break
+            shaded, blends = self._shaded(scene, lights, hits, x[left], y[left], size)
+            alpha = np.where(blends, shaded[:, 3], 1.0)
+            color[left, :3] += (through[left] * alpha)[:, np.newaxis] * shaded[:, :3]
+            color[left, 3] += through[left] * np.where(blends, alpha, shaded[:, 3])
+            through[left] *= 1 - alpha
+            more = through[left] > 0
+            left, after = left[more], hits.depth[more]
+            if len(left) == 0:
+                break
+            hits = self.first(x[left], y[left], size, after)
+        return np.floor(255 * np.clip(color, 0, 1) + 0.5)
+
+    def _shaded(
+        self, scene: Scene, lights: list[PlacedLight], hits: Hits, x: Floats, y: Floats, size: tuple[int, int]
+    ) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        """The colours [n, 4] of surfaces, and True for those that blend."""
+        origins, directions = self.rays(x, y, size)
+        positions = origins + hits.depth[:, np.newaxis] * directions
+        to_eye = -directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        colors, blends = np.empty((len(x), 4)), np.zeros(len(x), bool)
+        flat = bool(self.flags & RenderFlags.FLAT)
+        shadow = self._shadow()
+        for number in np.unique(hits.instance):
+            one, own = self.shown.instances[number], hits.instance == number
+            primitive, corners = one.primitive, one.primitive.faces[hits.triangle[own]]
+            weights = hits.weights[own][:, :, np.newaxis]
+
+            def weighted(values: Floats, corners: Any = corners, weights: Floats = weights) -> Floats:
+                return np.asarray((values[corners] * weights).sum(axis=1))
+
+            tint = np.ones((int(own.sum()), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
+            uv = None if primitive.texcoord_0 is None else weighted(primitive.texcoord_0)
+            values = surface_values(primitive.material, uv, tint, len(tint), flat)
+            alpha = values["base"][:, 3] * tint[:, 3]
+            if flat:
+                rgb = values["base"][:, :3] * tint[:, :3]
+            else:
+                normal = hits.normal[own]
+                if primitive.normals is not None:
+                    normal = weighted(primitive.normals) @ np.linalg.inv(one.place[:3, :3])
+                    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+                surfaces = Surfaces(positions[own], normal, to_eye[own], vertex_color=tint, **values)
+                rgb = shade(surfaces, lights, scene.ambient_light.astype(np.float64), shadow)
+            colors[own] = np.concatenate([rgb, alpha[:, np.newaxis]], axis=1)
+            blends[own] = primitive.is_transparent
+        return colors, blends
+
+    def _shadow(self) -> Shadow | None:
+        """The shadow test of the lights that the flags name; None for no shadows."""
+        flags = self.flags
+        if not flags & RenderFlags.SHADOWS_ALL:
+            return None
+        world = self.shown.world
+        bounds = world.bounds
+        margin = 1e-6 * (1.0 if bounds is None else float(np.abs(bounds).max() + np.ptp(bounds)))
+
+        def shadow(placed: PlacedLight, points: Floats) -> npt.NDArray[np.bool_]:
+            light = placed.light
+            if isinstance(light, DirectionalLight):
+                named = flags & RenderFlags.SHADOWS_DIRECTIONAL
+                ways, end, start = np.broadcast_to(-placed.direction, points.shape), np.inf, margin
+            else:
+                named = flags & (
+                    RenderFlags.SHADOWS_SPOT if isinstance(light, SpotLight) else RenderFlags.SHADOWS_POINT
+                )
+                ways, end = placed.position - points, 1.0
+                start = margin / np.maximum(np.linalg.norm(ways, axis=1), 1e-30)
+            if not named:
+                return np.zeros(len(points), bool)
+            return world.occluded(points, ways, end, t_min=start)
+
+        return shadow
+
+
+def _select(hits: Hits, which: npt.NDArray[np.bool_]) -> Hits:
+    return Hits(
+        *(getattr(hits, name)[which] for name in ("instance", "triangle", "depth", "weights", "normal"))
+    )
+
+
+def _edges(hits: Hits, shape: tuple[int, int]) -> npt.NDArray[np.bool_]:
+    """True [n] for pixels beside one of another instance, or of a surface that is turned."""
+    instance, normal = hits.instance.reshape(shape), hits.normal.reshape(*shape, 3)
+    edges = np.zeros(shape, bool)
+    for axis in (0, 1):
+        one = tuple(slice(None, -1) if i == axis else slice(None) for i in (0, 1))
+        other = tuple(slice(1, None) if i == axis else slice(None) for i in (0, 1))
+        differs = instance[one] != instance[other]
+        differs |= (normal[one] * normal[other]).sum(axis=-1) < 0.9
+        differs &= (instance[one] >= 0) | (instance[other] >= 0)
+        edges[one] |= differs
+        edges[other] |= differs
+    return edges.ravel()
+
+
+def _placed_lights(scene: Scene) -> list[PlacedLight]:
+    placed = []
+    for node in scene._parents:
+        if node.light is not None:
+            pose = scene.get_pose(node)
+            along = -pose[:3, 2] / max(float(np.linalg.norm(pose[:3, 2])), 1e-30)
+            placed.append(PlacedLight(node.light, pose[:3, 3], along))
+    order = (DirectionalLight, SpotLight, PointLight)
+    return sorted(
+        placed, key=lambda one: next(i for i, kind in enumerate(order) if isinstance(one.light, kind))
+    )
+
+
+def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
+    """Three bytes; one number is all three."""
+    return np.asarray(np.clip(np.broadcast_to(np.asarray(color), 3), 0, 255), dtype=np.uint8)
+
+
+def _points(
+    scene: Scene, view: _View, depth: npt.NDArray[np.float32], size: float, shown: set[Node] | None
+) -> dict[Node, tuple[Whole, Whole, Floats]]:
+    """Rows, columns and colours of the pixels where points of clouds are in front; writes their depth."""
+    found: dict[Node, tuple[Whole, Whole, Floats]] = {}
+    for node in scene._parents:
+        mesh = node.mesh
+        if mesh is None or not mesh.is_visible or (shown is not None and node not in shown):
+            continue
+        clouds = [one for one in mesh.primitives if one.mode == GLTF.POINTS]
+        for cloud in clouds:
+            for place in cloud.places:
+                rows, columns, colors = _splat(cloud, view, scene.get_pose(node) @ place, depth, size)
+                if node in found:
+                    before = found[node]
+                    joined = zip(before, (rows, columns, colors), strict=True)
+                    rows, columns, colors = (np.concatenate(pair) for pair in joined)
+                found[node] = (rows, columns, colors)
+    return found
+
+
+def _splat(
+    cloud: Any, view: _View, place: Floats, depth: npt.NDArray[np.float32], size: float
+) -> tuple[Whole, Whole, Floats]:
+    height, width = depth.shape
+    local = cloud.positions @ place[:3, :3].T + place[:3, 3]
+    seen = (local - view.pose[:3, 3]) @ np.linalg.inv(view.pose[:3, :3]).T
+    clip = (
+        np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
+        @ view.camera.get_projection_matrix(width, height).T
+    )
+    z = -seen[:, 2]
+    far = np.inf if view.camera.zfar is None else view.camera.zfar
+    good = (z >= view.camera.znear) & (z <= far) & (clip[:, 3] > 0)
+    x = (clip[good, 0] / clip[good, 3] + 1) / 2 * width
+    y = (1 - clip[good, 1] / clip[good, 3]) / 2 * height
+    tint = np.ones((len(local), 4)) if cloud.color_0 is None else cloud.color_0.astype(np.float64)
+    tint = (tint * cloud.material.baseColorFactor)[good]
+    side = max(1, round(size))
+    steps = np.arange(side) - side / 2 + 0.5
+    columns = np.floor(x[:, np.newaxis, np.newaxis] + steps[np.newaxis, :]).astype(np.int64)
+    rows = np.floor(y[:, np.newaxis, np.newaxis] + steps[:, np.newaxis]).astype(np.int64)
+    columns, rows = (axis.reshape(-1) for axis in np.broadcast_arrays(columns, rows))
+    which = np.repeat(np.arange(len(x)), side * side)
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    columns, rows, which = columns[inside], rows[inside], which[inside]
+    near = z[good][which]
+    # The nearest of each pixel first, the earliest of equals.
+    order = np.lexsort((which, near, rows * width + columns))
+    pixel = (rows * width + columns)[order]
+    first = order[np.r_[True, pixel[1:] != pixel[:-1]]] if len(order) else order
+    rows, columns, which, near = rows[first], columns[first], which[first], near[first]
+    there = depth[rows, columns]
+    front = (there == 0) | (near <= there)
+    rows, columns, which = rows[front], columns[front], which[front]
+    depth[rows, columns] = near[front]
+    return rows, columns, tint[which]

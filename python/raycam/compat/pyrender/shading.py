@@ -1,0 +1,115 @@
+"""Shading of pyrender's default program, pixel by pixel in NumPy: Lambert and GGX, by its formulas and constants.
+
+A normal that faces away is not turned. Radiance is neither clipped nor mapped before the gamma of 1 / 2.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .light import DirectionalLight, Light, SpotLight
+from .material import MetallicRoughnessMaterial
+
+__all__ = ["GAMMA", "PlacedLight", "Surfaces", "shade", "surface_values"]
+
+Floats = npt.NDArray[Any]
+Shadow = Callable[["PlacedLight", Floats], npt.NDArray[np.bool_]]
+
+GAMMA = 1 / 2.2
+F0, LEAST = 0.04, 0.001
+
+
+@dataclass
+class PlacedLight:
+    """A light, where it is and the way it shines, in the world."""
+
+    light: Light
+    position: Floats
+    direction: Floats
+
+
+@dataclass
+class Surfaces:
+    """Points [m] of one material: what is there, and from where it is seen."""
+
+    position: Floats
+    normal: Floats
+    to_eye: Floats
+    base: Floats
+    metallic: Floats
+    roughness: Floats
+    emissive: Floats
+    vertex_color: Floats
+
+
+def surface_values(
+    material: MetallicRoughnessMaterial, uv: Floats | None, vertex_color: Floats, count: int, flat: bool
+) -> dict[str, Floats]:
+    """The values of a material at points: `base` [m, 4], `metallic`, `roughness` [m], `emissive` [m, 3].
+
+    Texels of the base colour are sRGB, by an exponent of 2.2; `flat` shows them as they are.
+    """
+    base = np.tile(material.baseColorFactor.astype(np.float64), (count, 1))
+    metallic = np.full(count, material.metallicFactor)
+    roughness = np.full(count, material.roughnessFactor)
+    emissive = np.tile(material.emissiveFactor.astype(np.float64), (count, 1))
+    if uv is not None:
+        if material.baseColorTexture is not None:
+            texels = material.baseColorTexture.lookup(uv)
+            base *= texels if flat else np.concatenate([texels[:, :3] ** 2.2, texels[:, 3:]], axis=1)
+        if material.metallicRoughnessTexture is not None:
+            texels = material.metallicRoughnessTexture.lookup(uv)
+            roughness, metallic = roughness * texels[:, 1], metallic * texels[:, 2]
+        if material.emissiveTexture is not None:
+            emissive *= material.emissiveTexture.lookup(uv)[:, :3] ** 2.2
+    return {"base": base, "metallic": metallic, "roughness": roughness, "emissive": emissive}
+
+
+def shade(at: Surfaces, lights: list[PlacedLight], ambient: Floats, shadow: Shadow | None) -> Floats:
+    """The colours [m, 3] of points in the lights, with gamma."""
+    rgb = at.base[:, :3]
+    f0 = F0 * (1 - at.metallic[:, np.newaxis]) + rgb * at.metallic[:, np.newaxis]
+    diffuse = rgb * ((1 - F0) * (1 - at.metallic))[:, np.newaxis] / np.pi
+    alpha = np.maximum(at.roughness, 0.04) ** 2
+    k = (np.maximum(at.roughness, 0.04) + 1) ** 2 / 8
+    facing = np.clip(np.abs((at.normal * at.to_eye).sum(axis=1)), LEAST, 1)
+    color = np.zeros_like(rgb)
+    for placed in lights:
+        to_light, radiance = _incoming(placed, at.position)
+        half = to_light + at.to_eye
+        half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-30)
+        lit = np.clip((at.normal * to_light).sum(axis=1), LEAST, 1)
+        mirror = np.clip((at.normal * half).sum(axis=1), 0, 1)
+        grazing = np.clip((at.to_eye * half).sum(axis=1), 0, 1)
+        fresnel = f0 + (1 - f0) * ((1 - grazing) ** 5)[:, np.newaxis]
+        shadowing = lit / (lit * (1 - k) + k) * (facing / (facing * (1 - k) + k))
+        spread = alpha**2 / (np.pi * ((mirror**2) * (alpha**2 - 1) + 1) ** 2)
+        specular = fresnel * (shadowing * spread / (4 * lit * facing + LEAST))[:, np.newaxis]
+        if shadow is not None:
+            radiance = np.where(shadow(placed, at.position)[:, np.newaxis], 0, radiance)
+        color += lit[:, np.newaxis] * radiance * ((1 - fresnel) * diffuse + specular)
+    color += rgb * ambient + at.emissive
+    return np.asarray(np.clip(color * at.vertex_color[:, :3], 0, None) ** GAMMA)
+
+
+def _incoming(placed: PlacedLight, position: Floats) -> tuple[Floats, Floats]:
+    """Unit directions to a light and its radiance, [m, 3] each."""
+    light = placed.light
+    strength = light.color.astype(np.float64) * light.intensity
+    if isinstance(light, DirectionalLight):
+        return np.broadcast_to(-placed.direction, position.shape), np.broadcast_to(strength, position.shape)
+    offset = placed.position - position
+    squared = np.maximum((offset**2).sum(axis=1, keepdims=True), 1e-30)
+    to_light = offset / np.sqrt(squared)
+    radiance: Any = strength / squared
+    if isinstance(light, SpotLight):
+        inner, outer = np.cos(light.innerConeAngle), np.cos(light.outerConeAngle)
+        steep = 1 / max(LEAST, inner - outer)
+        along = -(to_light @ placed.direction)
+        radiance = radiance * (np.clip((along - outer) * steep, 0, 1) ** 2)[:, np.newaxis]
+    return to_light, radiance

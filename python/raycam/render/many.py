@@ -1,0 +1,208 @@
+"""Many pictures in one call: of many poses of objects, and of many cameras."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import floats, whole
+from ..camera import Camera
+from ..camera.asked import camera_of, world_of
+from ..errors import SettingsError, WorldError
+from ..notices import warn_all
+from . import DEFAULT_CHANNELS, channel_names, request_of
+from .frame import CHANNELS, Frame
+
+if TYPE_CHECKING:
+    from ..world import World
+
+__all__ = ["Frames", "render_many"]
+
+Pixels = dict[str, npt.NDArray[Any]]
+
+
+class Frames(Sequence[Frame]):
+    """Pictures of one size.
+
+    `frames["depth"]` is [n, h, w] or [n, h, w, c], `frames[i]` a `Frame` that shares its memory.
+    """
+
+    def __init__(
+        self,
+        channels: Pixels,
+        cameras: Sequence[Camera],
+        *,
+        region: tuple[int, int, int, int] | None,
+        exposure: float,
+        view: str,
+        transparent: bool,
+        notices: Sequence[str],
+    ) -> None:
+        self._channels = channels
+        self._cameras = list(cameras)
+        self._region = region
+        self._look: dict[str, Any] = {"exposure": exposure, "view": view, "transparent": transparent}
+        self.notices = list(notices)
+        """Notices about the rendering, each once."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of the channels."""
+        return tuple(self._channels)
+
+    def __len__(self) -> int:
+        """The number of pictures."""
+        return len(next(iter(self._channels.values())))
+
+    def __getitem__(self, key: Any) -> Any:
+        """The array of a channel by its name, a `Frame` by its number, or a list of them by a slice.
+
+        Raises `KeyError` for another channel and `IndexError` for another number.
+        """
+        if isinstance(key, str):
+            if key not in self._channels:
+                raise KeyError(f"{key}: these pictures have {', '.join(self._channels)}")
+            return self._channels[key]
+        if isinstance(key, slice):
+            return [self[i] for i in range(*key.indices(len(self)))]
+        number = range(len(self))[key]
+        camera = self._cameras[number if len(self._cameras) > 1 else 0]
+        planes = {name: array[number] for name, array in self._channels.items()}
+        return Frame(
+            planes, camera=camera, size=camera.size, region=self._region, notices=self.notices, **self._look
+        )
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Iterates over the pictures."""
+        return (self[i] for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        """Count, size and channels as text."""
+        height, width = next(iter(self._channels.values())).shape[1:3]
+        return f"{len(self)} Frames {width} x {height}: {', '.join(self._channels)}"
+
+
+def render_many(
+    world: World | str | os.PathLike[str],
+    cameras: Camera | str | Sequence[Camera | str] | None = None,
+    *,
+    poses: Mapping[str | int, npt.ArrayLike] | None = None,
+    channels: Sequence[str] | str = DEFAULT_CHANNELS,
+    frame: int = 0,
+    surface: str = "first",
+    region: Sequence[int] | None = None,
+    transparent_background: bool = False,
+    out: Mapping[str, npt.NDArray[Any]] | None = None,
+    progress: Callable[[int, int], object] | None = None,
+    **settings: Any,
+) -> Frames:
+    """Renders many pictures of a world, with other poses of its objects and other cameras; the world stays as it is.
+
+    `poses` gives the matrix world_from_mesh [4, 4] of objects by name or number, or one for each picture, [n, 4, 4]:
+    `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for all pictures or one
+    for each, of one size. Picture i is byte for byte that of `render` with the poses i, the camera i and `frame` + i,
+    for any number of threads. Other arguments are those of `render`, but for `denoise` and `time_limit`.
+
+    Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` gives arrays by channel that are
+    written instead of new ones: C-contiguous, of the channel's type, [n, h, w] or [n, h, w, c]. `progress(done, total)`
+    counts pictures; an exception that it raises stops the work, as Ctrl-C does.
+
+    Raises `WorldError` for objects that there are not and poses that flatten, `SettingsError` for lengths and shapes
+    that do not match, and the errors of `render`.
+    """
+    world = world_of(world)
+    listed = isinstance(cameras, Sequence) and not isinstance(cameras, str)
+    seen = [camera_of(world, camera) for camera in (cameras if listed else [cameras])]  # type: ignore[union-attr]
+    if not seen:
+        raise SettingsError("cameras is empty: expected one, or one for each picture")
+    if any(camera.size != seen[0].size for camera in seen):
+        sizes = " and ".join(sorted({"{} x {}".format(*camera.size) for camera in seen}))
+        raise SettingsError(f"cameras of {sizes} pixels: pictures of one call have one size")
+    moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
+    count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
+    for name in ("denoise", "time_limit", "integrator"):
+        if settings.get(name) not in (None, False) and (
+            name != "integrator" or settings[name] == "reference"
+        ):
+            raise SettingsError(f"{name}={settings[name]!r} is for single pictures: call render for each")
+    names = channel_names(channels)
+    if transparent_background and "color" in names and "alpha" not in names:
+        names.append("alpha")
+    request, stops, display = request_of(
+        world,
+        settings,
+        names=names,
+        surface=surface,
+        frame=whole("frame", frame, 0, (1 << 32) - count),
+        transparent_background=transparent_background,
+        region=region,
+    )
+    width, height = seen[0].size if region is None else (int(region[2]), int(region[3]))
+    arrays = _arrays(out, names, (count, height, width))
+    world.prepare(threads=request["threads"])
+    notices = _core.render_many(
+        world._core, [camera._core for camera in seen], moved, request, count, list(arrays.items()), progress
+    )
+    warn_all(notices)
+    area = None if region is None else tuple(request["region"])
+    return Frames(
+        arrays,
+        seen,
+        region=area,
+        exposure=stops,
+        view=display,
+        transparent=transparent_background,
+        notices=notices,
+    )
+
+
+def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Matrices [n, 4, 4]; one alone is [1, 4, 4]."""
+    found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
+    if not (found[..., 3, :] == [0, 0, 0, 1]).all():
+        raise WorldError(f"poses[{which!r}]: the last row must be 0 0 0 1: are the matrices transposed?")
+    return found.reshape(-1, 4, 4)
+
+
+def _count(lengths: dict[str, int]) -> int:
+    """The number of pictures; raises `SettingsError` for lengths that do not match."""
+    count = max(lengths.values())
+    if 0 in lengths.values():
+        empty = next(name for name, length in lengths.items() if length == 0)
+        raise SettingsError(f"{empty} is empty: expected one, or one for each picture")
+    if any(length not in (1, count) for length in lengths.values()):
+        said = ", ".join(f"{length} {name}" for name, length in lengths.items() if length > 1)
+        raise SettingsError(f"{said}: expected one for all pictures, or as many of each")
+    return count
+
+
+def _arrays(
+    out: Mapping[str, npt.NDArray[Any]] | None, names: list[str], shape: tuple[int, int, int]
+) -> Pixels:
+    """The arrays that are written: those given, and new ones for the other channels."""
+    given = dict(out or {})
+    arrays: Pixels = {}
+    for name in names:
+        dtype, components = CHANNELS[name]
+        wanted = (*shape, components) if components > 1 else shape
+        array = given.pop(name, None)
+        if array is None:
+            array = np.empty(wanted, dtype)
+        elif not isinstance(array, np.ndarray) or array.dtype != dtype or array.shape != wanted:
+            what = (
+                f"{array.dtype} {list(array.shape)}"
+                if isinstance(array, np.ndarray)
+                else type(array).__name__
+            )
+            raise SettingsError(f"out[{name!r}] is {what}: expected an array of {dtype} {list(wanted)}")
+        elif not (array.flags.c_contiguous and array.flags.writeable):
+            raise SettingsError(f"out[{name!r}]: expected a C-contiguous array that may be written to")
+        arrays[name] = array
+    if given:
+        raise SettingsError(f"out has {', '.join(given)}, which is not among the channels {', '.join(names)}")
+    return arrays

@@ -1,0 +1,139 @@
+"""Changes of objects and lights, in the form that the core takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Floats, floats
+from ..errors import WorldError
+from .description import corner_values, indices
+from .keys import light_keys, object_keys
+from .usd_files import is_usd
+
+__all__ = ["ReadOnlyMatrix", "changed_light", "changed_object"]
+
+CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
+"""The columns of the arrays of a mesh besides its vertices."""
+
+EITHER = (("power", "intensity"), ("radiance", "zenith"), ("radiance", "horizon"), ("radiance", "ground"))
+"""Pairs of keys of lights of which one replaces the other."""
+
+
+def changed_object(keys: dict[str, Any]) -> dict[str, Any]:
+    """The description of what changes of an object; raises `WorldError`.
+
+    `faces` is the name of `triangles` that `World.add_mesh` has, `material` a dict of material keys; `normals` may be
+    None, for flat faces.
+    """
+    keys = dict(keys)
+    for part in (keys.pop("material", None) or {},):
+        twice = keys.keys() & part.keys()
+        if twice:
+            raise WorldError(f"{', '.join(sorted(twice))}: given twice")
+        keys |= part
+    keys = object_keys(None, keys)
+    if "faces" in keys:
+        if "triangles" in keys:
+            raise WorldError("faces and triangles: they are the same, give one of them")
+        keys["triangles"] = keys.pop("faces")
+    if is_usd(keys.get("mesh")):
+        raise WorldError(
+            f"mesh {keys['mesh']!r}: an object does not change into a USD file; remove_object, then add_object"
+        )
+    if "triangles" in keys:
+        keys["triangles"] = indices("faces", keys["triangles"])
+    if "vertices" in keys:
+        keys["vertices"] = floats("vertices", keys["vertices"], ("n", 3), error=WorldError)
+    for name, columns in CORNERS.items():
+        if name in keys:
+            flat = name == "normals" and keys[name] is None
+            keys[name] = [] if flat else corner_values(name, keys[name], columns)
+    if "matrix" in keys:
+        keys["matrix"] = floats("matrix", keys["matrix"], (4, 4), (3, 4), error=WorldError)
+    given = {name: value for name, value in keys.items() if value is not None}
+    if not given:
+        raise WorldError("set_object: nothing to change is given, as in set_object(which, matrix=...)")
+    return given
+
+
+def changed_light(
+    light: Mapping[str, Any], description: Mapping[str, Any] | str | None, keys: dict[str, Any]
+) -> tuple[dict[str, Any], bool]:
+    """The whole description of a light after a change, and True if it keeps its image or profile."""
+    given = light_keys(description, keys)
+    if not given:
+        raise WorldError("set_light: nothing to change is given, as in set_light(number, irradiance=...)")
+    if given.get("type", light["type"]) != light["type"]:
+        return given, False
+    merged = dict(light)
+    if "target" in given:
+        for way in ("direction", "u", "v"):
+            merged.pop(way, None)
+    for one, other in EITHER:
+        for new, old in ((one, other), (other, one)):
+            if new in given and old in merged and old not in given:
+                value = merged.pop(old)
+                if old == "radiance":  # of an even sky: what is not given of the other form stays as bright
+                    merged.setdefault("zenith", value)
+                    merged.setdefault("horizon", value)
+    if "radiance" in given:
+        for name in ("zenith", "horizon", "ground"):
+            if name not in given:
+                merged.pop(name, None)
+    return {**merged, **given}, not given.keys() & {"image", "profile"}
+
+
+class ReadOnlyMatrix(np.ndarray[Any, np.dtype[np.float64]]):
+    """A matrix of an object, which says how to change the object where someone assigns to it."""
+
+    name: str = ""
+
+    @classmethod
+    def read_only(cls, rows: Any, name: str) -> ReadOnlyMatrix:
+        """The matrix of the object of this name."""
+        matrix = np.array(rows, dtype=np.float64).view(cls)
+        matrix.name = name
+        matrix.flags.writeable = False
+        return matrix
+
+    def __array_finalize__(self, source: Any) -> None:
+        """Passes the name on to parts of it."""
+        self.name = getattr(source, "name", "")
+
+    def _check(self) -> None:
+        if not self.flags.writeable:
+            raise WorldError(
+                f"objects are read-only: world.set_object({self.name!r}, matrix=...), or change a copy, matrix.copy()"
+            )
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        """Assigns to a copy; raises `WorldError` for the object's own."""
+        self._check()
+        super().__setitem__(key, value)
+
+    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
+        """Adds to a copy."""
+        self._check()
+        return super().__iadd__(other)
+
+    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
+        """Subtracts from a copy."""
+        self._check()
+        return super().__isub__(other)
+
+    def __imul__(self, other: Any) -> Any:  # type: ignore[misc]
+        """Multiplies a copy."""
+        self._check()
+        return super().__imul__(other)
+
+    def __reduce__(self) -> Any:
+        """Pickles it as a plain array."""
+        return np.array, (np.array(self).tolist(),)
+
+
+def matrix_of(rows: Any, name: str) -> Floats:
+    """The read-only matrix [4, 4] of the object of this name."""
+    return ReadOnlyMatrix.read_only(rows, name)

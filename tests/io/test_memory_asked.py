@@ -1,0 +1,75 @@
+"""Memory that the system does not give: a MemoryError that says how much was asked, and the process goes on."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+resource = pytest.importorskip("resource")
+
+SETUP = """
+import resource, sys, threading
+import numpy as np
+import raycam
+world = raycam.World()
+world.add_object(box={"size": 1})
+world.add_light(type="sun", direction=[-1, 1, -2], irradiance=2)
+def camera(size):
+    return raycam.Camera.look_at([3, -4, 2], [0, 0, 0], [0, 0, 1], size=size, fov=40)
+raycam.render(world, camera((8, 8)), channels="all")
+raycam.flow(world, camera((8, 8)))
+large = {NEEDS}
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + (64 << 20), used + (64 << 20)))
+try:
+    {CALL}
+    print("nothing was raised")
+except MemoryError as error:
+    print("MemoryError", error)
+frame = raycam.render(world, camera((8, 8)))
+print("goes on", frame["color"].shape)
+"""
+
+CALLS = {
+    "picture": (
+        "None",
+        "raycam.render(world, camera((6000, 4000)), channels=['depth', 'position'])",
+        "672000000",
+    ),
+    "series": (
+        "None",
+        "raycam.render_many(world, camera((600, 400)), poses={0: np.tile(np.eye(4), (400, 1, 1))})",
+        "",
+    ),
+    "rays": ("np.zeros((900_000, 3))", "world.cast_rays(large, np.ones(3))", "79200000"),
+    "flow": ("None", "raycam.flow(world, camera((3000, 2000)))", "156000000"),
+    "mesh": (
+        "(np.random.default_rng(1).random((300_000, 3)), np.tile(np.arange(300_000), 6).reshape(-1, 3))",
+        "world.add_mesh(*large)",
+        "",
+    ),
+    "texture": (
+        "np.zeros((1500, 1500, 3))",
+        "world.add_object(box={'size': 1}, texture=raycam.Texture(large))",
+        "108000000",
+    ),
+    "exr": ("raycam.render(world, camera((1200, 800)), channels=['position', 'normal'])", "large._exr()", ""),
+}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits the address space")
+@pytest.mark.parametrize("name", CALLS)
+def test_what_is_not_given_is_said(name: str) -> None:
+    needs, call, asked = CALLS[name]
+    code = SETUP.replace("{NEEDS}", needs).replace("{CALL}", call)
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    raised, after = done.stdout.splitlines()
+    assert raised.startswith("MemoryError"), raised
+    assert asked in raised
+    assert any(c.isdigit() for c in raised), raised
+    assert after == "goes on (8, 8, 3)"
