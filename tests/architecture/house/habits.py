@@ -15,14 +15,19 @@ PLAIN = {"error", "errors", "limits", "__init__", "__main__"}
 
 
 def undocumented_python(root: Path) -> list[str]:
-    """Public modules, classes, functions, methods and properties without a docstring."""
+    """Public modules, classes, functions, methods and properties without a docstring; a setter has its property's."""
     offences = []
+
+    def is_setter(node: ast.ClassDef | ast.FunctionDef) -> bool:
+        return any(isinstance(one, ast.Attribute) and one.attr == "setter" for one in node.decorator_list)
 
     def visit(node: ast.Module | ast.ClassDef | ast.FunctionDef, name: str) -> None:
         if not ast.get_docstring(node):
             offences.append(f"{name} has no docstring")
         for child in () if isinstance(node, ast.FunctionDef) else node.body:
-            if isinstance(child, ast.ClassDef | ast.FunctionDef) and not child.name.startswith("_"):
+            if not isinstance(child, ast.ClassDef | ast.FunctionDef) or is_setter(child):
+                continue
+            if not child.name.startswith("_"):
                 visit(child, f"{name}.{child.name}")
 
     for path in python_files(root):

@@ -108,7 +108,7 @@ class _Reader:
                 if depth == 0:
                     return
                 depth -= 1
-            elif token == "use" and not self._follows("::"):
+            elif token == "use" and after != "<" and not self._follows("::"):  # `use<..>` captures lifetimes
                 self.at += 1
                 self._read_use(module, (), public)
             elif token == "mod" and depth == 0 and WORD.match(after):

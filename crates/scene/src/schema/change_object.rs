@@ -102,7 +102,7 @@ impl ObjectSpec {
         }
         if let Some(name) = name.filter(|name| *name != world.objects[id].name) {
             let others = world.objects.iter().enumerate().filter(|(i, _)| *i != id);
-            world.names = Names::of(others.map(|(_, object)| &object.name[..]));
+            world.names = Names::from_used(others.map(|(_, object)| &object.name[..]));
             world.objects[id].name = world.names.unique(&name);
         }
         world.remove_unused(&before);

@@ -18,7 +18,7 @@ impl World {
         self.check_object(id)?;
         let before = self.parts_in_use();
         self.objects.remove(id);
-        self.names = Names::of(self.objects.iter().map(|object| &object.name[..]));
+        self.names = Names::from_used(self.objects.iter().map(|object| &object.name[..]));
         let follows = |object: &mut usize| follow(object, id);
         if let Some(video) = &mut self.video {
             video.objects.retain_mut(|(object, _)| follows(object));

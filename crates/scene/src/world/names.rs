@@ -13,7 +13,7 @@ pub struct Names {
 
 impl Names {
     /// The names of these, all in use.
-    pub fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+    pub fn from_used<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         let mut known = Self::default();
         for name in names {
             known.unique(name);

@@ -14,7 +14,7 @@ pub(crate) struct PartsInUse {
 }
 
 impl World {
-    /// What is in use now.
+    /// The parts in use now.
     pub(crate) fn parts_in_use(&self) -> PartsInUse {
         let mut used = PartsInUse {
             meshes: vec![false; self.meshes.len()],

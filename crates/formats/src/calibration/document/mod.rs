@@ -1,9 +1,9 @@
 //! Documents of YAML, JSON and XML as one tree of maps, lists and scalars, each with its line.
 
 pub(crate) mod lens_keys;
+pub(crate) mod npy;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
-pub(crate) mod numpy;
 pub(crate) mod unread;
 pub(crate) mod xml;
 pub(crate) mod xml_element;

@@ -15,13 +15,13 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
-    numpy::shape(&source.bytes).is_some_and(|shape| matches!(shape[..], [_, 17]))
+    npy::shape(&source.bytes).is_some_and(|shape| matches!(shape[..], [_, 17]))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let path = &source.path;
     let fail = |message: String| FormatError::whole(path, message);
-    let array = numpy::array(&source.bytes).map_err(fail)?;
+    let array = npy::array(&source.bytes).map_err(fail)?;
     let numbers = array.numbers().filter(|_| matches!(array.shape[..], [_, 17]));
     let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}, expected [n, 17]", array.shape)))?;
     let mut pictures = Folder::open(&path.parent().unwrap_or(path).join("images"), assets).names;

@@ -13,12 +13,12 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
-    numpy::names(&source.bytes).iter().any(|name| name.starts_with("world_mat_"))
+    npy::names(&source.bytes).iter().any(|name| name.starts_with("world_mat_"))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let path = &source.path;
-    let mut arrays = numpy::arrays(&source.bytes, path, &mut assets.budget)?;
+    let mut arrays = npy::arrays(&source.bytes, path, &mut assets.budget)?;
     arrays.sort_by(|(a, _), (b, _)| by_numbers(a, b));
     let parent = path.parent().unwrap_or(path);
     let found = ["image", "rgb", "images"].into_iter().find_map(|name| {

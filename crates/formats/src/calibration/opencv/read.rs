@@ -18,8 +18,8 @@ const MAX_DETECTED_BYTES: usize = 4 << 20;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     let named = |name: &String| keys::is_camera_matrix(name);
-    if numpy::names(&source.bytes).iter().any(named)
-        || numpy::is_npy(&source.bytes) && source.stem().is_some_and(|stem| keys::is_known(&stem))
+    if npy::names(&source.bytes).iter().any(named)
+        || npy::is_npy(&source.bytes) && source.stem().is_some_and(|stem| keys::is_known(&stem))
     {
         return true;
     }
@@ -79,7 +79,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let view = KeyView { at: root.clone(), side: &[] };
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
-        if numpy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
+        if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
             calibration.notices.push("no array of a lens lies beside K (dist_coeffs.npy): a pinhole".into());
         }
         return Ok(calibration);

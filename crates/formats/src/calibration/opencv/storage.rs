@@ -12,9 +12,9 @@ use crate::io::input_file::InputFile;
 /// The document of a file; the arrays beside a `.npy` file are a part of it.
 pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode, FormatError> {
     if zip_members::is_zip(&source.bytes) {
-        return Ok(numpy::document(&numpy::arrays(&source.bytes, &source.path, &mut assets.budget)?));
+        return Ok(npy::document(&npy::arrays(&source.bytes, &source.path, &mut assets.budget)?));
     }
-    if numpy::is_npy(&source.bytes) {
+    if npy::is_npy(&source.bytes) {
         return arrays_beside(source, assets);
     }
     parse_text(source)
@@ -24,7 +24,7 @@ pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<Docume
 fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode, FormatError> {
     let own = source.stem().unwrap_or_default();
     let fail = |path: &Path, message: String| FormatError::whole(path, message);
-    let array = |file: &InputFile| numpy::array(&file.bytes).map_err(|message| fail(&file.path, message));
+    let array = |file: &InputFile| npy::array(&file.bytes).map_err(|message| fail(&file.path, message));
     let mut arrays = vec![(own.clone(), array(source)?)];
     let folder = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
     for name in folder.ending(".npy").filter(|name| keys::is_known(name.trim_end_matches(".npy"))) {
@@ -34,7 +34,7 @@ fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentN
             arrays.push((stem.to_owned(), array(&file)?));
         }
     }
-    Ok(numpy::document(&arrays))
+    Ok(npy::document(&arrays))
 }
 
 /// The document of a text.

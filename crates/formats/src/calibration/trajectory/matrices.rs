@@ -64,7 +64,7 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
 }
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
-    layout(text).is_some() || numpy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
+    layout(text).is_some() || npy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
 }
 
 fn is_poses(shape: &[usize]) -> bool {
@@ -75,7 +75,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let mut calibration = Calibration::default();
     let (path, stem) =
         (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
-    let poses = if numpy::is_npy(&source.bytes) {
+    let poses = if npy::is_npy(&source.bytes) {
         of_array(source)?
     } else {
         let text = source.text()?;
@@ -178,7 +178,7 @@ pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3, FormatError> 
 /// The matrices of an array of NumPy.
 fn of_array(source: &InputFile) -> Result<Found, FormatError> {
     let fail = |message: String| FormatError::whole(&source.path, message);
-    let array = numpy::array(&source.bytes).map_err(fail)?;
+    let array = npy::array(&source.bytes).map_err(fail)?;
     let numbers = array.numbers().filter(|_| is_poses(&array.shape));
     let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}, expected [n, 4, 4]", array.shape)))?;
     let rows = array.shape[array.shape.len() - 2];

@@ -43,7 +43,7 @@ pub struct KeyframeSpec {
     pub yaw: Option<f64>,
     /// A point to look at (objects: with their x axis in a z-up world), instead of angles.
     pub target: Option<[f64; 3]>,
-    /// Of objects, instead of location, angles and target: the affine transform world_from_mesh, 3x4 or 4x4, which must not
+    /// The affine transform world_from_mesh of an object, 3x4 or 4x4, instead of location, angles and target. It must not
     /// mirror. An object has it in all keyframes or in none. Its stretch is interpolated linearly.
     pub matrix: Option<Vec<[f64; 4]>>,
     /// From this keyframe to the next; the video's where not given.
