@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::calibration::document::{check_rotation, numpy};
+use crate::calibration::document::{check_rotation, npy};
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::{middle_of, pinhole_matrix};

@@ -3,7 +3,7 @@
 
 use raycam_scene::PixelCenter;
 
-use crate::calibration::document::numpy;
+use crate::calibration::document::npy;
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::folder::{Folder, by_numbers};
 use crate::calibration::picture_size::size_of_picture;

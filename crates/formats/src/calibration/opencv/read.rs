@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::calibration::document::{Cursor, Value, numpy, unread, yaml};
+use crate::calibration::document::{Cursor, Value, npy, unread, yaml};
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::calibration::document::{DocumentNode, numpy, xml, yaml, zip_members};
+use crate::calibration::document::{DocumentNode, npy, xml, yaml, zip_members};
 use crate::calibration::folder::Folder;
 use crate::calibration::opencv::keys;
 use crate::error::FormatError;

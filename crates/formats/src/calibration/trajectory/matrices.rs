@@ -10,7 +10,7 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_format::{joined, matrix_rows34};
 use crate::calibration::document::number_lines::data_lines;
-use crate::calibration::document::{Cursor, check_rigid, check_rotation, numpy, rigid, yaml};
+use crate::calibration::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::record::CameraRecord;
