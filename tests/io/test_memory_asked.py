@@ -43,7 +43,7 @@ CALLS = {
         "raycam.render_many(world, camera((600, 400)), poses={0: np.tile(np.eye(4), (400, 1, 1))})",
         "",
     ),
-    "rays": ("np.zeros((900_000, 3))", "world.cast_rays(large, np.ones(3))", "79200000"),
+    "rays": ("np.zeros((900_000, 3))", "world.cast_rays(large, np.ones(3))", "86400000"),
     "flow": ("None", "raycam.flow(world, camera((3000, 2000)))", "156000000"),
     "mesh": (
         "(np.random.default_rng(1).random((300_000, 3)), np.tile(np.arange(300_000), 6).reshape(-1, 3))",

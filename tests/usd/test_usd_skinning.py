@@ -206,6 +206,7 @@ def test_time_is_an_error_where_it_is_not_used(tmp_path: Path) -> None:
     made.Save()
     with pytest.raises(raycam.SettingsError, match="time is nan"):
         raycam.load(tmp_path / "a.usda", time=float("nan"))
+    (tmp_path / "a.glb").write_bytes(b"glTF")
     with pytest.raises(raycam.SettingsError, match=r"move by world\.at\(time\)"):
         raycam.load(tmp_path / "a.glb", time=1.0)
     assert Sdf.Layer.FindOrOpen(str(tmp_path / "a.usda"))
