@@ -26,6 +26,8 @@ import numpy as np
 import path_raycam
 import path_worker
 import report
+from hard_scenes import DEPTH as HARD_DEPTH
+from hard_scenes import hard_scenes
 from path_scenes import DEPTH, Array, Scene, further, scenes
 
 SIZE = (64, 48)
@@ -112,6 +114,7 @@ def main() -> None:
     parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
     parser.add_argument("--pictures", type=int, default=2, help="per rung")
     parser.add_argument("--further", metavar="IMAGE", help="the further scenes, under this environment")
+    parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--renderers", nargs="+", metavar="NAME", help="measure these alone")
     parser.add_argument(
@@ -119,8 +122,8 @@ def main() -> None:
     )
     parser.add_argument("--only", choices=["references", "ladders"], help="make and keep these alone")
     options = parser.parse_args()
-    if options.further and options.cycles:
-        parser.error("Cycles does not have the further scenes: leave out --cycles or --further")
+    if (options.further or options.hard) and options.cycles:
+        parser.error("Cycles has neither the further nor the hard scenes: leave out --cycles")
     plan: list[tuple[str, str, dict[str, Any]]] = [("raycam", "", {})]
     plan += [("mitsuba", options.mitsuba, settings) for settings in MITSUBA if options.mitsuba]
     plan += [("cycles", options.cycles, settings) for settings in CYCLES if options.cycles]
@@ -129,7 +132,10 @@ def main() -> None:
         folder = Path(name)
         kept = Path(options.keep or name)
         kept.mkdir(parents=True, exist_ok=True)
-        chosen = further(folder, Path(options.further)) if options.further else scenes(folder)
+        if options.hard:
+            chosen = hard_scenes(folder)
+        else:
+            chosen = further(folder, Path(options.further)) if options.further else scenes(folder)
         for scene, parts in chosen.items():
             if options.scenes and scene not in options.scenes:
                 continue
@@ -181,15 +187,17 @@ def main() -> None:
     if not rows:
         return
     head = ["scene", *(f"raycam's error at {samples}" for samples in LADDER)]
+    depth = HARD_DEPTH if options.hard else DEPTH
     notes = [
-        f"{SIZE[0]} x {SIZE[1]}, paths of at most {DEPTH} segments, box filter; relMSE against {REFERENCE} samples "
+        f"{SIZE[0]} x {SIZE[1]}, paths of at most {depth} segments, box filter; relMSE against {REFERENCE} samples "
         f"of the same renderer; best time and mean error of {options.pictures} pictures."
     ]
     if ratios:
         head += ["error to reach", "raycam ms", "Mitsuba ms", "Cycles ms", "best of them", "times faster"]
         mean = float(np.exp(np.mean(np.log(ratios))))
         notes.append(f"Geometric mean of the times faster: {mean:.2f}.")
-    name = "time_to_error_further" if options.further else "time_to_error"
+    kind = "_hard" if options.hard else "_further" if options.further else ""
+    name = f"time_to_error{kind}"
     report.write(name, "Time to equal error beside Mitsuba 3 and Cycles", notes, head, rows)
 
 

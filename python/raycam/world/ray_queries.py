@@ -97,14 +97,14 @@ class RayQueries:
             directions,
             t_min,
             t_max,
-            objects,
-            exclude,
-            facing,
-            surface,
-            exact,
-            coherent,
-            threads,
-            skip,
+            objects=objects,
+            exclude=exclude,
+            facing=facing,
+            surface=surface,
+            threads=threads,
+            skip=skip,
+            exact=exact,
+            coherent=coherent,
         )
         found = _core.world_cast_rays(self._core, query, _fields(fields))
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
@@ -131,14 +131,14 @@ class RayQueries:
             directions,
             t_min,
             t_max,
-            objects,
-            exclude,
-            facing,
-            surface,
-            exact,
-            coherent,
-            threads,
-            skip,
+            objects=objects,
+            exclude=exclude,
+            facing=facing,
+            surface=surface,
+            threads=threads,
+            skip=skip,
+            exact=exact,
+            coherent=coherent,
         )
         return _core.world_occluded(self._core, query).reshape(shape)
 
@@ -179,7 +179,15 @@ class RayQueries:
         if max_hits is not None:
             max_hits = whole("max_hits", max_hits, 0, 2**62)
         query, _ = self._rays(
-            origins, directions, t_min, t_max, objects, exclude, facing, surface, True, None, threads, None
+            origins,
+            directions,
+            t_min,
+            t_max,
+            objects=objects,
+            exclude=exclude,
+            facing=facing,
+            surface=surface,
+            threads=threads,
         )
         return _core.world_intersections(self._core, query, max_hits, _fields(fields))
 
@@ -203,7 +211,15 @@ class RayQueries:
         number of closed oriented meshes around the origin.
         """
         query, shape = self._rays(
-            origins, directions, t_min, t_max, objects, exclude, facing, surface, True, None, threads, None
+            origins,
+            directions,
+            t_min,
+            t_max,
+            objects=objects,
+            exclude=exclude,
+            facing=facing,
+            surface=surface,
+            threads=threads,
         )
         return _core.world_count_intersections(self._core, query, bool(signed)).reshape(shape)
 
@@ -213,14 +229,15 @@ class RayQueries:
         directions: npt.ArrayLike,
         t_min: npt.ArrayLike,
         t_max: npt.ArrayLike,
+        *,
         objects: Chosen | None,
         exclude: Chosen | None,
         facing: str,
         surface: str,
-        exact: bool,
-        coherent: bool | None,
         threads: int | None,
-        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None,
+        exact: bool = True,
+        coherent: bool | None = None,
+        skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     ) -> tuple[dict[str, Any], tuple[int, ...]]:
         """The query as the core takes it, and the shape of the rays; prepares the world."""
         starts, ways = paired(

@@ -2,3 +2,20 @@
 
 pub(crate) mod points;
 pub(crate) mod rays;
+
+use pyo3::prelude::*;
+use raycam_render::{Control, PreparedWorld, RenderError};
+
+use crate::interruptible::run_interruptible;
+use crate::world::state::World;
+
+/// Answers a query of a world, which is prepared first, until it is done or interrupted.
+fn answer<T: Send>(
+    py: Python<'_>,
+    world: &World,
+    threads: Option<usize>,
+    work: impl FnOnce(&PreparedWorld, &Control) -> Result<T, RenderError> + Send,
+) -> PyResult<T> {
+    let prepared = world.prepared(py, threads)?;
+    run_interruptible(py, None, |control| work(&prepared, control))
+}

@@ -12,7 +12,7 @@ use raycam_scene::mesh::surface::SurfaceTopology;
 
 use crate::arrays::{Floats, array, rows};
 use crate::error::settings_error;
-use crate::interruptible::run_interruptible;
+use crate::queries::answer;
 use crate::queries::rays::{mask, surface};
 use crate::world::state::World;
 
@@ -48,8 +48,8 @@ pub(crate) fn world_closest_points<'py>(
     query: PointArguments<'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| points::closest_points(&prepared, &arrays, threads, control))?;
+    let found =
+        answer(py, &world, threads, |prepared, control| points::closest_points(prepared, &arrays, threads, control))?;
     let n = found.distance.len();
     let dict = PyDict::new(py);
     dict.set_item("distance", array(py, found.distance, &[n])?)?;
@@ -69,8 +69,7 @@ pub(crate) fn world_distance<'py>(
     query: PointArguments<'py>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| points::distance(&prepared, &arrays, threads, control))?;
+    let found = answer(py, &world, threads, |prepared, control| points::distance(prepared, &arrays, threads, control))?;
     array(py, found, &[arrays.points.len()])
 }
 
@@ -89,9 +88,8 @@ pub(crate) fn world_signed_distance<'py>(
         "pseudonormal" => Sign::Pseudonormal,
         name => return Err(settings_error(format!("unknown sign {name:?}"))),
     };
-    let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| {
-        signed_distance::signed_distance(&prepared, &arrays, sign, threads, control)
+    let found = answer(py, &world, threads, |prepared, control| {
+        signed_distance::signed_distance(prepared, &arrays, sign, threads, control)
     })?;
     array(py, found, &[arrays.points.len()])
 }
@@ -106,8 +104,8 @@ pub(crate) fn world_inside<'py>(
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
     let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
-    let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| inside::inside(&prepared, rows, chosen, threads, control))?;
+    let found =
+        answer(py, &world, threads, |prepared, control| inside::inside(prepared, rows, chosen, threads, control))?;
     array(py, found, &[rows.len()])
 }
 
@@ -121,9 +119,9 @@ pub(crate) fn world_winding_number<'py>(
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
-    let prepared = world.prepared(py, threads)?;
-    let found =
-        run_interruptible(py, None, |control| winding::winding_number(&prepared, rows, chosen, threads, control))?;
+    let found = answer(py, &world, threads, |prepared, control| {
+        winding::winding_number(prepared, rows, chosen, threads, control)
+    })?;
     array(py, found, &[rows.len()])
 }
 
@@ -143,8 +141,7 @@ pub(crate) fn world_visible<'py>(
     let selection =
         Selection { objects: mask(objects.as_ref())?, surface: surface(surface_name)?, ..Selection::default() };
     let pairs = PointPairs { from: rows(&a, "a")?, to: rows(&b, "b")?, margin, selection };
-    let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| visible::visible(&prepared, &pairs, threads, control))?;
+    let found = answer(py, &world, threads, |prepared, control| visible::visible(prepared, &pairs, threads, control))?;
     array(py, found, &[pairs.from.len()])
 }
 

@@ -11,7 +11,8 @@ use raycam_render::annotations::queries::selection::{Facing, Selection};
 
 use crate::arrays::{Floats, array, rows};
 use crate::error::settings_error;
-use crate::interruptible::{run_for_work, run_interruptible};
+use crate::interruptible::run_for_work;
+use crate::queries::answer;
 use crate::world::state::World;
 
 /// An array of one dimension.
@@ -100,27 +101,15 @@ fn columns_to_dict(py: Python<'_>, columns: Columns) -> PyResult<Bound<'_, PyDic
     let dict = PyDict::new(py);
     for (field, column) in columns.0 {
         let name = FIELDS.iter().find(|(_, known)| *known == field).map_or("", |(name, _)| name);
-        let shape = |len: usize| match field.width() {
-            1 => vec![len],
-            width => vec![len / width, width],
+        let shape = match field.width() {
+            1 => vec![column.len()],
+            width => vec![column.len() / width, width],
         };
         match column {
-            Column::Float64(values) => {
-                let shape = shape(values.len());
-                dict.set_item(name, array(py, values, &shape)?)?;
-            }
-            Column::Float32(values) => {
-                let shape = shape(values.len());
-                dict.set_item(name, array(py, values, &shape)?)?;
-            }
-            Column::Int32(values) => {
-                let shape = shape(values.len());
-                dict.set_item(name, array(py, values, &shape)?)?;
-            }
-            Column::Bool(values) => {
-                let shape = shape(values.len());
-                dict.set_item(name, array(py, values, &shape)?)?;
-            }
+            Column::Float64(values) => dict.set_item(name, array(py, values, &shape)?)?,
+            Column::Float32(values) => dict.set_item(name, array(py, values, &shape)?)?,
+            Column::Int32(values) => dict.set_item(name, array(py, values, &shape)?)?,
+            Column::Bool(values) => dict.set_item(name, array(py, values, &shape)?)?,
         }
     }
     Ok(dict)
@@ -165,9 +154,8 @@ pub(crate) fn world_intersections<'py>(
     names: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
-    let prepared = world.prepared(py, threads)?;
-    let found = run_interruptible(py, None, |control| {
-        crossings::intersections(&prepared, &arrays, max_hits, &fields, threads, control)
+    let found = answer(py, &world, threads, |prepared, control| {
+        crossings::intersections(prepared, &arrays, max_hits, &fields, threads, control)
     })?;
     let dict = PyDict::new(py);
     let (offsets, owners) = (found.offsets.len(), found.rays.len());
@@ -186,9 +174,8 @@ pub(crate) fn world_count_intersections<'py>(
     signed: bool,
 ) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let prepared = world.prepared(py, threads)?;
-    let counts = run_interruptible(py, None, |control| {
-        crossings::count_intersections(&prepared, &arrays, signed, threads, control)
+    let counts = answer(py, &world, threads, |prepared, control| {
+        crossings::count_intersections(prepared, &arrays, signed, threads, control)
     })?;
     array(py, counts, &[arrays.origins.len()])
 }

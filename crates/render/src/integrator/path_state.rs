@@ -1,6 +1,6 @@
 //! The state of paths, and the queues of rays that one bounce fills.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, Ray};
 
 use crate::integrator::nested_dielectrics::InteriorList;
@@ -44,6 +44,14 @@ pub(crate) struct PathState {
     pub eta_scale: f32,
     /// Width and spread of the path, until a rough surface scatters it.
     pub ray_cone: RayCone,
+}
+
+impl PathState {
+    /// Distance from the point that scattered the path last.
+    #[inline(always)]
+    pub fn distance_to(&self, position: DVec3) -> f64 {
+        (position - self.prev_context.position).length()
+    }
 }
 
 // Two cache lines: the compiler copies larger structs by a call.

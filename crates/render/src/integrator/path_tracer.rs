@@ -1,6 +1,6 @@
 //! Shared state of the paths of a batch, and the steps of a path that do not depend on a BSDF.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material};
 
@@ -304,18 +304,18 @@ impl PathTracer<'_> {
         self.light_sampling(path) == self.light_sampling_of_bounce()
     }
 
-    /// Continues a path straight through a thin wall, `distance` from the point that scattered it last. Shadow rays pass such
-    /// walls as well, so that the next light is weighed as that point sampled it, and the segment does not count.
+    /// Continues a path straight through a thin wall at `position`, from `origin` on its far side. Shadow rays pass such walls as
+    /// well: the next light is weighed as the point that scattered the path last sampled it, and the segment does not count.
     pub fn pass_straight(
         &self,
         path: &mut PathState,
         sample: &BsdfSample,
-        (origin, distance): (Vec3, f64),
+        (position, origin): (DVec3, Vec3),
         queues: &mut WavefrontQueues,
     ) -> bool {
         path.throughput *= sample.weight;
         path.is_camera_ray = false;
-        path.passed_distance = distance as f32;
+        path.passed_distance = path.distance_to(position) as f32;
         let ray = Ray { origin: origin.to_array(), direction: path.direction.to_array(), t_max: f32::INFINITY };
         let continues = path.throughput != Vec3::ZERO;
         if continues {

@@ -81,7 +81,7 @@ impl PathTracer<'_> {
             queues.next_rays.push(beyond);
             return true;
         }
-        let distance = (point.interaction.position - path.prev_context.position).length();
+        let distance = path.distance_to(point.interaction.position);
         path.interior_list = transition.near_side;
         self.apply_absorption(path, distance);
         self.add_intersected_lights(path, distance, out);
@@ -124,8 +124,7 @@ impl PathTracer<'_> {
         };
         let origin = point.interaction.offset_ray_origin(sample.wi).as_vec3();
         if view.material.is_straight && sample.is_specular && point.frame.geometric.dot(sample.wi) < 0.0 {
-            let distance = (point.interaction.position - path.prev_context.position).length();
-            return self.pass_straight(path, &sample, (origin, distance), queues);
+            return self.pass_straight(path, &sample, (point.interaction.position, origin), queues);
         }
         let interior_list = transition.medium_towards(point.frame.geometric, sample.wi);
         let context = point.light_sample_context();

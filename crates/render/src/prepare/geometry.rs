@@ -5,10 +5,9 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use raycam_bvh::{BuildError, ExactTriangles, Ray, Scene};
-use raycam_scene::{Alpha, Camera, Object, TextureCache, World};
+use raycam_scene::{Camera, Object, TextureCache, World};
 
 use crate::error::RenderError;
-use crate::lobes::classify::is_straight;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
 use crate::prepare::instance::{PreparedInstance, transformed_bounds};
 use crate::prepare::material::PreparedMaterial;
@@ -90,11 +89,8 @@ impl Geometry {
             object_bounds: vec![],
             dielectric_bounds: OnceLock::new(),
             instances,
+            has_transparency: materials.iter().any(PreparedMaterial::is_transparent),
             materials,
-            has_transparency: world
-                .materials
-                .iter()
-                .any(|material| material.alpha != Alpha::Opaque || is_straight(material)),
             textures,
             texture_cache: world.texture_cache.clone(),
         })

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::Vec3;
-use raycam_scene::Material;
+use raycam_scene::{Alpha, Material};
 
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
 use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, is_straight};
@@ -24,6 +24,13 @@ pub(crate) struct PreparedMaterial {
     pub absorption: Option<Vec3>,
     /// Albedo tables of its interface, where it refracts.
     pub dielectric_tables: Arc<[DielectricAlbedo]>,
+}
+
+impl PreparedMaterial {
+    /// True if shadow rays may pass its surface.
+    pub fn is_transparent(&self) -> bool {
+        self.material.alpha != Alpha::Opaque || self.is_straight
+    }
 }
 
 /// Prepares all materials; equal Phong lobes are shared, and what `known` materials of the same number have.

@@ -40,7 +40,7 @@ fn radiance(world: &World, integrator: Integrator, depth: Option<u32>, samples: 
     color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64
 }
 
-/// What a pane transmits with all reflections between its faces, by the cosine of the incidence.
+/// The transmittance of a pane with all reflections between its faces, by the cosine of the incidence.
 fn pane_transmittance(cosine: f64) -> f64 {
     let refracted = (1.0 - (1.0 - cosine * cosine) / (IOR * IOR)).sqrt();
     let s = (cosine - IOR * refracted) / (cosine + IOR * refracted);

@@ -17,7 +17,31 @@ __all__ = ["Mesh"]
 Floats = npt.NDArray[Any]
 
 
-class Mesh:
+class Bounded:
+    """Something with bounds, in its own coordinates."""
+
+    @property
+    def bounds(self) -> Floats:
+        """The lower and upper corner [2, 3]."""
+        raise NotImplementedError
+
+    @property
+    def centroid(self) -> Floats:
+        """The centre of the bounds."""
+        return np.asarray(self.bounds.mean(axis=0))
+
+    @property
+    def extents(self) -> Floats:
+        """The lengths of the sides of the bounds."""
+        return np.asarray(np.diff(self.bounds, axis=0)[0])
+
+    @property
+    def scale(self) -> float:
+        """The length of the diagonal of the bounds."""
+        return float(np.linalg.norm(self.extents))
+
+
+class Mesh(Bounded):
     """A list of primitives; `is_visible` may be assigned to."""
 
     def __init__(
@@ -35,21 +59,6 @@ class Mesh:
         """The lower and upper corner [2, 3]."""
         each = np.array([primitive.bounds for primitive in self.primitives])
         return np.stack([each[:, 0].min(axis=0), each[:, 1].max(axis=0)])
-
-    @property
-    def centroid(self) -> Floats:
-        """The centre of the bounds."""
-        return np.asarray(self.bounds.mean(axis=0))
-
-    @property
-    def extents(self) -> Floats:
-        """The lengths of the sides of the bounds."""
-        return np.asarray(np.diff(self.bounds, axis=0)[0])
-
-    @property
-    def scale(self) -> float:
-        """The length of the diagonal of the bounds."""
-        return float(np.linalg.norm(self.extents))
 
     @property
     def is_transparent(self) -> bool:

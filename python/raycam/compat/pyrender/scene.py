@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .camera import Camera
 from .colors import format_color_vector
 from .light import DirectionalLight, Light, PointLight, SpotLight
-from .mesh import Mesh
+from .mesh import Bounded, Mesh
 from .node import Node
 
 __all__ = ["Scene"]
@@ -19,7 +19,7 @@ __all__ = ["Scene"]
 Floats = npt.NDArray[Any]
 
 
-class Scene:
+class Scene(Bounded):
     """A tree of nodes, a background and ambient light.
 
     Colours of whole numbers are of 255, those of floats are as they are; the background has four channels, white by
@@ -247,21 +247,6 @@ class Scene:
             return np.zeros((2, 3))
         every = np.concatenate(corners)
         return np.stack([every.min(axis=0), every.max(axis=0)])
-
-    @property
-    def centroid(self) -> Floats:
-        """The centre of the bounds."""
-        return np.asarray(self.bounds.mean(axis=0))
-
-    @property
-    def extents(self) -> Floats:
-        """The lengths of the sides of the bounds."""
-        return np.asarray(np.diff(self.bounds, axis=0)[0])
-
-    @property
-    def scale(self) -> float:
-        """The length of the diagonal of the bounds."""
-        return float(np.linalg.norm(self.extents))
 
     @staticmethod
     def from_trimesh_scene(trimesh_scene: Any, bg_color: Any = None, ambient_light: Any = None) -> Scene:

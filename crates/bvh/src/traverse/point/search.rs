@@ -1,7 +1,7 @@
 //! The search for the closest point: nearest instances, nodes and leaves first.
 
 use crate::exact::closest_point::closest_point;
-use crate::node::{NodeRef, leaf, node};
+use crate::node::{NodeRef, WideNode, leaf, node};
 use crate::ray::{ClosestPoint, ExactHit, HitFilter, INVALID_ID};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
@@ -115,11 +115,8 @@ impl PointSearch<'_> {
         loop {
             sphere.radius = self.radius(scene.scale);
             if !at.is_leaf() {
-                let node = node(scene.blocks(), at);
-                let distances = box_distances::<I>(node, &sphere);
-                let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
-                if into != 0 {
-                    at = stack.push::<I>(node, distances, into);
+                if let Some(nearest) = enter::<I>(node(scene.blocks(), at), &sphere, &mut stack) {
+                    at = nearest;
                     continue;
                 }
             } else {
@@ -151,11 +148,8 @@ impl PointSearch<'_> {
         loop {
             sphere.radius = self.radius(scale);
             if !at.is_leaf() {
-                let node = node(mesh.blocks(), at);
-                let distances = box_distances::<I>(node, &sphere);
-                let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
-                if into != 0 {
-                    at = stack.push::<I>(node, distances, into);
+                if let Some(nearest) = enter::<I>(node(mesh.blocks(), at), &sphere, &mut stack) {
+                    at = nearest;
                     continue;
                 }
             } else {
@@ -174,6 +168,15 @@ impl PointSearch<'_> {
             }
         }
     }
+}
+
+/// The nearest child of a node that the sphere reaches; the others that it reaches are pushed.
+#[inline(always)]
+fn enter<I: Isa>(node: &WideNode, sphere: &Sphere, stack: &mut Stack) -> Option<NodeRef> {
+    let distances = box_distances::<I>(node, sphere);
+    let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
+    // No closure: it would not have the instruction set of its function.
+    if into == 0 { None } else { Some(stack.push::<I>(node, distances, into)) }
 }
 
 /// A triangle as a filter sees it.

@@ -70,6 +70,17 @@ pub enum Column {
 }
 
 impl Column {
+    /// The number of values, over all hits.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        match self {
+            Column::Float64(values) => values.len(),
+            Column::Float32(values) => values.len(),
+            Column::Int32(values) => values.len(),
+            Column::Bool(values) => values.len(),
+        }
+    }
+
     /// Appends a column of the same type.
     pub(super) fn append(&mut self, other: Column) {
         match (self, other) {

@@ -205,7 +205,7 @@ impl HitBatch {
             // Direct lighting needs the throughput at the surface.
             let mut path = *path;
             let position = self.interactions.position(lane);
-            let distance = (position - path.prev_context.position).length();
+            let distance = path.distance_to(position);
             tracer.apply_absorption(&mut path, distance);
             self.path_lanes.set_throughput(lane, path.throughput);
         }

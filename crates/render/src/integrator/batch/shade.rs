@@ -68,7 +68,7 @@ impl PathTracer<'_> {
         let may_cross_light = hits.path_lanes.may_cross_light[lane];
         let may_absorb = M::IS_TRANSMISSIVE && !path.interior_list.is_empty();
         if M::MAY_EMIT || may_cross_light || may_absorb {
-            let distance = (context.position - path.prev_context.position).length();
+            let distance = path.distance_to(context.position);
             self.apply_absorption(path, distance);
             if may_cross_light {
                 self.add_intersected_lights(path, distance, out);
@@ -89,8 +89,7 @@ impl PathTracer<'_> {
         let far_side = hits.far_sides[lane];
         let advance = |path: &mut PathState, (sample, origin): (BsdfSample, Vec3), queues: &mut _| {
             if is_straight && geometric.dot(sample.wi) < 0.0 {
-                let distance = (context.position - path.prev_context.position).length();
-                return self.pass_straight(path, &sample, (origin, distance), queues);
+                return self.pass_straight(path, &sample, (context.position, origin), queues);
             }
             let interior_list =
                 if M::IS_TRANSMISSIVE && geometric.dot(sample.wi) < 0.0 { far_side } else { path.interior_list };
