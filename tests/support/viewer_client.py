@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import struct
 from typing import Any
 
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
 SPACE = {"width": 48, "height": 32, "ratio": 1}
@@ -36,7 +38,9 @@ class Client:
             at += size
         if message["type"] == "picture":
             self.pictures.append((message, buffers[0]))
-            self.say("ack", picture=message["picture"])
+            # The server may have closed meanwhile: what it said before is still to be read.
+            with contextlib.suppress(ConnectionClosed):
+                self.say("ack", picture=message["picture"])
         return message, buffers
 
     def hear(self, kind: str, **fields: Any) -> tuple[dict[str, Any], list[bytes]]:
