@@ -172,10 +172,7 @@ fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, ran
                 let filter = query.selection.filter(&world.geometry, rays, range);
                 world.geometry.closest_exact_of(rays, &filter, &mut hits);
             }
-            for (hit, ray) in hits.iter_mut().zip(rays).filter(|(hit, _)| hit.instance != INVALID_ID) {
-                let corners = world.geometry.corners(hit.instance, hit.triangle);
-                *hit = hit.refined(ray, corners.map(|corner| corner.to_array()));
-            }
+            world.geometry.scene.refine(rays, &world.geometry, &mut hits);
         }
         Kernel::Float32 { coherent } => {
             let mut found = vec![Hit::MISS; rays.len()];
@@ -221,5 +218,7 @@ fn refine_f64(world: &PreparedWorld, hit: &Hit, ray: &ExactRay) -> ExactHit {
     let (u, v) = (u / sum, v / sum);
     let point = a + e1 * u + e2 * v;
     let t = (point.dot(direction) / direction.length_squared()).max(0.0);
-    ExactHit { t, u, v, instance: hit.instance, triangle: hit.triangle, normal: e1.cross(e2).to_array() }
+    let normal = e1.cross(e2);
+    let side = if normal.dot(direction) > 0.0 { 1 } else { -1 };
+    ExactHit { t, u, v, instance: hit.instance, triangle: hit.triangle, normal: normal.to_array(), side }
 }
