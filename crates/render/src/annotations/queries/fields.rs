@@ -124,6 +124,14 @@ impl Field {
         }
     }
 
+    /// True if it depends on where the triangle is hit.
+    pub(super) fn needs_intersection(self) -> bool {
+        !matches!(
+            self,
+            Field::Instance | Field::Triangle | Field::Normal | Field::Front | Field::Material | Field::Category
+        )
+    }
+
     fn empty(self) -> Column {
         match self {
             Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![]),

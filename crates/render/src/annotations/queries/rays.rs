@@ -110,7 +110,10 @@ pub fn cast_rays(
     let mut found = Columns::empty(fields);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
-        let hits = closest_hits(world, &local, rays, range);
+        let mut hits = closest_hits(world, &local, rays, range);
+        if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
+            geometry.scene.refine(&local, geometry, &mut hits);
+        }
         columns(geometry, fields, local.iter().zip(&hits))
     };
     world.geometry.note_exact_rays(n as u64);
@@ -161,7 +164,7 @@ pub fn is_brief(rays: usize) -> bool {
     work_of(rays) <= MAX_WORK_HERE
 }
 
-/// Nearest hits with precise t and weights.
+/// Nearest hits.
 fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, range: Range<usize>) -> Vec<ExactHit> {
     let mut hits = vec![ExactHit::MISS; rays.len()];
     match query.kernel {
@@ -172,7 +175,6 @@ fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, ran
                 let filter = query.selection.filter(&world.geometry, rays, range);
                 world.geometry.closest_exact_of(rays, &filter, &mut hits);
             }
-            world.geometry.scene.refine(rays, &world.geometry, &mut hits);
         }
         Kernel::Float32 { coherent } => {
             let mut found = vec![Hit::MISS; rays.len()];
