@@ -113,7 +113,7 @@ def _warped(
 
     def mapped(offset: Floats) -> Floats:
         origins, directions = camera.rays(centers + offset)
-        known: Bools = np.isfinite(directions).all(axis=1)
+        known: Bools = np.asarray(np.isfinite(directions).all(axis=1))
         found, seen = taker.project(np.where(known[:, None], origins + directions, [0.0, 0.0, 1.0]))
         return np.where((known & seen)[:, None], found, np.nan) - (taker.corner + 0.5)
 
@@ -169,9 +169,8 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
     """Values [n, 3] between the pixels of a picture, 0 beside it, and True [n] inside."""
     height, width = shown.shape[:2]
     with np.errstate(invalid="ignore"):
-        inside: Bools = ((places >= -0.5 - 1e-9) & (places <= np.array([width, height]) - 0.5 + 1e-9)).all(
-            axis=1
-        )
+        within = (places >= -0.5 - 1e-9) & (places <= np.array([width, height]) - 0.5 + 1e-9)
+    inside: Bools = np.asarray(within.all(axis=1))
     x, y = np.where(inside[:, None], np.clip(places, 0, [width - 1, height - 1]), 0).T
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
     right, bottom = np.minimum(left + 1, width - 1), np.minimum(top + 1, height - 1)
