@@ -250,3 +250,12 @@ def test_worlds_keep_the_flag(tmp_path: Path) -> None:
     assert mesh.objects[0].shadow_catcher
     with pytest.raises(raycam.WorldError, match="shadow_catcher"):
         world.set_object(0, shadow_catcher="yes")
+
+
+def test_gltf_has_no_words_for_them_and_says_so(tmp_path: Path) -> None:
+    Image.new("RGB", SIZE).save(tmp_path / "a.png")
+    world = lit()
+    world.add_camera(camera_above().with_background(tmp_path / "a.png"))
+    said = world.to_gltf(tmp_path / "a.glb")
+    assert any("1 shadow catchers" in notice for notice in said)
+    assert any("backgrounds of 1 cameras" in notice for notice in said)

@@ -76,6 +76,14 @@ impl Writer<'_> {
         if hidden > 0 {
             self.note(format!("{hidden} objects that are not visible are left out"));
         }
+        let catchers = world.objects.iter().filter(|object| object.shadow_catcher).count();
+        if catchers > 0 {
+            self.note(format!("{catchers} shadow catchers are surfaces like others there"));
+        }
+        let backed = world.cameras.iter().filter(|named| named.camera.background().is_some()).count();
+        if backed > 0 {
+            self.note(format!("the backgrounds of {backed} cameras are left out"));
+        }
         if world.objects.iter().any(|object| object.category.is_some()) {
             self.note("categories of objects are left out".into());
         }
