@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,8 @@ class Meshes:
         self._time = time
         self._left = max_corners
         self._known: dict[tuple[Any, ...], tuple[str | None, int]] = {}
+        self._files: dict[bytes, str] = {}
+        """By the hash of what was written: copies of a prim are one mesh, as instances are."""
 
     def describe(
         self, name: str, mesh: UsdGeom.Gprim, world_from_local: Any, bake: bool = False
@@ -150,9 +153,12 @@ class Meshes:
                 if mirrored:
                     corners = [corners[0], *corners[:0:-1]]
                 lines.append("f " + " ".join(corners))
+        text = "\n".join([*lines, ""]).encode()
         file = f"mesh{len(self._known)}.obj"
-        (self._folder / file).write_text("\n".join([*lines, ""]), encoding="utf-8")
-        return file, len(indices)
+        known = self._files.setdefault(hashlib.sha256(text).digest(), file)
+        if known == file:
+            (self._folder / file).write_bytes(text)
+        return known, len(indices)
 
     def _words(
         self,
