@@ -168,7 +168,7 @@ def render(
         unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
         unused |= {"surface"} if surface != "first" else set()
         unused |= {"transparent_background"} if transparent_background else set()
-        return _reference(world, camera, names, sorted(unused), shown)
+        return _reference(world, camera, names, sorted(unused), shown, progress)
 
     request, stops, display = request_of(
         world,
@@ -371,7 +371,12 @@ def _denoised(
 
 
 def _reference(
-    world: World, camera: Camera, names: list[str], unused: list[str], shown: dict[str, Any]
+    world: World,
+    camera: Camera,
+    names: list[str],
+    unused: list[str],
+    shown: dict[str, Any],
+    progress: Progress | None,
 ) -> Frame:
     """Renders with the NumPy reference."""
     from .. import reference
@@ -380,7 +385,7 @@ def _reference(
         raise SettingsError(
             f"{', '.join(unused)}: the reference traces one ray through each pixel's centre, plainly"
         )
-    seen = reference.render(world, camera)
+    seen = reference.render(world, camera, progress)
     missing = [name for name in names if name not in seen]
     if missing:
         known = ", ".join(name for name in CHANNELS if name in seen)

@@ -190,8 +190,10 @@ class World(RayQueries, PointQueries):
         """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
         Takes a dict, keywords, or both; the path of a mesh file, or the word for a shape:
-        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", color="tomato")`,
+        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", radius=2)`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        The keys of a shape may stand beside it, and a number or list in its place is the size of a box or plane and the
+        radius of a sphere.
         The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
         A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
         `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
