@@ -93,7 +93,8 @@ class World(RayQueries, PointQueries):
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
 
-        Equal worlds give equal bytes, whatever folder their files are in. Raises `WorldError` if the textures, which
+        Equal worlds give equal bytes, whatever folder their files are in; backgrounds of cameras stay where they are,
+        and the bytes have their paths. Raises `WorldError` if the textures, which
         the bytes include, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
@@ -194,6 +195,8 @@ class World(RayQueries, PointQueries):
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
         The keys of a shape may stand beside it, and a number or list in its place is the size of a box or plane and the
         radius of a sphere.
+        With `shadow_catcher=True`, pictures with a transparent background or a photograph behind show the shadows on it
+        alone, as on a ground that the photograph shows; in others it is a surface.
         The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
         A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
         `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
@@ -338,8 +341,8 @@ class World(RayQueries, PointQueries):
     def objects(self) -> list[Object]:
         """The objects in the order of their ids: records that are read-only. `set_object` changes an object."""
         return [
-            Object(number, name, category, mesh, triangles, matrix_of(matrix, name), visible)
-            for number, (name, category, mesh, triangles, matrix, visible) in enumerate(self._core.objects)
+            Object(number, name, category, mesh, triangles, matrix_of(matrix, name), *flags)
+            for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
         ]
 
     @property

@@ -26,6 +26,7 @@ class ObjectKeys(TypedDict, total=False):
     name: str
     category: str | int
     visible: bool
+    shadow_catcher: bool
     box: Mapping[str, Any] | npt.ArrayLike
     plane: Mapping[str, Any] | npt.ArrayLike
     sphere: Mapping[str, Any] | float

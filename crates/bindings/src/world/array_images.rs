@@ -148,6 +148,10 @@ impl AssetLoader for FilesAndArrays<'_> {
         AssetLoader::store_texture(self.files, image)
     }
 
+    fn picture(&mut self, file: &str) -> Result<String, FormatError> {
+        self.files.picture(file)
+    }
+
     fn in_context(error: FormatError, key: &str) -> FormatError {
         AssetRoot::in_context(error, key)
     }

@@ -19,7 +19,7 @@ pub(crate) mod stats;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Ray, Scene};
+use raycam_bvh::{Hit, INVALID_ID, Ray, Scene};
 use raycam_scene::Camera;
 
 use crate::control::Control;
@@ -338,6 +338,8 @@ impl<'a> TileRenderer<'a> {
         let truth = scratch.truth.center_rays.ground_truth_hits();
         for (at, (&(pixel, _), hit)) in scratch.lists.batch.iter().zip(hits).enumerate() {
             let seen = behind.get(at).unwrap_or(&hit.instance);
+            let is_out = *seen != INVALID_ID && world.geometry.is_left_out(self.settings.catchers, *seen);
+            let seen = if is_out { &INVALID_ID } else { seen };
             // A single sample is the centre ray itself.
             let same = !samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
             scratch.estimator.add_sample(pixel, same);
