@@ -54,6 +54,8 @@ class Cameras(Mapping[str, Camera]):
     def __getitem__(self, name: str) -> Camera:
         """The camera of this name; raises `KeyError` for an unknown one, `CameraError` without size or intrinsics."""
         if name not in self._made:
+            if name not in self._records:
+                raise KeyError(nearest("camera", str(name), list(self._records)))
             try:
                 made = self._records[name].camera()
             except CameraError as fault:

@@ -14,6 +14,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..arrays import whole
 from ..calibration import Cameras
 from ..camera import Camera
@@ -270,6 +272,17 @@ def make_plan(
         if isinstance(cameras, Rig) or any(isinstance(item, Rig) for item in _items(cameras)):
             raise SettingsError("a rig is of one world, and a recipe makes many: give it the rig's cameras")
         given = [camera for camera in _items(cameras) if isinstance(camera, Camera)]
+        sought = any("see" in row for row in world.description["camera"])
+        if (
+            sought
+            and given
+            and all(np.array_equal(item.R, np.eye(3)) and not item.location.any() for item in given)
+        ):
+            raise SettingsError(
+                "the given cameras are at the origin, as a calibration without a pose leaves them, and replace those "
+                'of the recipe, which are told what to see: leave cameras out, and write calibration = "FILE" instead '
+                "of size, fov or K into [[camera]]"
+            )
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
     return Plan(first, shots, rendering, options, threads, world)
 

@@ -440,15 +440,18 @@ class World(RayQueries, PointQueries):
         size: Iterable[int] = (640, 480),
         fov: float = 45.0,
         zoom: float = 1.0,
+        camera: Camera | None = None,
     ) -> Camera:
         """A camera from which the whole world just fits into a picture of `size` (width, height).
 
         `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
         or a vector [3] from the middle of the world to the camera. The front of a z-up world looks to -y, of a y-up
         world to +z, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` enlarges: 1 fills
-        nine tenths of the picture. Raises `CameraError` for an empty world, `SettingsError` for other values.
+        nine tenths of the picture. `camera`, a calibration without a pose say, keeps its size, K and lens, and is put
+        where the world fits: `size` and `fov` are its own then. Raises `CameraError` for an empty world,
+        `SettingsError` for other values.
         """
-        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom)
+        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
 
     # Time -------------------------------------------------------------------------------------------------
 

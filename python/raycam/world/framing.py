@@ -52,11 +52,14 @@ def framing_camera(
     fov: float = FOV,
     zoom: float = 1.0,
     turning: bool = False,
+    camera: Camera | None = None,
 ) -> Camera:
     """A camera from which the whole world just fits into the picture; see `World.view_from`.
 
     If `turning`, the world fits whatever angle it is turned to about the upright axis through its middle.
     """
+    if camera is not None:
+        size = camera.size
     toward = _direction(direction, world.up)
     points = bounding_corners(world)
     if points is None:
@@ -70,6 +73,8 @@ def framing_camera(
     if turning:
         points = _turned_around(points, middle, 2 if world.up == "z" else 1)
     facing = Camera.look_at(middle + toward, middle, up_vector, size=(int(size[0]), int(size[1])), fov=fov)
+    if camera is not None:
+        return _fitting_pose(camera, facing.R, points, middle, zoom)
     seen = product(points - middle, facing.R.T)
     reach = MARGIN * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
     # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points; so too for y. The nearest such eye is wanted.
@@ -82,6 +87,69 @@ def framing_camera(
     if nearest_point - eye[2] <= 1e-9 * extent or extent == 0.0:
         eye[2] = nearest_point - (extent or 1.0)
     return facing.replace(C=middle + product(eye[None], facing.R)[0])
+
+
+def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floats, zoom: float) -> Camera:
+    """`camera` as near to `middle` as all points [n, 3] are in the picture, by its own lens.
+
+    It stands where a camera of `rotation` would, whose axis goes through `middle`, and sees `middle` in the
+    middle of the picture, even where that is far from the principal point.
+    """
+    if camera.is_parallel:
+        raise CameraError("the rays of this camera are parallel: no distance makes the world fit its picture")
+    half = MARGIN * zoom * np.array(camera.size) / 2
+    center = np.array(camera.size) / 2 + camera.corner
+    axis, rotation = rotation[2], _turned_to(camera, center, rotation)
+    extreme = points[np.unique([int(product(points, way).argmax()) for way in _ways()])]
+
+    def fits(distance: float, cloud: Floats) -> bool:
+        posed = camera.at_pose(rotation, middle - distance * axis)
+        with np.errstate(invalid="ignore"):
+            pixels, seen = posed.project(cloud)
+            return bool(seen.all() and (np.abs(pixels - center) <= half).all())
+
+    radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
+    low, high = 0.0, radius
+    while not fits(high, extreme):
+        low, high = high, 2 * high
+        if high > MAX_DISTANCE * radius:
+            raise CameraError(f"no distance makes the world fit the picture of {camera!r}")
+    if (
+        low == 0.0
+    ):  # not inside the sphere around the world, where a fisheye would see all of the world around it
+        low = high
+    while high - low > 1e-4 * high:
+        between = (low + high) / 2
+        low, high = (low, between) if fits(between, extreme) else (between, high)
+    while not fits(high, points):
+        high *= 1.001
+    return camera.at_pose(rotation, middle - high * axis)
+
+
+def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
+    """`rotation`, turned by the least angle that gives the ray of the pixel the direction of the axis."""
+    ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
+    if not np.isfinite(ray).all():
+        raise CameraError(
+            f"there is no ray in the middle of the picture, pixel {pixel.tolist()}, of {camera!r}"
+        )
+    x, y, z = ray / np.sqrt((ray * ray).sum())
+    if z < -0.999:
+        raise CameraError(f"the middle of the picture, pixel {pixel.tolist()}, looks backwards in {camera!r}")
+    # Rodrigues' rotation of (0, 0, 1) to (x, y, z).
+    a = 1 / (1 + z)
+    turn = np.array([[1 - x * x * a, -x * y * a, x], [-x * y * a, 1 - y * y * a, y], [-x, -y, z]])
+    return product(turn, rotation)
+
+
+def _ways() -> Floats:
+    """Unit vectors [128, 3], evenly over the sphere: a golden spiral."""
+    number = np.arange(128)
+    z = (2 * number + 1) / 128 - 1
+    angle = number * math.pi * (3 - math.sqrt(5))
+    level = np.sqrt(1 - z * z)
+    ways: Floats = np.stack([level * np.cos(angle), level * np.sin(angle), z], axis=1)
+    return ways
 
 
 def bounding_corners(world: World) -> Floats | None:
@@ -135,5 +203,7 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
     return np.concatenate(found)
 
 
+MAX_DISTANCE = 1e6
+"""The farthest that a framing camera stands, in radii of the world."""
 RINGS, CORNERS = 32, 32
 """The rings that bound a turning world, and the corners of each."""
