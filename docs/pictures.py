@@ -9,6 +9,7 @@ A page shows `images/howto/NAME.jpg`; one of its blocks writes NAME.png. Needs P
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import shlex
@@ -16,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
+from PIL import Image, ImageDraw
 from raycam import cli
 
 DOCS = Path(__file__).resolve().parent
@@ -59,13 +60,34 @@ def keep(name: str) -> None:
     print(f"{target.name}: {data.tell()} bytes")
 
 
+def labelled(folder: Path) -> None:
+    """Writes `images/labelled.jpg`: the first picture of a COCO data set with its boxes, masks' areas and names."""
+    index = json.loads((folder / "annotations" / "instances.json").read_text(encoding="utf-8"))
+    first = index["images"][0]
+    names = {item["id"]: item["name"] for item in index["categories"]}
+    with Image.open(folder / "images" / first["file_name"]) as image:
+        picture = image.convert("RGB")
+    draw = ImageDraw.Draw(picture)
+    colors = ("#e6194b", "#3cb44b", "#4363d8", "#f58231", "#911eb4", "#42d4f4")
+    mine = [item for item in index["annotations"] if item["image_id"] == first["id"]]
+    for number, item in enumerate(mine):
+        x, y, width, height = item["bbox"]
+        color = colors[number % len(colors)]
+        draw.rectangle([x, y, x + width - 1, y + height - 1], outline=color, width=3)
+        text = f"{names[item['category_id']]} {item['visible_fraction']:.0%}"
+        draw.rectangle([x, y - 16, x + 7 * len(text) + 4, y], fill=color)
+        draw.text((x + 3, y - 14), text, fill="white")
+    picture.thumbnail((MAX_SIDE, MAX_SIDE), Image.Resampling.LANCZOS)
+    picture.save(DOCS / "images" / "labelled.jpg", quality=86, optimize=True)
+
+
 def strip() -> None:
     """The four pictures on top of the README, side by side."""
-    names = ("sky", "fisheye", "normal", "coco")
+    names = ("howto/sky", "howto/fisheye", "howto/normal", "labelled")
     height = 240
     parts = []
     for name in names:
-        with Image.open(DOCS / "images" / "howto" / f"{name}.jpg") as image:
+        with Image.open(DOCS / "images" / f"{name}.jpg") as image:
             side = image.height * 5 // 4
             left = max(0, (image.width - side) // 2)
             cut = image.crop((left, 0, min(left + side, image.width), image.height))
@@ -91,6 +113,8 @@ def main() -> None:
             run(text, page)
             for name in names:
                 keep(name)
+            if Path("toys/annotations").exists():
+                labelled(Path("toys"))
             os.chdir(DOCS)
     strip()
 
