@@ -63,7 +63,7 @@ def doc_of(item: Any) -> str:
 
 
 def meaning(name: str, text: str) -> str:
-    """The sentence of a docstring that is about a parameter: one that begins with its name, or the first that has it."""
+    """The sentence of a docstring that is about a parameter: one that begins with its name, or the first with it."""
     sentences = [" ".join(sentence.split()).removeprefix("* ") for sentence in SENTENCE.split(text)]
     word = re.escape(name)
     for pattern in (rf"`{word}\b", rf".*`{word}` (?:is|are|has|gives|\()", rf".*`{word}\b"):

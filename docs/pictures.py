@@ -3,7 +3,8 @@
     python docs/pictures.py                       all pages
     python docs/pictures.py docs/howto/glass.md   one page
 
-A page shows `images/howto/NAME.jpg`; one of its blocks writes NAME.png. Needs Pillow.
+A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. Needs Pillow.
+Pictures that the folder lacks after the blocks are those of another page, and stay.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from raycam import cli
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
-SHOWN = re.compile(r"images/howto/([\w-]+)\.jpg")
+SHOWN = re.compile(r"images/((?:howto|gallery)/[\w-]+)\.jpg")
 MAX_BYTES = 60_000
 MAX_SIDE = 480
 
@@ -43,8 +44,8 @@ def run(text: str, page: Path) -> None:
 
 
 def keep(name: str) -> None:
-    """Writes a picture of the current folder to the documentation, small enough."""
-    with Image.open(f"{name}.png") as image:
+    """Writes a picture of the current folder to the documentation, small enough; `name` has the folder there."""
+    with Image.open(f"{Path(name).name}.png") as image:
         picture = image.convert("RGBA")
     white = Image.new("RGBA", picture.size, "white")
     picture = Image.alpha_composite(white, picture).convert("RGB")
@@ -54,7 +55,7 @@ def keep(name: str) -> None:
         picture.save(data, "JPEG", quality=quality, optimize=True)
         if data.tell() <= MAX_BYTES:
             break
-    target = DOCS / "images" / "howto" / f"{name}.jpg"
+    target = DOCS / "images" / f"{name}.jpg"
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(data.getvalue())
     print(f"{target.name}: {data.tell()} bytes")
@@ -112,7 +113,8 @@ def main() -> None:
             os.chdir(folder)
             run(text, page)
             for name in names:
-                keep(name)
+                if Path(f"{Path(name).name}.png").exists():
+                    keep(name)
             if Path("toys/annotations").exists():
                 labelled(Path("toys"))
             os.chdir(DOCS)

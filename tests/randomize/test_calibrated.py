@@ -76,7 +76,7 @@ def test_errors(folder: Path, camera: dict[str, Any], said: str) -> None:
 
 def test_an_unknown_name_says_the_names(folder: Path) -> None:
     cameras = raycam.load_cameras(folder / "calib.yaml", lens="fisheye")
-    with pytest.raises(KeyError, match="camera 'left'.*calib"):
+    with pytest.raises(KeyError, match=r"camera 'left'.*calib"):
         cameras["left"]
     assert cameras.get("left") is None
 
