@@ -51,9 +51,22 @@ def _lines() -> Iterator[str]:
     yield f"self-test    {_self_test()}"
 
 
-PACKAGES = {"numpy": "", "rich": "", "av": "video", "websockets": "", "pyoidn": "denoise", "usd-core": "usd"}
+PACKAGES = {
+    **{"numpy": "", "rich": "", "websockets": ""},
+    **{"av": "video", "pyoidn": "denoise", "usd-core": "usd", "cairosvg": "figure", "h5py": "hdf5"},
+    **{"opencv-python-headless": "selfcheck", "distributed": "cluster", "embreex": "bench"},
+}
 """Packages that raycam uses, with the extra that they come with."""
-EXTRAS = {"video": "video files", "denoise": "--denoise", "usd": "USD files"}
+EXTRAS = {
+    "video": "video files",
+    "denoise": "--denoise",
+    "usd": "USD files",
+    "figure": "figures as PDF and PNG",
+    "hdf5": "data sets in the format hdf5",
+    "selfcheck": "raycam selfcheck",
+    "cluster": "--cluster",
+    "bench": "Embree beside raycam in raycam bench",
+}
 
 
 def wheel() -> str:
