@@ -37,13 +37,14 @@ def _lines() -> Iterator[str]:
     yield f"platform     {platform.platform()}"
     yield f"wheel        {wheel()}"
     for package, extra in PACKAGES.items():
+        shown = package.removesuffix("-python-headless")
         try:
-            yield f"{package:12} {metadata.version(package)}"
+            yield f"{shown:12} {metadata.version(package)}"
         except metadata.PackageNotFoundError:
             need = (
                 f"for {EXTRAS[extra]}: pip install 'raycam[{extra}]'" if extra else f"pip install {package}"
             )
-            yield f"{package:12} missing; {need}"
+            yield f"{shown:12} missing; {need}"
     yield f"processor    {processor()}"
     yield f"instructions {_core.instruction_set()} (the kernel in use)"
     threads = _core.available_threads()
