@@ -23,6 +23,7 @@ from .. import _core
 from ..arrays import Floats, product, whole
 from ..camera import Camera
 from ..errors import FormatError, WorldError
+from ..io.html_form import html_table
 from ..progress import bar
 from ..world import World
 from ..world.description import plain
@@ -99,6 +100,15 @@ class Recipe:
             if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
                 raise WorldError(f"{kind} must be a list of tables, not {one!r}")
             self.description[kind] = [dict(row) for row in rows]
+
+    def _repr_html_(self) -> str:
+        """The table that a notebook shows: a row for each object, light and camera of the recipe."""
+        rows = [
+            (kind, row.get("name", row.get("type", "")), row.get("count", 1), ", ".join(row))
+            for kind in ("object", "light", "camera")
+            for row in self.description[kind]
+        ]
+        return html_table(repr(self), ("", "name", "count", "keys"), rows)
 
     def __repr__(self) -> str:
         """Source, seed and counts of tables as text."""

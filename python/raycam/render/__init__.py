@@ -14,7 +14,7 @@ from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError, nearest
 from ..notices import warn_all
 from .frame import CHANNELS, VIEWS, Frame
-from .old_names import OLD_NAMES, current_names
+from .old_names import ELSEWHERE, OLD_NAMES, current_names
 from .sight import LIT, blank_notices
 
 if TYPE_CHECKING:
@@ -131,6 +131,8 @@ def render(
         }
     )
     for name in renamed.keys() - set(OLD_NAMES.values()):
+        if name in ELSEWHERE:
+            raise SettingsError(f"render has no option {name}: {ELSEWHERE[name]}")
         raise SettingsError(nearest("option of render", name, OPTIONS))
     transparent_background = bool(renamed["transparent_background"])
     given = {

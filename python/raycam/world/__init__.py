@@ -18,6 +18,7 @@ from ..errors import WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
+from ..io.html_form import html_table
 from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
@@ -526,6 +527,13 @@ class World(RayQueries, PointQueries):
         with no_fork():
             self._core.prepare(threads)
         return self
+
+    def _repr_html_(self) -> str:
+        """The table of objects that a notebook shows, with lights and cameras below."""
+        rows = [(item.id, item.name, item.category or "", item.triangles) for item in self.objects]
+        notes = [f"light: {light['type']}" for light in self.lights]
+        notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
+        return html_table(repr(self), ("id", "name", "category", "triangles"), rows, notes[:20])
 
     def __repr__(self) -> str:
         """The counts as text."""
