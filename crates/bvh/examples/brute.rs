@@ -46,9 +46,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let mut total = brute::Tally::default();
     let told = |name: &str, tally: &brute::Tally| {
-        let brute::Tally { rays, hits, ties, .. } = tally;
+        let brute::Tally { rays, hits, ties, counted, points, .. } = tally;
         let wrong = tally.faults.len();
-        println!("{name:<8} {rays:>12} rays {hits:>12} hits {ties:>12} ties {wrong:>6} wrong");
+        let in_float64 = format!("{counted:>12} counted {points:>12} points");
+        println!("{name:<8} {rays:>12} rays {hits:>12} hits {ties:>12} ties {in_float64} {wrong:>6} wrong");
     };
     for (kind, tally) in brute::KINDS.iter().zip(tallies) {
         told(kind, &tally);

@@ -88,16 +88,11 @@ pub struct ExactHit {
     pub triangle: u32,
     /// (b - a) x (c - a) of the triangle a, b, c in the world, as long as twice its area; 0 for a miss.
     pub normal: [f64; 3],
+    /// The sign of the ray's direction along that normal, exactly: 1 or -1; 0 for a miss.
+    pub side: i32,
 }
 
 impl ExactRay {
-    /// The sign of the direction along the normal (b - a) x (c - a) of a triangle that the line hits, exactly: 1 if the ray
-    /// leaves through the back, -1 if it enters by the front; 0 edge on.
-    pub fn side(&self, [a, b, c]: [[f64; 3]; 3]) -> i32 {
-        let ray = RayPredicates { origin: self.origin, direction: self.direction };
-        (ray.edge_sign(a, b) + ray.edge_sign(b, c) + ray.edge_sign(c, a)).signum()
-    }
-
     /// The sign of d . (a - o) x (b - o) for the origin o, moved by an infinitesimal vector, and the direction d: the side on
     /// which the line passes an edge. 0 only for an edge parallel to the ray.
     pub fn edge_side(&self, a: [f64; 3], b: [f64; 3]) -> i32 {
@@ -106,15 +101,16 @@ impl ExactRay {
 }
 
 impl ExactHit {
-    /// The hit with t and weights off by one unit in the last place at most, from the corners of its triangle.
-    pub fn refined(self, ray: &ExactRay, corners: [[f64; 3]; 3]) -> ExactHit {
-        let [t, u, v] = RayPredicates { origin: ray.origin, direction: ray.direction }.intersection(corners);
-        ExactHit { t, u, v, ..self }
-    }
-
     /// The hit of a ray that misses.
-    pub const MISS: ExactHit =
-        ExactHit { t: f64::INFINITY, u: 0.0, v: 0.0, instance: INVALID_ID, triangle: INVALID_ID, normal: [0.0; 3] };
+    pub const MISS: ExactHit = ExactHit {
+        t: f64::INFINITY,
+        u: 0.0,
+        v: 0.0,
+        instance: INVALID_ID,
+        triangle: INVALID_ID,
+        normal: [0.0; 3],
+        side: 0,
+    };
 }
 
 /// The choice of hits that count for a ray, by the ray's index in the batch.
@@ -122,17 +118,13 @@ pub trait HitFilter {
     /// True if triangles of an instance may count.
     fn accepts_instance(&self, ray: usize, instance: u32) -> bool;
 
+    /// True if every hit of an accepted instance counts: [`HitFilter::accepts`] need not be asked.
+    fn accepts_every_hit(&self) -> bool {
+        false
+    }
+
     /// True if a hit counts; its instance was accepted. Everything but `t` is set.
     fn accepts(&self, ray: usize, hit: &ExactHit) -> bool;
-}
-
-/// A crossing of a ray and a surface. The ray is moved by an infinitesimal vector, so it passes no edge and no corner.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crossing {
-    /// The hit; its t and weights are off by one unit in the last place at most.
-    pub hit: ExactHit,
-    /// 1 if the ray leaves through the back of the surface, -1 if it enters by the front.
-    pub side: i32,
 }
 
 /// The point of a scene that is closest to a given point, computed from float64 corners.

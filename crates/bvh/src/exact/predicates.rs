@@ -184,13 +184,78 @@ impl RayPredicates {
 
     /// t and the weights of the second and third corner where the line meets the plane, each off by one unit in the last
     /// place at most. The plane is not parallel to the ray.
-    pub fn intersection(&self, [a, b, c]: [Point; 3]) -> [f64; 3] {
+    pub fn intersection(&self, corners: [Point; 3]) -> [f64; 3] {
+        let (found, is_sure) = self.quick_intersection(corners);
+        if is_sure { found } else { self.slow_intersection(corners) }
+    }
+
+    /// [`RayPredicates::intersection`] in twice the precision, and true if that is enough. Without a branch, so that a loop
+    /// over rays is vectorised.
+    #[inline(always)]
+    pub fn quick_intersection(&self, [a, b, c]: [Point; 3]) -> ([f64; 3], bool) {
+        let relative = |p: Point| {
+            let part = |k: usize| {
+                let (high, low) = two_diff(p[k], self.origin[k]);
+                DoubleDouble { high, low }
+            };
+            [part(0), part(1), part(2)]
+        };
+        let [x, y, z] = [relative(a), relative(b), relative(c)];
+        let (ab, bc, ca) = (Cross::new(x, y), Cross::new(y, z), Cross::new(z, x));
+        let (edge_ab, sure_ab) = ab.along(self.direction);
+        let (edge_bc, sure_bc) = bc.along(self.direction);
+        let (edge_ca, sure_ca) = ca.along(self.direction);
+        let (volume, sure_volume) = bc.dot(x);
+        let normal_side = edge_ab.add(edge_bc).add(edge_ca);
+        let weights = [edge_ca.quotient(normal_side), edge_ab.quotient(normal_side)];
+        let found = [volume.quotient(normal_side), weights[0], weights[1]];
+        (found, sure_ab & sure_bc & sure_ca & sure_volume)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn slow_intersection(&self, [a, b, c]: [Point; 3]) -> [f64; 3] {
         let direction = self.exact_direction();
         let [x, y, z] = [a, b, c].map(|p| differences(p, self.origin));
         let (edge_ab, edge_ca) = (sure_triple_product(direction, x, y), sure_triple_product(direction, z, x));
         let normal_side = edge_ab.add(sure_triple_product(direction, y, z)).add(edge_ca);
         let t = sure_triple_product(x, y, z).quotient(normal_side);
         [t, edge_ca.quotient(normal_side), edge_ab.quotient(normal_side)]
+    }
+}
+
+/// A cross product in twice the precision, with the sizes of its components' products.
+struct Cross {
+    components: [DoubleDouble; 3],
+    sizes: [f64; 3],
+}
+
+impl Cross {
+    #[inline(always)]
+    fn new(y: [DoubleDouble; 3], z: [DoubleDouble; 3]) -> Cross {
+        let component = |j: usize, k: usize| {
+            let (first, second) = (y[j].mul(z[k]), y[k].mul(z[j]));
+            (first.sub(second), first.high.abs() + second.high.abs())
+        };
+        let ((a, size_a), (b, size_b), (c, size_c)) = (component(1, 2), component(2, 0), component(0, 1));
+        Cross { components: [a, b, c], sizes: [size_a, size_b, size_c] }
+    }
+
+    /// The product with a vector, and true if float64 rounds it as it rounds the exact value.
+    #[inline(always)]
+    fn along(&self, [x, y, z]: Point) -> (DoubleDouble, bool) {
+        let ([a, b, c], [size_a, size_b, size_c]) = (self.components, self.sizes);
+        let value = a.scale(x).add(b.scale(y)).add(c.scale(z));
+        let size = x.abs() * size_a + y.abs() * size_b + z.abs() * size_c;
+        (value, value.high.abs() > ROUNDABLE * size)
+    }
+
+    #[inline(always)]
+    fn dot(&self, [x, y, z]: [DoubleDouble; 3]) -> (DoubleDouble, bool) {
+        let ([a, b, c], [size_a, size_b, size_c]) = (self.components, self.sizes);
+        let value = a.mul(x).add(b.mul(y)).add(c.mul(z));
+        let size = x.high.abs() * size_a + y.high.abs() * size_b + z.high.abs() * size_c;
+        (value, value.high.abs() > ROUNDABLE * size)
     }
 }
 

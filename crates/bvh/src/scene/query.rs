@@ -1,7 +1,7 @@
 //! Queries of a scene: closest hit and any hit, in float32 and float64; crossings and closest points.
 
 use crate::exact::closest_point::closest_point;
-use crate::ray::{ClosestPoint, Coherence, Crossing, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+use crate::ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
@@ -66,7 +66,9 @@ impl Scene {
     ) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         let trace = |triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>, hits: &mut [ExactHit]| {
-            traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits);
+            if !any_hit || filter.is_none() {
+                traverse::closest_exact(self.dispatch, self, rays, triangles, any_hit, hits);
+            }
             if let Some(filter) = filter {
                 traverse::filter_exact(self.dispatch, self, rays, triangles, filter, any_hit, hits);
             }
@@ -82,8 +84,18 @@ impl Scene {
         }
     }
 
-    /// The crossings of every ray within its range of t, at most `limit` a ray, by (t, instance, triangle); appended to
-    /// `found` ray by ray, their numbers in `counts`, which is as long as `rays`. On the calling thread.
+    /// The hit of every ray with t and weights off by one unit in the last place at most. `hits` is as long as `rays`.
+    ///
+    /// # Panics
+    /// For flattened scenes.
+    pub fn refine<T: ExactTriangles>(&self, rays: &[ExactRay], triangles: &T, hits: &mut [ExactHit]) {
+        assert!(rays.len() == hits.len() && self.mesh_ranges.is_none(), "as many hits as rays, of instances");
+        traverse::refine(self.dispatch, rays, triangles, hits);
+    }
+
+    /// The crossings of every ray within its range of t, at most `limit` a ray, by (t, instance, triangle), with t and weights
+    /// as of [`Scene::refine`]; appended to `found` ray by ray, their numbers in `counts`, which is as long as `rays`. On the
+    /// calling thread.
     ///
     /// Each ray is moved by an infinitesimal vector (simulation of simplicity), so it passes no edge, no corner and no
     /// surface with its start: through an edge that triangles share the surface is crossed once, and a line crosses a
@@ -97,7 +109,7 @@ impl Scene {
         triangles: &T,
         filter: Option<&dyn HitFilter>,
         limit: usize,
-        (counts, found): (&mut [u32], &mut Vec<Crossing>),
+        (counts, found): (&mut [u32], &mut Vec<ExactHit>),
     ) {
         assert!(rays.len() == counts.len() && self.mesh_ranges.is_none(), "as many counts as rays, of instances");
         counts.fill(0);

@@ -14,9 +14,8 @@ use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
 use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::single::closest_hit::NO_PRIM;
-use crate::traverse::single::interleaved::RaySource;
-use crate::traverse::single::interleaved::traverse_interleaved;
-use crate::traverse::single::ray_state::RayTask;
+use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
+use crate::traverse::single::ray_state::{RayState, RayTask};
 use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue, prefetch_all};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
@@ -64,7 +63,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
         chunks.report_cost(singles.len() - before, std::mem::take(&mut singles.visits));
         if singles.len() >= SINGLE_FLUSH_THRESHOLD {
             let tasks = singles.drain(rays);
-            traverse_interleaved::<I, _, false>(scene, &mut ClosestSink { tasks, hits });
+            traverse_interleaved::<I, _>(scene, RayState::idle(), &mut ClosestSink { scene, tasks, hits });
         }
     }
     if MAY_DIVERGE || !scene.is_single_mesh {
@@ -72,7 +71,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     }
     if singles.len() > 0 {
         let tasks = singles.drain(rays);
-        traverse_interleaved::<I, _, false>(scene, &mut ClosestSink { tasks, hits });
+        traverse_interleaved::<I, _>(scene, RayState::idle(), &mut ClosestSink { scene, tasks, hits });
     }
 }
 
@@ -206,20 +205,26 @@ impl LeafVisitor for ClosestLeafVisitor<'_> {
 }
 
 /// Source and sink of single rays. A ray may come as several tasks, one per subtree: the closest hit of all counts.
-struct ClosestSink<'a, W> {
+struct ClosestSink<'a, 'b, W> {
+    scene: &'a Scene,
     tasks: W,
-    hits: &'a mut [Hit],
+    hits: &'b mut [Hit],
 }
 
-impl<W: Iterator<Item = RayTask>> RaySource for ClosestSink<'_, W> {
+impl<'a, W: Iterator<Item = RayTask>> RaySource<RayState<'a, false>> for ClosestSink<'a, '_, W> {
     #[inline(always)]
-    fn next(&mut self) -> Option<RayTask> {
-        let mut task = self.tasks.next()?;
-        task.ray.clip_t_max(self.hits[task.ray_id].t);
-        Some(task)
+    fn start(&mut self, state: &mut RayState<'a, false>) -> bool {
+        for mut task in &mut self.tasks {
+            task.ray.clip_t_max(self.hits[task.ray_id].t);
+            if state.begin(self.scene, task) {
+                return true;
+            }
+        }
+        false
     }
+
     #[inline(always)]
-    fn report(&mut self, ray_id: usize, hit: Hit) {
-        self.hits[ray_id].keep_closer(hit);
+    fn finish(&mut self, state: &mut RayState<'a, false>) {
+        self.hits[state.ray_id].keep_closer(state.hit);
     }
 }

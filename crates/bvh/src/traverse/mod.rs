@@ -33,6 +33,7 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::traverse::closest::closest as closest_packets;
 use crate::traverse::exact::crossings::{Crossings, crossings_batch};
 use crate::traverse::exact::packet::closest_exact_batch;
+use crate::traverse::exact::refine::refine_each;
 use crate::traverse::exact::single::filter_hits;
 use crate::traverse::occluded::occluded as occluded_packets;
 use crate::traverse::point::search::closest_points_batch;
@@ -52,11 +53,15 @@ kernel! {
     ) = closest_exact_batch
 }
 kernel! {
-    /// Replaces hits that a filter does not accept by hits that it does.
+    /// Any hits that a filter accepts, or the closest in place of those that it does not accept.
     fn filter_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
         hits: &mut [ExactHit],
     ) = filter_hits
+}
+kernel! {
+    /// Hits off by one unit in the last place at most.
+    fn refine(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) = refine_each
 }
 kernel! {
     /// All crossings.

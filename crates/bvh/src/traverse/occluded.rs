@@ -1,7 +1,7 @@
 //! Any-hit queries: packets of shadow rays, and single rays interleaved for the rest.
 
 use crate::node::{LeafNode, NodeRef, leaf, node};
-use crate::ray::{Coherence, Hit, INVALID_ID, Ray};
+use crate::ray::{Coherence, INVALID_ID, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
@@ -10,9 +10,8 @@ use crate::traverse::packet::frustum::Apex;
 use crate::traverse::packet::traversal::prefetch_block;
 use crate::traverse::packet::triangle::intersect_lanes;
 use crate::traverse::packet::triangle_edges::PotentialHits;
-use crate::traverse::single::interleaved::RaySource;
-use crate::traverse::single::interleaved::traverse_interleaved;
-use crate::traverse::single::ray_state::RayTask;
+use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
+use crate::traverse::single::ray_state::{RayState, RayTask};
 use crate::traverse::stack::MaskStack;
 use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
@@ -69,12 +68,12 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
         }
         if singles.len() >= SINGLE_FLUSH_THRESHOLD {
             let tasks = singles.drain(rays);
-            traverse_interleaved::<I, _, true>(scene, &mut OcclusionSink { tasks, occluded });
+            traverse_interleaved::<I, _>(scene, RayState::idle(), &mut OcclusionSink { scene, tasks, occluded });
         }
     }
     if singles.len() > 0 {
         let tasks = singles.drain(rays);
-        traverse_interleaved::<I, _, true>(scene, &mut OcclusionSink { tasks, occluded });
+        traverse_interleaved::<I, _>(scene, RayState::idle(), &mut OcclusionSink { scene, tasks, occluded });
     }
 }
 
@@ -165,23 +164,25 @@ fn occluded_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, poten
 }
 
 /// Source and sink of single rays. A ray may come as several tasks: it is occluded if one of them hits.
-struct OcclusionSink<'a, W> {
+struct OcclusionSink<'a, 'b, W> {
+    scene: &'a Scene,
     tasks: W,
-    occluded: &'a mut [bool],
+    occluded: &'b mut [bool],
 }
 
-impl<W: Iterator<Item = RayTask>> RaySource for OcclusionSink<'_, W> {
+impl<'a, W: Iterator<Item = RayTask>> RaySource<RayState<'a, true>> for OcclusionSink<'a, '_, W> {
     #[inline(always)]
-    fn next(&mut self) -> Option<RayTask> {
-        loop {
-            let task = self.tasks.next()?;
-            if !self.occluded[task.ray_id] {
-                return Some(task);
+    fn start(&mut self, state: &mut RayState<'a, true>) -> bool {
+        for task in &mut self.tasks {
+            if !self.occluded[task.ray_id] && state.begin(self.scene, task) {
+                return true;
             }
         }
+        false
     }
+
     #[inline(always)]
-    fn report(&mut self, ray_id: usize, hit: Hit) {
-        self.occluded[ray_id] |= hit.instance != INVALID_ID;
+    fn finish(&mut self, state: &mut RayState<'a, true>) {
+        self.occluded[state.ray_id] |= state.hit.instance != INVALID_ID;
     }
 }

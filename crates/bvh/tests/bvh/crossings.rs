@@ -70,7 +70,7 @@ fn first_crossings_are_kept_and_filtered() {
         let (mut counts, mut found) = ([0], vec![]);
         scene.crossings(&[ray], &world, None, limit, (&mut counts, &mut found));
         assert_eq!(counts[0] as usize, limit.min(300));
-        let t: Vec<f64> = found.iter().map(|crossing| crossing.hit.t).collect();
+        let t: Vec<f64> = found.iter().map(|crossing| crossing.t).collect();
         let expected: Vec<f64> = (0..limit.min(300)).map(|i| (i as f64 + 1.0) / 2.0).collect();
         assert_eq!(t, expected);
     }

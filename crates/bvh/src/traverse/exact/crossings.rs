@@ -1,10 +1,14 @@
 //! All crossings of single rays within their range of t: float32 boxes find the candidates, exact signs of the moved ray
 //! decide (see [`crate::exact::predicates::RayPredicates::moved_edge_sign`]).
 
-use crate::ray::{Crossing, ExactHit, ExactRay, HitFilter};
+use crate::ray::{ExactHit, ExactRay, HitFilter};
 use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
-use crate::traverse::exact::single::{ClippedRay, RaySearch, intersect_tlas};
+use crate::traverse::exact::clipped_ray::ClippedRay;
+use crate::traverse::exact::leaf::SureCrossings;
+use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
+use crate::traverse::exact::refine::refine_hits;
+use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
 
 /// Crossings beyond the wanted number that are kept before the farthest are dropped.
 const SPARE_CROSSINGS: usize = 64;
@@ -16,7 +20,7 @@ pub enum Crossings<'a> {
     /// The crossings that leave less those that enter.
     SignedCount(&'a mut [i32]),
     /// The first crossings of each ray, at most `limit`, by (t, instance, triangle); their numbers in `counts`.
-    List { limit: usize, counts: &'a mut [u32], found: &'a mut Vec<Crossing> },
+    List { limit: usize, counts: &'a mut [u32], found: &'a mut Vec<ExactHit> },
 }
 
 #[inline(always)]
@@ -27,34 +31,26 @@ pub fn crossings_batch<I: Isa>(
     filter: Option<&dyn HitFilter>,
     answers: &mut Crossings,
 ) {
-    for (number, ray) in rays.iter().enumerate() {
-        let Some(ray) = ClippedRay::new(scene, ray) else {
-            continue;
-        };
-        let (range, direction_scale) = ([ray.t_min, ray.best.t], ray.direction_scale);
-        let first = if let Crossings::List { found, .. } = answers { found.len() } else { 0 };
-        let sink = match answers {
-            Crossings::Count(counts) => Sink::Count(&mut counts[number]),
-            Crossings::SignedCount(counts) => Sink::SignedCount(&mut counts[number]),
-            Crossings::List { limit, found, .. } => Sink::List { first, limit: *limit, found },
-        };
-        // One call, not one in a closure: the kernel must be inlined to have its instruction set.
-        intersect_tlas::<I>(scene, &mut CrossingSearch { ray, range, number, filter, sink }, triangles);
-        if let Crossings::List { limit, counts, found } = answers {
-            keep_first(found, first, *limit);
-            for crossing in &mut found[first..] {
-                crossing.hit.t /= direction_scale;
-            }
-            counts[number] = (found.len() - first) as u32;
+    let lists = Lists { of_rays: vec![0..0; rays.len()], owners: vec![], hits: vec![], spare: vec![] };
+    let mut source = CrossingSource { scene, rays: rays.iter().enumerate(), filter, answers, lists };
+    traverse_interleaved::<I, _>(scene, ExactRayState::idle(triangles), &mut source);
+    let Lists { of_rays, owners, mut hits, .. } = source.lists;
+    if let Crossings::List { limit, counts, found } = answers {
+        refine_hits::<I>(rays, |i| owners[i], triangles, &mut hits);
+        for (range, count) in of_rays.into_iter().zip(counts.iter_mut()) {
+            let first = first_hits(&mut hits[range], *limit);
+            *count = first.len() as u32;
+            found.extend_from_slice(first);
         }
     }
 }
 
-/// The destination of the crossings of one ray.
-enum Sink<'a> {
-    Count(&'a mut i32),
-    SignedCount(&'a mut i32),
-    List { first: usize, limit: usize, found: &'a mut Vec<Crossing> },
+/// What is wanted of the crossings of a ray.
+#[derive(Clone, Copy, PartialEq)]
+enum Wanted {
+    Count,
+    SignedCount,
+    List { limit: usize },
 }
 
 /// The search for all crossings of one ray.
@@ -65,7 +61,10 @@ struct CrossingSearch<'a> {
     range: [f64; 2],
     number: usize,
     filter: Option<&'a dyn HitFilter>,
-    sink: Sink<'a>,
+    wanted: Wanted,
+    count: i32,
+    /// The crossings found, of a list.
+    found: Vec<ExactHit>,
 }
 
 impl RaySearch for CrossingSearch<'_> {
@@ -80,40 +79,121 @@ impl RaySearch for CrossingSearch<'_> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, instance: u32, triangle: u32, triangles: &dyn ExactTriangles) {
+    fn takes_sure(&self) -> bool {
+        let counts = matches!(self.wanted, Wanted::Count | Wanted::SignedCount);
+        counts && self.filter.is_none_or(HitFilter::accepts_every_hit)
+    }
+
+    #[inline(always)]
+    fn take_sure(&mut self, _instance: u32, SureCrossings { crossed, leaving }: SureCrossings) {
+        let (all, leave) = (crossed.count_ones() as i32, (crossed & leaving).count_ones() as i32);
+        self.count += if self.wanted == Wanted::Count { all } else { 2 * leave - all };
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, (instance, triangle): (u32, u32), corners: [[f64; 3]; 3], triangles: &dyn ExactTriangles) {
         let ray = &self.ray.ray;
-        let corners = triangles.corners(instance, triangle);
-        let Some((found, side)) = ray.cross(corners) else {
+        let Some(found) = ray.cross(corners) else {
             return;
         };
-        if !ray.is_within(&found, corners, side, self.range) {
+        if !ray.is_within(&found, corners, self.range) {
             return;
         }
-        let side = if triangles.is_mirrored(instance) { -side } else { side };
-        let mut hit = ExactHit { t: found.t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
+        let hit = found.to_hit(instance, triangle);
         if self.filter.is_some_and(|filter| !filter.accepts(self.number, &hit)) {
             return;
         }
-        match &mut self.sink {
-            Sink::Count(count) => **count += 1,
-            Sink::SignedCount(count) => **count += side,
-            Sink::List { first, limit, found } => {
-                [hit.t, hit.u, hit.v] = ray.precise_intersection(corners);
-                found.push(Crossing { hit, side });
-                if found.len() - *first >= limit.saturating_add(SPARE_CROSSINGS) {
-                    keep_first(found, *first, *limit);
-                    self.ray.best.t = found.last().map_or(self.range[0], |last| last.hit.t);
+        match self.wanted {
+            Wanted::Count => self.count += 1,
+            Wanted::SignedCount => self.count += if triangles.is_mirrored(instance) { -hit.side } else { hit.side },
+            Wanted::List { limit } => {
+                self.found.push(hit);
+                if self.found.len() >= limit.saturating_add(SPARE_CROSSINGS) {
+                    self.drop_farthest(limit, triangles);
                 }
             }
         }
     }
 }
 
-/// Sorts the crossings from `first` on by (t, instance, triangle), and keeps at most `limit` of them.
-fn keep_first(found: &mut Vec<Crossing>, first: usize, limit: usize) {
-    let order = |a: &Crossing, b: &Crossing| {
-        a.hit.t.total_cmp(&b.hit.t).then((a.hit.instance, a.hit.triangle).cmp(&(b.hit.instance, b.hit.triangle)))
-    };
-    found[first..].sort_unstable_by(order);
-    found.truncate(first.saturating_add(limit).min(found.len()));
+impl CrossingSearch<'_> {
+    /// Keeps the first crossings, and ends the ray at the last of them.
+    #[cold]
+    #[inline(never)]
+    fn drop_farthest(&mut self, limit: usize, triangles: &dyn ExactTriangles) {
+        let ray = self.ray.ray.predicates();
+        for hit in &mut self.found {
+            hit.t = ray.intersection(triangles.corners(hit.instance, hit.triangle))[0];
+        }
+        let kept = first_hits(&mut self.found, limit).len();
+        self.found.truncate(kept);
+        self.ray.best.t = self.found.last().map_or(self.range[0], |last| last.t);
+    }
+}
+
+/// The first hits by (t, instance, triangle), in this order.
+fn first_hits(hits: &mut [ExactHit], limit: usize) -> &[ExactHit] {
+    hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then((a.instance, a.triangle).cmp(&(b.instance, b.triangle))));
+    &hits[..limit.min(hits.len())]
+}
+
+/// Lists of crossings of the rays that are done.
+struct Lists {
+    /// For each ray, the range of its crossings.
+    of_rays: Vec<std::ops::Range<usize>>,
+    /// For each crossing, its ray.
+    owners: Vec<usize>,
+    hits: Vec<ExactHit>,
+    /// Lists to use again.
+    spare: Vec<Vec<ExactHit>>,
+}
+
+/// Source of the rays of a batch, and sink of their crossings.
+struct CrossingSource<'a, 'b, 'c, W> {
+    scene: &'a Scene,
+    rays: W,
+    filter: Option<&'b dyn HitFilter>,
+    answers: &'b mut Crossings<'c>,
+    lists: Lists,
+}
+
+impl<'a, 'b, 'r, W: Iterator<Item = (usize, &'r ExactRay)>> RaySource<ExactRayState<'a, CrossingSearch<'b>>>
+    for CrossingSource<'a, 'b, '_, W>
+{
+    #[inline(always)]
+    fn start(&mut self, state: &mut ExactRayState<'a, CrossingSearch<'b>>) -> bool {
+        for (number, ray) in &mut self.rays {
+            let Some(ray) = ClippedRay::new(self.scene, ray) else {
+                continue;
+            };
+            let wanted = match self.answers {
+                Crossings::Count(_) => Wanted::Count,
+                Crossings::SignedCount(_) => Wanted::SignedCount,
+                Crossings::List { limit, .. } => Wanted::List { limit: *limit },
+            };
+            let (range, found) = ([ray.t_min, ray.best.t], self.lists.spare.pop().unwrap_or_default());
+            let search = CrossingSearch { ray, range, number, filter: self.filter, wanted, count: 0, found };
+            if state.begin(self.scene, number, search, None) {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, state: &mut ExactRayState<'a, CrossingSearch<'b>>) {
+        let (Some(search), number) = (&mut state.search, state.ray_id) else {
+            return;
+        };
+        match self.answers {
+            Crossings::Count(counts) | Crossings::SignedCount(counts) => counts[number] = search.count,
+            Crossings::List { .. } => {
+                let Lists { of_rays, owners, hits, spare } = &mut self.lists;
+                of_rays[number] = hits.len()..hits.len() + search.found.len();
+                hits.append(&mut search.found);
+                owners.resize(hits.len(), number);
+                spare.push(std::mem::take(&mut search.found));
+            }
+        }
+    }
 }

@@ -1,7 +1,11 @@
 //! Closest hits and crossings in float64. Boxes are those of float32, padded; uses all other folders of the traversal.
 
+pub(crate) mod clipped_ray;
 pub(crate) mod crossings;
+pub(crate) mod leaf;
 pub(crate) mod packet;
+pub(crate) mod ray_state;
 pub(crate) mod rays;
+pub(crate) mod refine;
 pub(crate) mod single;
 pub(crate) mod triangle;

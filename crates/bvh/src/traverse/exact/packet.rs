@@ -7,15 +7,17 @@ use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::Isa;
+use crate::traverse::exact::clipped_ray::{coordinate_error, to_mesh_space};
+use crate::traverse::exact::leaf::candidates as candidates_of;
+use crate::traverse::exact::ray_state::ExactRayState;
 use crate::traverse::exact::rays::{OriginClass, RaySoa64};
-use crate::traverse::exact::single::{
-    ClippedRay, conservative_candidates, coordinate_error, intersect_subtree, intersect_tlas, to_mesh_space,
-};
+use crate::traverse::exact::single::{HitSearch, trace_alone};
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
 use crate::traverse::packet::packet_ray::PacketRay;
 use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
+use crate::traverse::single::interleaved::{RaySource, traverse_interleaved};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
@@ -34,31 +36,36 @@ pub fn closest_exact_batch<I: Isa>(
     hits: &mut [ExactHit],
 ) {
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
-    let mut exact = RaySoa64::EMPTY;
+    let (mut exact, mut alone) = (RaySoa64::EMPTY, vec![]);
     exact.any_hit = any_hit;
-    for (rays, hits) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)) {
+    for (chunk, (part, hits)) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)).enumerate() {
         let room = (&mut packets, &mut near, &mut exact);
-        closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
+        let left = closest_exact_chunk::<I>(scene, part, triangles, hits, room);
+        let numbers = (0..part.len()).filter(|i| left >> i & 1 != 0);
+        alone.extend(numbers.map(|i| chunk * PACKET_SIZE + i));
+    }
+    if !alone.is_empty() {
+        trace_alone::<I>(scene, (rays, alone.into_iter()), triangles, None, any_hit, hits);
     }
 }
 
-/// The closest hits of at most 64 rays.
+/// The closest hits of at most 64 rays. Bit i of the answer: ray i is left, to be traced alone.
 #[inline(always)]
-pub fn closest_exact_chunk<I: Isa>(
+fn closest_exact_chunk<I: Isa>(
     scene: &Scene,
     rays: &[ExactRay],
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
     (packets, near, exact): (&mut PacketScratch, &mut RayBatch, &mut RaySoa64),
-) {
+) -> u64 {
     hits.fill(ExactHit::MISS);
     if scene.root == NodeRef::EMPTY {
-        return;
+        return 0;
     }
     exact.load(scene, rays, MAX_ORIGIN_DISTANCE * f64::from(scene.max_abs_coord));
     near.clear();
-    let (mut distance, mut origin_error) = (0.0f32, 0.0f64);
-    for (i, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate() {
+    let (mut distance, mut origin_error, mut alone) = (0.0f32, 0.0f64, 0u64);
+    for i in 0..rays.len() {
         match exact.origin_class(i) {
             OriginClass::Misses => {}
             OriginClass::Near => {
@@ -66,28 +73,24 @@ pub fn closest_exact_chunk<I: Isa>(
                 near.push(ray, i);
                 (distance, origin_error) = (distance.max(farthest), origin_error.max(off));
             }
-            OriginClass::Far => {
-                if let Some(mut clipped) = ClippedRay::new(scene, ray) {
-                    clipped.any_hit = exact.any_hit;
-                    intersect_tlas::<I>(scene, &mut clipped, triangles);
-                    *hit = clipped.to_hit();
-                }
-            }
+            OriginClass::Far => alone |= 1 << i,
         }
     }
     if near.len == 0 {
-        return;
+        return alone;
     }
     let (some, indices) = near.all();
     // No indices if every ray is in its own lane.
     let indices = indices.filter(|_| some.len() < rays.len());
-    let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance };
+    let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance, alone };
     packets.trace::<I, _>(&mut query, scene, some, indices);
+    let alone = query.alone;
     for i in 0..rays.len() {
         if exact.origin_class(i) == OriginClass::Near {
             exact.to_hit(i, &mut hits[i]);
         }
     }
+    alone
 }
 
 /// The closest hits of the rays of a chunk that start near the scene, by ray index.
@@ -100,6 +103,8 @@ struct ExactQuery<'a> {
     /// The largest error of an origin, in scaled scene coordinates.
     origin_error: f64,
     distance: f32,
+    /// Bit i: ray i is left, to be traced alone through the whole scene.
+    alone: u64,
 }
 
 impl PacketQuery for ExactQuery<'_> {
@@ -134,16 +139,14 @@ impl PacketQuery for ExactQuery<'_> {
     }
 
     #[inline(always)]
-    fn trace_single<I: Isa>(&mut self, mut lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
-        while lanes != 0 {
-            let i = ray_index(lanes.trailing_zeros(), indices);
-            lanes &= lanes - 1;
-            let mut ray = self.rays.to_single(self.scene, i, &self.hits[i]);
-            match subtree {
-                None => intersect_tlas::<I>(self.scene, &mut ray, self.triangles),
-                Some(subtree) => intersect_subtree::<I>(self.scene, subtree, &mut ray, self.triangles),
+    fn trace_single<I: Isa>(&mut self, lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
+        match subtree {
+            Some(subtree) if !self.scene.is_single_mesh => {
+                let (scene, triangles) = (self.scene, self.triangles);
+                let mut source = SubtreeSource { query: self, subtree, lanes, indices };
+                traverse_interleaved::<I, _>(scene, ExactRayState::idle(triangles), &mut source);
             }
-            self.rays.commit(i, &ray, &mut self.hits[i]);
+            _ => self.alone |= ray_mask(lanes, indices),
         }
     }
 
@@ -155,6 +158,37 @@ impl PacketQuery for ExactQuery<'_> {
             + 8.0 * MACHINE_EPSILON * (packet.max_abs_origin().max(mesh.max_abs_coord()) + mesh.max_abs_coord());
         let query = ExactLeafVisitor { query: self, mesh, instance: subtree.instance, off, indices };
         traverse_packet::<I, _>(mesh, subtree.node, packet, query);
+    }
+}
+
+/// Source of the rays of a packet that continue alone in a subtree, and sink of their hits.
+struct SubtreeSource<'a, 'b, 'c> {
+    query: &'a mut ExactQuery<'b>,
+    subtree: &'c SubtreeRef,
+    lanes: u64,
+    indices: RayIndices<'c>,
+}
+
+impl<'b, 'd> RaySource<ExactRayState<'b, HitSearch<'d>>> for SubtreeSource<'_, 'b, '_> {
+    #[inline(always)]
+    fn start(&mut self, state: &mut ExactRayState<'b, HitSearch<'d>>) -> bool {
+        while self.lanes != 0 {
+            let number = ray_index(self.lanes.trailing_zeros(), self.indices);
+            self.lanes &= self.lanes - 1;
+            let ray = self.query.rays.to_single(self.query.scene, number, &self.query.hits[number]);
+            let search = HitSearch { ray, number, filter: None };
+            if state.begin(self.query.scene, number, search, Some(self.subtree)) {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, state: &mut ExactRayState<'b, HitSearch<'d>>) {
+        if let Some(search) = &state.search {
+            self.query.rays.commit(state.ray_id, &search.ray, &mut self.query.hits[state.ray_id]);
+        }
     }
 }
 
@@ -184,7 +218,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & (PACKET_SIZE - 1);
                 left &= left - 1;
-                near[lane] = conservative_candidates::<I>(leaf, PacketRay(packet, lane), off);
+                near[lane] = candidates_of::<I>(leaf, PacketRay(packet, lane), off);
                 some |= u64::from(near[lane] != 0) << lane;
                 candidates |= near[lane];
             }

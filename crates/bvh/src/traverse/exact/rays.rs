@@ -2,7 +2,7 @@
 
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Scene};
-use crate::traverse::exact::single::{ClippedRay, DONE, F64_ERROR, t_max_f32};
+use crate::traverse::exact::clipped_ray::{ClippedRay, DONE, F64_ERROR, t_max_f32};
 use crate::traverse::exact::triangle::{EDGE_ERROR, HitSoFar, NEXT_AXES, ShearedRay, max_f64, same_sign};
 use crate::traverse::packet::soa::PACKET_SIZE;
 
@@ -189,10 +189,8 @@ impl RaySoa64 {
     #[inline(always)]
     pub fn local_ray_f64(&self, scene: &Scene, i: usize) -> ([f64; 3], [f64; 3]) {
         let (i, world) = (i & (PACKET_SIZE - 1), scene.origin());
-        (
-            std::array::from_fn(|a| (self.origin[a][i] - world[a]) * scene.scale),
-            std::array::from_fn(|a| self.direction[a][i]),
-        )
+        let at = |axis: usize| (self.origin[axis][i] - world[axis]) * scene.scale;
+        ([at(0), at(1), at(2)], [self.direction[0][i], self.direction[1][i], self.direction[2][i]])
     }
 
     /// A single ray with its closest hit so far.
@@ -250,7 +248,7 @@ impl RaySoa64 {
         }
         (self.t_hit[i], self.t_error[i]) = if self.any_hit { (DONE, 0.0) } else { (found.t, found.t_error) };
         let (instance, triangle) = triangle;
-        hits[i] = ExactHit { t: found.t, u: found.u, v: found.v, instance, triangle, normal: found.normal };
+        hits[i] = found.to_hit(instance, triangle);
         true
     }
 
@@ -283,8 +281,8 @@ impl RaySoa64 {
     fn sheared_ray(&self, i: usize) -> ShearedRay {
         let i = i & (PACKET_SIZE - 1);
         ShearedRay {
-            origin: std::array::from_fn(|axis| self.origin[axis][i]),
-            direction: std::array::from_fn(|axis| self.direction[axis][i]),
+            origin: [self.origin[0][i], self.origin[1][i], self.origin[2][i]],
+            direction: [self.direction[0][i], self.direction[1][i], self.direction[2][i]],
             major_axis: usize::from(self.major_axis[i]),
             shear: [self.shear[0][i], self.shear[1][i]],
         }

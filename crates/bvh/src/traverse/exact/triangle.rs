@@ -41,6 +41,17 @@ pub struct Intersection {
     pub v: f64,
     /// (b - a) x (c - a).
     pub normal: [f64; 3],
+    /// The sign of the direction along the normal, exactly.
+    pub side: i32,
+}
+
+impl Intersection {
+    /// The hit of a triangle, t along the ray at hand.
+    #[inline(always)]
+    pub fn to_hit(&self, instance: u32, triangle: u32) -> ExactHit {
+        let Intersection { t, u, v, normal, side, .. } = *self;
+        ExactHit { t, u, v, instance, triangle, normal, side }
+    }
 }
 
 /// The range of t of a ray, ending at its closest hit so far.
@@ -73,15 +84,16 @@ impl EdgeFunctions {
     /// True if the signs are those of the exact values.
     #[inline(always)]
     fn are_sure(&self) -> bool {
-        let [u, v, w] = self.values.map(f64::abs);
-        min_f64(min_f64(u, v), w) > self.error
+        let [u, v, w] = self.values;
+        min_f64(min_f64(u.abs(), v.abs()), w.abs()) > self.error
     }
 }
 
 impl ShearedRay {
     #[inline(always)]
     pub fn new(origin: [f64; 3], direction: [f64; 3]) -> ShearedRay {
-        let size = direction.map(f64::abs);
+        let [x, y, z] = direction;
+        let size = [x.abs(), y.abs(), z.abs()];
         let z = if size[0] >= size[1] && size[0] >= size[2] {
             0
         } else if size[1] >= size[2] {
@@ -99,18 +111,23 @@ impl ShearedRay {
         RayPredicates { origin: self.origin, direction: self.direction }
     }
 
+    /// A corner sheared so that the ray is the axis `z`, with its t along it; and its largest coordinate from the origin.
+    #[inline(always)]
+    fn sheared(&self, p: [f64; 3], z: usize) -> ([f64; 3], f64) {
+        let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
+        let [rx, ry, rz] = [p[x] - self.origin[x], p[y] - self.origin[y], p[z] - self.origin[z]];
+        let [sx, sy] = self.shear;
+        ([rx - sx * rz, ry - sy * rz, rz / self.direction[z]], max_f64(max_f64(rx.abs(), ry.abs()), rz.abs()))
+    }
+
     /// The sheared edge functions of a triangle, if the line may pass it. The watertight test of
     /// [`crate::traverse::packet::triangle`] in float64.
     #[inline(always)]
     fn edges(&self, corners: [[f64; 3]; 3]) -> Option<EdgeFunctions> {
         let z = self.major_axis % 3;
-        let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
-        let mut largest = 0.0;
-        let [a, b, c] = corners.map(|p| {
-            let [rx, ry, rz] = [p[x] - self.origin[x], p[y] - self.origin[y], p[z] - self.origin[z]];
-            largest = max_f64(largest, max_f64(max_f64(rx.abs(), ry.abs()), rz.abs()));
-            [rx - self.shear[0] * rz, ry - self.shear[1] * rz, rz / self.direction[z]]
-        });
+        let [a, b, c] = corners;
+        let ((a, far_a), (b, far_b), (c, far_c)) = (self.sheared(a, z), self.sheared(b, z), self.sheared(c, z));
+        let largest = max_f64(max_f64(far_a, far_b), far_c);
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
@@ -124,24 +141,22 @@ impl ShearedRay {
     #[inline(always)]
     pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
-        if !edges.are_sure() && !self.is_inside(corners) {
-            return None;
-        }
-        Some(self.intersect_plane(&edges, corners))
+        let side = if edges.are_sure() { self.sure_side(&edges) } else { self.passing_side(corners) };
+        (side != 0).then(|| self.intersect_plane(&edges, corners, side))
     }
 
-    /// The crossing of the line, moved by an infinitesimal vector, with a triangle, and its side: see
-    /// [`RayPredicates::crossing_side`].
+    /// The crossing of the line, moved by an infinitesimal vector, with a triangle: see [`RayPredicates::crossing_side`].
     #[inline(always)]
-    pub fn cross(&self, corners: [[f64; 3]; 3]) -> Option<(Intersection, i32)> {
+    pub fn cross(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
+        let side = if edges.are_sure() { self.sure_side(&edges) } else { self.crossing_side(corners) };
+        (side != 0).then(|| self.intersect_plane(&edges, corners, side))
+    }
+
+    #[inline(always)]
+    fn sure_side(&self, edges: &EdgeFunctions) -> i32 {
         let [u, ..] = edges.values;
-        let side = if edges.are_sure() {
-            if (u > 0.0) == (self.direction[self.major_axis % 3] > 0.0) { -1 } else { 1 }
-        } else {
-            self.crossing_side(corners)
-        };
-        (side != 0).then(|| (self.intersect_plane(&edges, corners), side))
+        if (u > 0.0) == (self.direction[self.major_axis % 3] > 0.0) { -1 } else { 1 }
     }
 
     #[cold]
@@ -152,7 +167,7 @@ impl ShearedRay {
 
     /// The intersection of the line with the plane of a triangle that it passes.
     #[inline(always)]
-    fn intersect_plane(&self, edges: &EdgeFunctions, corners: [[f64; 3]; 3]) -> Intersection {
+    fn intersect_plane(&self, edges: &EdgeFunctions, corners: [[f64; 3]; 3], side: i32) -> Intersection {
         let ([u, v, w], [za, zb, zc]) = (edges.values, edges.depths);
         let normal = cross(corners);
         let det = u + v + w;
@@ -160,43 +175,41 @@ impl ShearedRay {
         let relative = 3.0 * edges.error / det.abs();
         let sure = relative <= MAX_RELATIVE_ERROR;
         if !sure || min_f64(u * det, min_f64(v * det, w * det)) < 0.0 {
-            return self.intersect_precisely(corners, normal);
+            return self.intersect_precisely(corners, normal, side);
         }
         let (wa, wb, wc) = (u / det, v / det, w / det);
         let t = wa * za + wb * zb + wc * zc;
         let farthest = max_f64(max_f64(za.abs(), zb.abs()), zc.abs());
-        Intersection { t, t_error: (relative + 8.0 * f64::EPSILON) * farthest, u: wb, v: wc, normal }
+        Intersection { t, t_error: (relative + 8.0 * f64::EPSILON) * farthest, u: wb, v: wc, normal, side }
     }
 
-    /// True if the line passes through the closed triangle, by exact signs.
+    /// The side of a closed triangle that the line passes, by exact signs; 0 if it does not.
     #[cold]
     #[inline(never)]
-    fn is_inside(&self, [a, b, c]: [[f64; 3]; 3]) -> bool {
+    fn passing_side(&self, [a, b, c]: [[f64; 3]; 3]) -> i32 {
         let ray = self.predicates();
         let signs = [ray.edge_sign(a, b), ray.edge_sign(b, c), ray.edge_sign(c, a)];
-        signs.contains(&1) != signs.contains(&-1)
+        i32::from(signs.contains(&1)) - i32::from(signs.contains(&-1))
     }
 
     #[cold]
     #[inline(never)]
-    fn intersect_precisely(&self, corners: [[f64; 3]; 3], normal: [f64; 3]) -> Intersection {
+    fn intersect_precisely(&self, corners: [[f64; 3]; 3], normal: [f64; 3], side: i32) -> Intersection {
         let [t, u, v] = self.predicates().intersection(corners);
-        Intersection { t, t_error: f64::EPSILON * t.abs(), u, v, normal }
+        Intersection { t, t_error: f64::EPSILON * t.abs(), u, v, normal, side }
     }
 
     /// True if the intersection is ahead of the origin or at it.
     #[inline(always)]
     fn is_ahead(&self, found: &Intersection, corners: [[f64; 3]; 3]) -> bool {
-        if found.t.abs() > found.t_error { found.t > 0.0 } else { self.is_ahead_exactly(corners) }
+        if found.t.abs() > found.t_error { found.t > 0.0 } else { self.is_ahead_exactly(corners, found.side) }
     }
 
     #[cold]
     #[inline(never)]
-    fn is_ahead_exactly(&self, [a, b, c]: [[f64; 3]; 3]) -> bool {
-        let ray = self.predicates();
-        let start = ray.start_sign([a, b, c]);
-        let side = ray.edge_sign(a, b) + ray.edge_sign(b, c) + ray.edge_sign(c, a);
-        start == 0 || (start > 0) == (side > 0)
+    fn is_ahead_exactly(&self, corners: [[f64; 3]; 3], side: i32) -> bool {
+        let start = self.predicates().start_sign(corners);
+        start == 0 || start == side
     }
 
     /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle). Both t
@@ -244,21 +257,16 @@ impl ShearedRay {
 
     /// True if a crossing lies in a range of t. At `t_min` = 0 the moved start decides.
     #[inline(always)]
-    pub fn is_within(&self, found: &Intersection, corners: [[f64; 3]; 3], side: i32, [t_min, t_max]: [f64; 2]) -> bool {
+    pub fn is_within(&self, found: &Intersection, corners: [[f64; 3]; 3], [t_min, t_max]: [f64; 2]) -> bool {
         let starts = if (found.t - t_min).abs() > found.t_error {
             found.t > t_min
         } else if t_min == 0.0 {
-            self.predicates().moved_start_sign(corners) == side
+            self.predicates().moved_start_sign(corners) == found.side
         } else {
             self.precise_t(corners) >= t_min
         };
         starts
             && if (found.t - t_max).abs() > found.t_error { found.t < t_max } else { self.precise_t(corners) <= t_max }
-    }
-
-    /// t and the weights of the second and third corner, off by one unit in the last place at most.
-    pub fn precise_intersection(&self, corners: [[f64; 3]; 3]) -> [f64; 3] {
-        self.predicates().intersection(corners)
     }
 
     #[cold]

@@ -6,7 +6,7 @@ use crate::ray::{ClosestPoint, ExactHit, HitFilter, INVALID_ID};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
-use crate::traverse::exact::single::{F64_ERROR, coordinate_error, max_abs};
+use crate::traverse::exact::clipped_ray::{F64_ERROR, coordinate_error, max_abs};
 use crate::traverse::point::bounds::{Sphere, box_distances, near_triangles};
 use crate::traverse::stack::Stack;
 

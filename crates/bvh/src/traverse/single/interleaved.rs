@@ -6,21 +6,47 @@
 //! bit masks by next step; a queue in memory would add a store-to-load dependency per step.
 
 use crate::node::NodeRef;
-use crate::ray::Hit;
 use crate::scene::Scene;
 use crate::simd::Isa;
-use crate::traverse::single::ray_state::{RayState, RayTask};
 
 /// Rays in flight per thread.
-const RAYS_IN_FLIGHT: usize = 24;
+pub const RAYS_IN_FLIGHT: usize = 24;
 
 /// Rays at nodes that may wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
 
-/// Source of rays and sink of hits.
-pub trait RaySource {
-    fn next(&mut self) -> Option<RayTask>;
-    fn report(&mut self, number: usize, hit: Hit);
+/// A ray in flight, advanced one step at a time.
+pub trait RayInFlight<'a> {
+    /// The next node, leaf or instance; [`NodeRef::EMPTY`] at the end of a tree.
+    fn node(&self) -> NodeRef;
+
+    /// True in the TLAS, whose leaves are instances.
+    fn is_in_tlas(&self) -> bool;
+
+    /// Tests one node.
+    fn step_node<I: Isa>(&mut self);
+
+    /// Tests one leaf; true if triangles are left for [`RayInFlight::step_triangles`].
+    fn step_leaf<I: Isa>(&mut self) -> bool;
+
+    /// Loads a triangle for [`RayInFlight::step_triangles`]: a loop of its own overlaps the loads of many rays.
+    #[inline(always)]
+    fn load_triangle<I: Isa>(&mut self) {}
+
+    /// Intersects the triangles that are left of a leaf.
+    fn step_triangles<I: Isa>(&mut self);
+
+    /// Enters or leaves an instance; true once the ray is done.
+    fn step_instance(&mut self, scene: &'a Scene) -> bool;
+}
+
+/// Source of rays and sink of their hits.
+pub trait RaySource<R> {
+    /// Starts the next ray that may hit anything; false without one.
+    fn start(&mut self, state: &mut R) -> bool;
+
+    /// Takes the hit of a ray that is done.
+    fn finish(&mut self, state: &mut R);
 }
 
 /// Rays by next step; bit i is state i.
@@ -38,16 +64,16 @@ struct ReadyMasks {
 impl ReadyMasks {
     /// Adds a state after a step within its tree, or a new one.
     #[inline(always)]
-    fn add(&mut self, i: u32, state: &RayState) {
-        self.leaves |= u32::from(state.node.is_leaf()) << i;
-        self.finished |= u32::from(state.node == NodeRef::EMPTY) << i;
+    fn add<'a>(&mut self, i: u32, state: &impl RayInFlight<'a>) {
+        self.leaves |= u32::from(state.node().is_leaf()) << i;
+        self.finished |= u32::from(state.node() == NodeRef::EMPTY) << i;
     }
 
     /// Adds a state that may have entered or left an instance.
     #[inline(always)]
-    fn add_with_level(&mut self, i: u32, state: &RayState) {
-        self.nodes |= u32::from(!state.node.is_leaf()) << i;
-        self.in_tlas = self.in_tlas & !(1 << i) | u32::from(state.mesh.is_none()) << i;
+    fn add_with_level<'a>(&mut self, i: u32, state: &impl RayInFlight<'a>) {
+        self.nodes |= u32::from(!state.node().is_leaf()) << i;
+        self.in_tlas = self.in_tlas & !(1 << i) | u32::from(state.is_in_tlas()) << i;
         self.add(i, state);
     }
 }
@@ -60,13 +86,16 @@ fn pop_lowest_bit(bits: &mut u32) -> u32 {
     i
 }
 
-/// Traces all rays of a source. With `ANY_HIT`, only the presence of an instance in a hit is valid.
+/// Traces all rays of a source, in the given idle states.
 #[inline(always)]
-pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(scene: &Scene, source: &mut B) {
-    let mut states: [RayState; RAYS_IN_FLIGHT] = std::array::from_fn(|_| RayState::idle());
+pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
+    scene: &'a Scene,
+    mut states: [R; RAYS_IN_FLIGHT],
+    source: &mut impl RaySource<R>,
+) {
     let mut ready = ReadyMasks::default();
     for (i, state) in states.iter_mut().enumerate() {
-        if !refill(state, scene, source) {
+        if !source.start(state) {
             break;
         }
         ready.add_with_level(i as u32, state);
@@ -81,7 +110,7 @@ pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(scene: &S
                 let i = pop_lowest_bit(&mut left);
                 // SAFETY: states, no more of them, set the bits.
                 let state = unsafe { states.get_unchecked_mut(i as usize) };
-                state.step_node::<I, ANY_HIT>();
+                state.step_node::<I>();
                 ready.add(i, state);
             }
             ready.nodes &= !ready.leaves;
@@ -92,21 +121,22 @@ pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(scene: &S
         let (stepped, mut with_candidates) = (left, 0u32);
         while left != 0 {
             let i = pop_lowest_bit(&mut left);
-            // SAFETY: as in_tlas.
+            // SAFETY: as above.
             let state = unsafe { states.get_unchecked_mut(i as usize) };
-            if ANY_HIT {
-                state.step_leaf_any_hit::<I>();
-            } else {
-                state.step_leaf::<I>();
-                with_candidates |= u32::from(state.candidates != 0) << i;
-            }
+            with_candidates |= u32::from(state.step_leaf::<I>()) << i;
             ready.add(i, state);
         }
         // Their nodes have not changed.
         ready.leaves &= !with_candidates;
+        let mut left = with_candidates;
+        while left != 0 {
+            let i = pop_lowest_bit(&mut left);
+            // SAFETY: as above.
+            unsafe { states.get_unchecked_mut(i as usize) }.load_triangle::<I>();
+        }
         while with_candidates != 0 {
             let i = pop_lowest_bit(&mut with_candidates);
-            // SAFETY: as in_tlas.
+            // SAFETY: as above.
             let state = unsafe { states.get_unchecked_mut(i as usize) };
             state.step_triangles::<I>();
             ready.add(i, state);
@@ -114,27 +144,15 @@ pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(scene: &S
         ready.nodes |= stepped & !ready.leaves;
         while instances != 0 {
             let i = pop_lowest_bit(&mut instances);
-            // SAFETY: as in_tlas.
+            // SAFETY: as above.
             let state = unsafe { states.get_unchecked_mut(i as usize) };
-            if state.step_instance::<ANY_HIT>(scene) {
-                source.report(state.ray_id, state.hit);
-                if !refill(state, scene, source) {
+            if state.step_instance(scene) {
+                source.finish(state);
+                if !source.start(state) {
                     continue;
                 }
             }
             ready.add_with_level(i, state);
         }
     }
-}
-
-/// Starts the next ray that can hit anything; reports misses of those before it.
-#[inline(always)]
-fn refill<'a, B: RaySource>(state: &mut RayState<'a>, scene: &'a Scene, source: &mut B) -> bool {
-    while let Some(task) = source.next() {
-        if state.begin(scene, task) {
-            return true;
-        }
-        source.report(task.ray_id, Hit::MISS);
-    }
-    false
 }

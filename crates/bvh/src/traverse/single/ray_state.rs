@@ -7,6 +7,7 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 use crate::traverse::node_test::{intersect_children, setup_instance_ray};
 use crate::traverse::single::closest_hit::{ClosestHit, NO_PRIM, any_hit};
+use crate::traverse::single::interleaved::{RAYS_IN_FLIGHT, RayInFlight};
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
 use crate::traverse::triangle::single::edge_test;
@@ -22,22 +23,23 @@ pub struct RayTask {
     pub instance: u32,
 }
 
-/// A ray in flight: its position in the trees and its hit.
+/// A ray in flight: its position in the trees and its hit. With `ANY_HIT`, only the presence of an instance in the hit is
+/// valid.
 #[repr(C, align(64))]
-pub struct RayState<'a> {
+pub struct RayState<'a, const ANY_HIT: bool> {
     /// The ray in the coordinates of the current tree.
     ray: TravRay,
     blocks: &'a [NodeBlock],
     /// The next node, leaf or instance.
-    pub node: NodeRef,
+    node: NodeRef,
     /// Stack entries below belong to the TLAS.
     stack_base: u32,
     best: ClosestHit,
     /// Triangles of the current leaf that pass the edge test. They are intersected in a separate step, once it is known
     /// that there are any.
-    pub candidates: u32,
+    candidates: u32,
     /// The current BLAS; `None` in the TLAS.
-    pub mesh: Option<&'a Bvh>,
+    mesh: Option<&'a Bvh>,
     instance: u32,
     /// The instance in whose coordinates `ray` is, or [`INVALID_ID`].
     current_instance: u32,
@@ -55,12 +57,13 @@ pub struct RayState<'a> {
 }
 
 // An odd number of cache lines: the same fields of all states lie in different L1 sets.
-const _: () = assert!(size_of::<RayState>() / 64 % 2 == 1);
+const _: () = assert!(size_of::<RayState<false>>() / 64 % 2 == 1);
 
-impl<'a> RayState<'a> {
+impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
+    /// States without a ray.
     #[inline(always)]
-    pub fn idle() -> Self {
-        Self {
+    pub fn idle() -> [Self; RAYS_IN_FLIGHT] {
+        std::array::from_fn(|_| Self {
             ray: TravRay::EMPTY,
             blocks: &[],
             node: NodeRef::EMPTY,
@@ -77,7 +80,7 @@ impl<'a> RayState<'a> {
             hit: Hit::MISS,
             world_ray: Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 },
             stack: Stack::new(),
-        }
+        })
     }
 
     /// Starts a ray; false if it misses by definition.
@@ -186,72 +189,6 @@ impl<'a> RayState<'a> {
         if self.hit.t < self.world_ray.t_max { self.hit.t } else { self.world_ray.t_max }
     }
 
-    /// Tests one node.
-    #[inline(always)]
-    pub fn step_node<I: Isa, const ANY_HIT: bool>(&mut self) {
-        let node = node(self.blocks, self.node);
-        let (mask, enter) = intersect_children::<I>(node, &self.ray, self.best.t);
-        self.node = if ANY_HIT {
-            self.stack.push_children_or_pop::<I, false>(node, enter, mask)
-        } else {
-            self.stack.push_children_or_pop::<I, true>(node, enter, mask)
-        };
-        self.prefetch::<I>();
-    }
-
-    /// Tests the edges of one leaf; without candidates, pops the next node. Branch-free, since candidates are
-    /// unpredictable.
-    #[inline(always)]
-    pub fn step_leaf<I: Isa>(&mut self) {
-        self.candidates = edge_test::<I>(leaf(self.blocks, self.node), &self.ray);
-        self.node = self.stack.pop_if(self.candidates == 0, self.node);
-        self.prefetch::<I>();
-    }
-
-    /// Intersects the candidates of the leaf.
-    #[inline(always)]
-    pub fn step_triangles<I: Isa>(&mut self) {
-        let leaf = leaf(self.blocks, self.node);
-        if let Some(mesh) = self.mesh
-            && self.best.update(mesh, leaf, self.candidates, &self.ray)
-        {
-            self.stack.cull(self.stack_base as usize, self.best.t);
-            mesh.prefetch_prim_id::<I>(leaf.first_prim);
-        }
-        self.node = self.stack.pop_unchecked();
-        self.prefetch::<I>();
-    }
-
-    /// Intersects one leaf for any hit, in one step: most rays end here too early for [`RayState::step_leaf`] to pay.
-    #[inline(always)]
-    pub fn step_leaf_any_hit<I: Isa>(&mut self) {
-        let leaf = leaf(self.blocks, self.node);
-        let candidates = edge_test::<I>(leaf, &self.ray);
-        if any_hit(leaf, candidates, &self.ray, self.best.t) {
-            self.hit.instance = self.instance;
-            self.node = NodeRef::EMPTY;
-            return;
-        }
-        self.node = self.stack.pop_unchecked();
-        self.prefetch::<I>();
-    }
-
-    /// Enters or leaves an instance; true once the ray is done.
-    #[inline(always)]
-    pub fn step_instance<const ANY_HIT: bool>(&mut self, scene: &'a Scene) -> bool {
-        if ANY_HIT && self.hit.instance != INVALID_ID {
-            return true;
-        }
-        if self.node != NodeRef::EMPTY {
-            return self.enter_instance(scene);
-        }
-        if !self.single_instance {
-            return self.leave_instance(scene);
-        }
-        self.commit_hit();
-        true
-    }
-
     /// Enters the instance of the current subtree, or pops if the ray misses it by definition. True once the ray is
     /// done.
     #[inline(never)]
@@ -289,5 +226,78 @@ impl<'a> RayState<'a> {
         for line in 0..4 {
             I::prefetch(at.wrapping_add(64 * line));
         }
+    }
+}
+
+impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
+    #[inline(always)]
+    fn node(&self) -> NodeRef {
+        self.node
+    }
+
+    #[inline(always)]
+    fn is_in_tlas(&self) -> bool {
+        self.mesh.is_none()
+    }
+
+    #[inline(always)]
+    fn step_node<I: Isa>(&mut self) {
+        let node = node(self.blocks, self.node);
+        let (mask, enter) = intersect_children::<I>(node, &self.ray, self.best.t);
+        self.node = if ANY_HIT {
+            self.stack.push_children_or_pop::<I, false>(node, enter, mask)
+        } else {
+            self.stack.push_children_or_pop::<I, true>(node, enter, mask)
+        };
+        self.prefetch::<I>();
+    }
+
+    /// Tests the edges of the triangles, branch-free, since candidates are unpredictable; without one, pops the next node.
+    /// Any hit is found in one step: most rays end here too early for two to pay.
+    #[inline(always)]
+    fn step_leaf<I: Isa>(&mut self) -> bool {
+        let leaf = leaf(self.blocks, self.node);
+        let candidates = edge_test::<I>(leaf, &self.ray);
+        if ANY_HIT {
+            if any_hit(leaf, candidates, &self.ray, self.best.t) {
+                self.hit.instance = self.instance;
+                self.node = NodeRef::EMPTY;
+                return false;
+            }
+            self.node = self.stack.pop_unchecked();
+        } else {
+            self.candidates = candidates;
+            self.node = self.stack.pop_if(candidates == 0, self.node);
+        }
+        self.prefetch::<I>();
+        !ANY_HIT && candidates != 0
+    }
+
+    #[inline(always)]
+    fn step_triangles<I: Isa>(&mut self) {
+        let leaf = leaf(self.blocks, self.node);
+        if let Some(mesh) = self.mesh
+            && self.best.update(mesh, leaf, self.candidates, &self.ray)
+        {
+            self.stack.cull(self.stack_base as usize, self.best.t);
+            mesh.prefetch_prim_id::<I>(leaf.first_prim);
+        }
+        self.node = self.stack.pop_unchecked();
+        self.prefetch::<I>();
+    }
+
+    #[inline(always)]
+    fn step_instance(&mut self, scene: &'a Scene) -> bool {
+        if ANY_HIT && self.hit.instance != INVALID_ID {
+            return true;
+        }
+        if self.node != NodeRef::EMPTY {
+            return self.enter_instance(scene);
+        }
+        if !self.single_instance {
+            return self.leave_instance(scene);
+        }
+        self.commit_hit();
+        true
     }
 }

@@ -10,7 +10,8 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
+    Bvh, ClosestPoint, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray,
+    Scene, squared_distance_to_triangle,
 };
 
 /// The tie band of float32 answers: 17 roundings.
@@ -291,6 +292,10 @@ pub struct Tally {
     pub hits: u64,
     /// Hits within the band of an edge, of another triangle or of an end of the ray.
     pub ties: u64,
+    /// Float64 rays whose crossings were counted, none of them within the band.
+    pub counted: u64,
+    /// Points whose closest point was asked for.
+    pub points: u64,
     pub faults: Vec<String>,
 }
 
@@ -299,6 +304,8 @@ impl Tally {
         self.rays += other.rays;
         self.hits += other.hits;
         self.ties += other.ties;
+        self.counted += other.counted;
+        self.points += other.points;
         self.faults.extend(other.faults);
         self
     }
@@ -306,7 +313,62 @@ impl Tally {
 
 const BATCH: usize = 512;
 
-/// Asks a scene of the mesh for `n` rays: nearest, any, and every eighth in float64, judged by brute force.
+/// Rays of a batch that are asked in float64 as well.
+const EXACT_BATCH: usize = BATCH / 8;
+
+/// Answers in float64 to the first rays of a batch, and to their origins as points.
+struct ExactAnswers {
+    hits: [ExactHit; EXACT_BATCH],
+    occluded: [bool; EXACT_BATCH],
+    counts: [i32; EXACT_BATCH],
+    closest: [ClosestPoint; EXACT_BATCH],
+}
+
+impl ExactAnswers {
+    fn new(scene: &Scene, mesh: &Brute, rays: &[ExactRay]) -> ExactAnswers {
+        let mut found = ExactAnswers {
+            hits: [ExactHit::MISS; EXACT_BATCH],
+            occluded: [false; EXACT_BATCH],
+            counts: [0; EXACT_BATCH],
+            closest: [ClosestPoint::MISS; EXACT_BATCH],
+        };
+        scene.closest_exact(rays, mesh, &mut found.hits);
+        scene.occluded_exact(rays, mesh, None, &mut found.occluded);
+        scene.count_crossings(rays, mesh, None, false, &mut found.counts);
+        let points: Vec<V3> = rays.iter().map(|ray| ray.origin).collect();
+        scene.closest_points(&points, &[f64::INFINITY], mesh, None, &mut found.closest);
+        found
+    }
+
+    /// Faults of ray `i`; `met` are its triangles within the band of float64.
+    fn faults(&self, i: usize, mesh: &Brute, ray: &ExactRay, met: &[Intersection], tally: &mut Tally) -> Vec<String> {
+        let hit = &self.hits[i];
+        let answer = (hit.triangle != INVALID_ID).then_some((hit.triangle, hit.t));
+        let mut faults: Vec<String> =
+            Brute::fault(met, answer).map(|fault| format!("exact: {fault}")).into_iter().collect();
+        if self.occluded[i] != answer.is_some() {
+            faults.push(format!("exact: occluded {}, closest {answer:?}", self.occluded[i]));
+        }
+        if met.iter().all(|met| met.sure) {
+            tally.counted += 1;
+            if self.counts[i] as usize != met.len() {
+                faults.push(format!("{} crossings, not {}", self.counts[i], met.len()));
+            }
+        }
+        tally.points += 1;
+        let squares =
+            (0..mesh.triangles.len() as u32).map(|k| (squared_distance_to_triangle(ray.origin, mesh.corners(0, k)), k));
+        let nearest = squares.min_by(|a, b| a.partial_cmp(b).unwrap());
+        let closest = &self.closest[i];
+        if nearest.is_some_and(|(square, k)| (square.sqrt(), k) != (closest.distance, closest.triangle)) {
+            faults.push(format!("{closest:?} is not the closest, {nearest:?}"));
+        }
+        faults
+    }
+}
+
+/// Asks a scene of the mesh for `n` rays: nearest, any, and every eighth in float64 with its crossings and the point closest
+/// to its origin, judged by brute force.
 pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
     let mut rng = Rng(seed * 2 + 1);
     let mut tally = Tally::default();
@@ -321,12 +383,11 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
         });
         let in_float64: Vec<_> = in_float64.collect();
         let (mut hits, mut occluded) = ([Hit::MISS; BATCH], [false; BATCH]);
-        let mut exact = [ExactHit::MISS; BATCH / 8];
+        let exact = ExactAnswers::new(scene, mesh, &in_float64[..EXACT_BATCH]);
         let ways = [Coherence::Unknown, Coherence::Coherent, Coherence::Incoherent];
         let coherence = ways[rng.below(3)];
         scene.closest(&rays, &mut hits, coherence);
         scene.occluded(&rays, &mut occluded, coherence);
-        scene.closest_exact(&in_float64[..BATCH / 8], mesh, &mut exact);
         for (i, ray) in in_float64.iter().enumerate() {
             let (hit, mut faults) = (&hits[i], vec![]);
             let answer = (hit.triangle != INVALID_ID).then(|| (hit.triangle, f64::from(hit.t)));
@@ -341,10 +402,9 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
             let alone = |met: &Intersection| met.sure && met.t == nearest;
             let named = answer.and_then(|(k, _)| met.iter().find(|met| met.triangle == k));
             tally.ties += u64::from(named.is_some_and(|met| !alone(met)));
-            if let Some(hit) = exact.get(i) {
-                let answer = (hit.triangle != INVALID_ID).then_some((hit.triangle, hit.t));
+            if i < EXACT_BATCH {
                 mesh.met(ray, EXACT_BAND, &mut met);
-                faults.extend(Brute::fault(&met, answer).map(|fault| format!("exact: {fault}")));
+                faults.extend(exact.faults(i, mesh, ray, &met, &mut tally));
             }
             let told = |fault| format!("mesh {}, {ray:?}, {coherence:?}: {fault}", mesh.name);
             tally.faults.extend(faults.into_iter().map(told));

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use raycam_bvh::{Crossing, ExactRay, HitFilter};
+use raycam_bvh::{ExactRay, HitFilter};
 
 use crate::annotations::queries::fields::{Columns, Field, columns};
 use crate::annotations::queries::rays::RayArrays;
@@ -51,8 +51,7 @@ pub fn intersections(
         });
         let owners: Vec<usize> =
             counts.iter().enumerate().flat_map(|(i, &count)| std::iter::repeat_n(i, count as usize)).collect();
-        let hits = owners.iter().zip(&crossings).map(|(&i, crossing): (_, &Crossing)| (&local[i], &crossing.hit));
-        let columns = columns(geometry, fields, hits);
+        let columns = columns(geometry, fields, owners.iter().map(|i| &local[*i]).zip(&crossings));
         let owners: Vec<i64> = owners.iter().map(|i| (range.start + i) as i64).collect();
         (counts, owners, columns)
     };

@@ -1,11 +1,11 @@
 //! Fields of hits: columns of numbers by name.
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID};
+use raycam_bvh::{ExactHit, ExactRay, INVALID_ID};
 
 use crate::ground_truth::convert::{signed_id, to_float_hit};
 use crate::interaction::ray_cone::Footprint;
-use crate::interaction::vector::unit_normal;
+use crate::interaction::vector::{unit, unit_normal};
 use crate::prepare::geometry::Geometry;
 
 /// A property of a hit.
@@ -124,6 +124,14 @@ impl Field {
         }
     }
 
+    /// True if it depends on where the triangle is hit.
+    pub(super) fn needs_intersection(self) -> bool {
+        !matches!(
+            self,
+            Field::Instance | Field::Triangle | Field::Normal | Field::Front | Field::Material | Field::Category
+        )
+    }
+
     fn empty(self) -> Column {
         match self {
             Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![]),
@@ -154,11 +162,11 @@ fn column<'a>(geometry: &Geometry, field: Field, hits: impl Iterator<Item = RayH
         Field::Instance => Column::Int32(hits.map(|(_, hit)| signed_id(hit.instance)).collect()),
         Field::Triangle => Column::Int32(hits.map(|(_, hit)| signed_id(hit.triangle)).collect()),
         Field::Barycentric => vectors(hits, 0.0, |_, hit| weights(hit)),
-        Field::Normal => vectors(hits, 0.0, |ray, hit| facing_normal(geometry, ray, hit).to_array()),
+        Field::Normal => vectors(hits, 0.0, |_, hit| facing_normal(geometry, hit).to_array()),
         Field::Position => vectors(hits, f64::NAN, |_, hit| position(geometry, hit)),
-        Field::Front => Column::Bool(hits.map(|(ray, hit)| is_hit(hit) && is_front(geometry, ray, hit)).collect()),
+        Field::Front => Column::Bool(hits.map(|(_, hit)| is_hit(hit) && is_front(geometry, hit)).collect()),
         Field::Distance => Column::Float64(hits.map(|(ray, hit)| distance(ray, hit)).collect()),
-        Field::ShadingNormal => vectors(hits, 0.0, |ray, hit| shading_normal(geometry, ray, hit).to_array()),
+        Field::ShadingNormal => vectors(hits, 0.0, |_, hit| shading_normal(geometry, hit).to_array()),
         Field::Uv => vectors(hits, f64::NAN, |_, hit| {
             let found = geometry.uv(hit.instance, hit.triangle, 0, [hit.u, hit.v]);
             found.map_or([f64::NAN; 2], |uv| uv.map(f64::from))
@@ -190,7 +198,9 @@ fn vectors<'a, const N: usize>(
     miss: f64,
     value: impl Fn(&ExactRay, &ExactHit) -> [f64; N],
 ) -> Column {
-    Column::Float64(hits.flat_map(|(ray, hit)| if is_hit(hit) { value(ray, hit) } else { [miss; N] }).collect())
+    let mut values = Vec::with_capacity(N * hits.size_hint().0);
+    hits.for_each(|(ray, hit)| values.extend(if is_hit(hit) { value(ray, hit) } else { [miss; N] }));
+    Column::Float64(values)
 }
 
 /// Weights of the corners, at least 0.
@@ -204,23 +214,19 @@ fn position(geometry: &Geometry, hit: &ExactHit) -> [f64; 3] {
     (a * u + b * v + c * w).to_array()
 }
 
-/// 1 if the ray runs along the normal of the corners as they are, -1 if against it.
-fn side(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> i32 {
-    ray.side(ExactTriangles::corners(geometry, hit.instance, hit.triangle))
-}
-
 /// True if the ray enters by the front of the surface.
-pub(super) fn is_front(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> bool {
-    (side(geometry, ray, hit) < 0) != geometry.instances[hit.instance as usize].flips_orientation
+pub(super) fn is_front(geometry: &Geometry, hit: &ExactHit) -> bool {
+    (hit.side < 0) != geometry.instances[hit.instance as usize].flips_orientation
 }
 
-fn facing_normal(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> DVec3 {
-    let normal = unit_normal(geometry.corners(hit.instance, hit.triangle));
-    if side(geometry, ray, hit) > 0 { -normal } else { normal }
+fn facing_normal(geometry: &Geometry, hit: &ExactHit) -> DVec3 {
+    let corners = || unit_normal(geometry.corners(hit.instance, hit.triangle));
+    let normal = unit(hit.normal.into()).unwrap_or_else(corners);
+    if hit.side > 0 { -normal } else { normal }
 }
 
-fn shading_normal(geometry: &Geometry, ray: &ExactRay, hit: &ExactHit) -> DVec3 {
-    let facing = facing_normal(geometry, ray, hit);
+fn shading_normal(geometry: &Geometry, hit: &ExactHit) -> DVec3 {
+    let facing = facing_normal(geometry, hit);
     let Some([a, b, c]) = geometry.facing_vertex_normals(hit.instance, hit.triangle, facing) else {
         return facing;
     };

@@ -110,7 +110,10 @@ pub fn cast_rays(
     let mut found = Columns::empty(fields);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
-        let hits = closest_hits(world, &local, rays, range);
+        let mut hits = closest_hits(world, &local, rays, range);
+        if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
+            geometry.scene.refine(&local, geometry, &mut hits);
+        }
         columns(geometry, fields, local.iter().zip(&hits))
     };
     world.geometry.note_exact_rays(n as u64);
@@ -161,7 +164,7 @@ pub fn is_brief(rays: usize) -> bool {
     work_of(rays) <= MAX_WORK_HERE
 }
 
-/// Nearest hits with precise t and weights.
+/// Nearest hits.
 fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, range: Range<usize>) -> Vec<ExactHit> {
     let mut hits = vec![ExactHit::MISS; rays.len()];
     match query.kernel {
@@ -171,10 +174,6 @@ fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, ran
             } else {
                 let filter = query.selection.filter(&world.geometry, rays, range);
                 world.geometry.closest_exact_of(rays, &filter, &mut hits);
-            }
-            for (hit, ray) in hits.iter_mut().zip(rays).filter(|(hit, _)| hit.instance != INVALID_ID) {
-                let corners = world.geometry.corners(hit.instance, hit.triangle);
-                *hit = hit.refined(ray, corners.map(|corner| corner.to_array()));
             }
         }
         Kernel::Float32 { coherent } => {
@@ -221,5 +220,7 @@ fn refine_f64(world: &PreparedWorld, hit: &Hit, ray: &ExactRay) -> ExactHit {
     let (u, v) = (u / sum, v / sum);
     let point = a + e1 * u + e2 * v;
     let t = (point.dot(direction) / direction.length_squared()).max(0.0);
-    ExactHit { t, u, v, instance: hit.instance, triangle: hit.triangle, normal: e1.cross(e2).to_array() }
+    let normal = e1.cross(e2);
+    let side = if normal.dot(direction) > 0.0 { 1 } else { -1 };
+    ExactHit { t, u, v, instance: hit.instance, triangle: hit.triangle, normal: normal.to_array(), side }
 }

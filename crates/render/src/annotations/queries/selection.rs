@@ -94,6 +94,11 @@ impl HitFilter for SelectionFilter<'_> {
             && self.skipped(ray).is_none_or(|(skipped, triangle)| instance != skipped || triangle >= 0)
     }
 
+    fn accepts_every_hit(&self) -> bool {
+        let Selection { skip, facing, surface, .. } = self.selection;
+        skip.is_none() && *facing == Facing::Both && *surface == TruthSurface::First
+    }
+
     fn accepts(&self, ray: usize, hit: &ExactHit) -> bool {
         if self.skipped(ray).is_some_and(|skipped| skipped == (hit.instance, hit.triangle as i32)) {
             return false;
@@ -101,11 +106,11 @@ impl HitFilter for SelectionFilter<'_> {
         let direction = &self.rays[ray];
         let is_right_side = match self.selection.facing {
             Facing::Both => true,
-            Facing::Front => is_front(self.geometry, direction, hit),
-            Facing::Back => !is_front(self.geometry, direction, hit),
+            Facing::Front => is_front(self.geometry, hit),
+            Facing::Back => !is_front(self.geometry, hit),
             Facing::Material => {
                 let material = &self.geometry.material(&to_float_hit(hit)).material;
-                material.double_sided || is_front(self.geometry, direction, hit)
+                material.double_sided || is_front(self.geometry, hit)
             }
         };
         let is_solid = || !self.geometry.is_skippable(&to_float_hit(hit), direction.direction.into());

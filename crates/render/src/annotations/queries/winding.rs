@@ -39,6 +39,10 @@ impl HitFilter for OneObject {
         instance == self.0
     }
 
+    fn accepts_every_hit(&self) -> bool {
+        true
+    }
+
     fn accepts(&self, _: usize, _: &ExactHit) -> bool {
         true
     }
