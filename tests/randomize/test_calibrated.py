@@ -74,6 +74,21 @@ def test_errors(folder: Path, camera: dict[str, Any], said: str) -> None:
         recipe(folder, **camera).world(0)
 
 
+def test_a_camera_left_at_the_origin_is_noticed(folder: Path) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 2}, name="all around")
+    camera = raycam.load_cameras(folder / "calib.yaml", lens="fisheye")["calib"]
+    raycam.save_cameras(folder / "alone.yaml", {"eye": camera.resized((32, 24))}, "opencv")
+    with pytest.warns(raycam.Notice, match="view_from"):
+        raycam.render(world, folder / "alone.yaml", samples=1, channels="depth")
+    with pytest.warns(raycam.Notice, match="at the origin, amid the world"):
+        raycam.dataset.write(world, folder / "set", "coco", cameras=[camera.resized((32, 24))], samples=1)
+    apart = raycam.World()
+    apart.add_object(box={"size": 1}, location=[0, 0, 3], name="in camera coordinates")
+    apart.add_light("sky", radiance=1)
+    raycam.render(apart, folder / "alone.yaml", samples=1, channels="depth")
+
+
 def test_an_unknown_name_says_the_names(folder: Path) -> None:
     cameras = raycam.load_cameras(folder / "calib.yaml", lens="fisheye")
     with pytest.raises(KeyError, match=r"camera 'left'.*calib"):

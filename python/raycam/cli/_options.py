@@ -324,28 +324,14 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
 
 def view(world: World, options: argparse.Namespace) -> Camera:
     """The camera of `--camera` and `--size`, at the place of `--view-from` and `--zoom`."""
+    from ..camera.asked import UNPOSED, is_unposed_within
+
     if is_framed(world, options):
         return world.view_from(**_framing(world, options))
     camera = _given_camera(world, options)
-    if options.camera is not None and _is_unposed_within(world, camera):
-        print_notice(
-            "the camera is at the origin, amid the world, as a calibration without a pose leaves it; --view-from SIDE "
-            "puts it where the world fits"
-        )
+    if options.camera is not None and is_unposed_within(world, camera):
+        print_notice(f"{UNPOSED}; --view-from SIDE puts it where the world fits")
     return camera
-
-
-def _is_unposed_within(world: World, camera: Camera) -> bool:
-    """True if the camera is at the origin, unrotated, and the origin is within the bounds of the world."""
-    bounds = world.bounds
-    if (
-        bounds is None
-        or camera.is_parallel
-        or camera.C.any()
-        or (camera.R != [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).any()
-    ):
-        return False
-    return bool(((bounds[0] <= 0) & (bounds[1] >= 0)).all())
 
 
 def _given_camera(world: World, options: argparse.Namespace) -> Camera:

@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import whole
 from ..calibration import Cameras
 from ..camera import Camera
-from ..camera.asked import world_of
+from ..camera.asked import UNPOSED, is_unposed_within, world_of
 from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
@@ -188,7 +188,7 @@ def write(
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    late = late_times(plan)
+    late = [*late_times(plan), *unposed_cameras(plan)]
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().damaged
@@ -303,6 +303,13 @@ def late_times(plan: Plan) -> list[str]:
         f"all {len(times)} times are after the end of the world's video ({video.frames / video.fps:g} s): the first is "
         f"{first!r}{unit}. The world stands still at its end: give seconds from its beginning (--time-offset first)"
     ]
+
+
+def unposed_cameras(plan: Plan) -> list[str]:
+    """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
+    if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
+        return []
+    return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
