@@ -100,30 +100,37 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     half = MARGIN * zoom * np.array(camera.size) / 2
     center = np.array(camera.size) / 2 + camera.corner
     axis, rotation = rotation[2], _turned_to(camera, center, rotation)
-    extreme = points[np.unique([int(product(points, way).argmax()) for way in _ways()])]
+    radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
 
-    def fits(distance: float, cloud: Floats) -> bool:
+    def excess(distance: float, cloud: Floats) -> Floats:
+        """How far the points are out of the picture, 1 at its margin; +inf for those of which the lens has no image."""
         posed = camera.at_pose(rotation, middle - distance * axis)
         with np.errstate(invalid="ignore"):
             pixels, seen = posed.project(cloud)
-            return bool(seen.all() and (np.abs(pixels - center) <= half).all())
+            share = (np.abs(pixels - center) / half).max(axis=1)
+        return np.where(seen & np.isfinite(share), share, np.inf)
 
-    radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
-    low, high = 0.0, radius
-    while not fits(high, extreme):
-        low, high = high, 2 * high
-        if high > MAX_DISTANCE * radius:
-            raise CameraError(f"no distance makes the world fit the picture of {camera!r}")
-    if (
-        low == 0.0
-    ):  # not inside the sphere around the world, where a fisheye would see all of the world around it
-        low = high
-    while high - low > 1e-4 * high:
-        between = (low + high) / 2
-        low, high = (low, between) if fits(between, extreme) else (between, high)
-    while not fits(high, points):
-        high *= 1.001
-    return camera.at_pose(rotation, middle - high * axis)
+    def nearest(cloud: Floats) -> float:
+        """The least distance at which the points fit, not within the sphere around the world."""
+        low = high = radius
+        while not (excess(high, cloud) <= 1).all():
+            low, high = high, 2 * high
+            if high > MAX_DISTANCE * radius:
+                raise CameraError(f"no distance makes the world fit the picture of {camera!r}")
+        while high - low > 1e-4 * high:
+            between = (low + high) / 2
+            low, high = (low, between) if (excess(between, cloud) <= 1).all() else (between, high)
+        return high
+
+    # A few extreme points decide; those that are out all the same join them.
+    few = points[np.unique([int(product(points, way).argmax()) for way in WAYS])]
+    while True:
+        distance = nearest(few)
+        beyond = excess(distance, points)
+        out = np.flatnonzero(beyond > 1)
+        if len(out) == 0:
+            return camera.at_pose(rotation, middle - distance * axis)
+        few = np.concatenate([few, points[out[np.argsort(-beyond[out], kind="stable")[:64]]]])
 
 
 def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
@@ -140,16 +147,6 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
     a = 1 / (1 + z)
     turn = np.array([[1 - x * x * a, -x * y * a, x], [-x * y * a, 1 - y * y * a, y], [-x, -y, z]])
     return product(turn, rotation)
-
-
-def _ways() -> Floats:
-    """Unit vectors [128, 3], evenly over the sphere: a golden spiral."""
-    number = np.arange(128)
-    z = (2 * number + 1) / 128 - 1
-    angle = number * math.pi * (3 - math.sqrt(5))
-    level = np.sqrt(1 - z * z)
-    ways: Floats = np.stack([level * np.cos(angle), level * np.sin(angle), z], axis=1)
-    return ways
 
 
 def bounding_corners(world: World) -> Floats | None:
@@ -205,5 +202,9 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
 
 MAX_DISTANCE = 1e6
 """The farthest that a framing camera stands, in radii of the world."""
+WAYS = np.array(
+    [[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)], float
+)
+"""Directions [26, 3] to the corners, edges and sides of a box, in which extreme points are looked for."""
 RINGS, CORNERS = 32, 32
 """The rings that bound a turning world, and the corners of each."""
