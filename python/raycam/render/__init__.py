@@ -16,7 +16,7 @@ from ..errors import SettingsError, nearest
 from ..notices import warn_all
 from .composition import over, shadow_ratio, studio_shadow
 from .frame import CHANNELS, VIEWS, Frame
-from .old_names import OLD_NAMES, current_names
+from .old_names import ELSEWHERE, OLD_NAMES, current_names
 from .sight import LIT, blank_notices
 
 if TYPE_CHECKING:
@@ -141,6 +141,8 @@ def render(
         }
     )
     for name in renamed.keys() - set(OLD_NAMES.values()):
+        if name in ELSEWHERE:
+            raise SettingsError(f"render has no option {name}: {ELSEWHERE[name]}")
         raise SettingsError(nearest("option of render", name, OPTIONS))
     given = {
         "integrator": integrator,

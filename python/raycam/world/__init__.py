@@ -18,6 +18,7 @@ from ..errors import WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
+from ..io.html_form import html_table
 from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
@@ -445,15 +446,18 @@ class World(RayQueries, PointQueries):
         size: Iterable[int] = (640, 480),
         fov: float = 45.0,
         zoom: float = 1.0,
+        camera: Camera | None = None,
     ) -> Camera:
         """A camera from which the whole world just fits into a picture of `size` (width, height).
 
         `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
         or a vector [3] from the middle of the world to the camera. The front of a z-up world looks to -y, of a y-up
         world to +z, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` enlarges: 1 fills
-        nine tenths of the picture. Raises `CameraError` for an empty world, `SettingsError` for other values.
+        nine tenths of the picture. `camera`, a calibration without a pose say, keeps its size, K and lens, and is put
+        where the world fits: `size` and `fov` are its own then. Raises `CameraError` for an empty world,
+        `SettingsError` for other values.
         """
-        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom)
+        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
 
     # Time -------------------------------------------------------------------------------------------------
 
@@ -528,6 +532,13 @@ class World(RayQueries, PointQueries):
         with no_fork():
             self._core.prepare(threads)
         return self
+
+    def _repr_html_(self) -> str:
+        """The table of objects that a notebook shows, with lights and cameras below."""
+        rows = [(item.id, item.name, item.category or "", item.triangles) for item in self.objects]
+        notes = [f"light: {light['type']}" for light in self.lights]
+        notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
+        return html_table(repr(self), ("id", "name", "category", "triangles"), rows, notes[:20])
 
     def __repr__(self) -> str:
         """The counts as text."""
