@@ -120,7 +120,7 @@ check-wheels: $(DONE)/cross
 	.ci/smoke dist
 
 clean:
-	rm -rf $(VENV) target dist docs/_build docs/_generated demo python/raycam/*.so
+	rm -rf $(VENV) target dist docs/_build docs/_generated docs/reference/api demo python/raycam/*.so
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 # What is installed, each behind a stamp so that it happens once.

@@ -6,6 +6,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
+import api  # noqa: E402
 import commands  # noqa: E402
 import figures  # noqa: E402
 import raycam  # noqa: E402
@@ -14,7 +15,8 @@ import worldfile  # noqa: E402
 project = "raycam"
 version = release = raycam.__version__
 copyright = "The raycam contributors"
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "mathml"]
+html_math_renderer = "mathml"
 exclude_patterns = ["_build", "_generated", "images", "meshes", "lab-notes"]
 # Pages link to the lab notes, which are read in the repository; tests/docs checks every link.
 suppress_warnings = ["myst.xref_missing"]
@@ -25,19 +27,15 @@ pygments_style = "friendly"
 
 html_theme = "furo"
 html_title = "raycam"
-html_copy_source = False
+html_copy_source = True
 html_show_sphinx = False
-
-autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
-autodoc_default_options = {"members": True, "show-inheritance": True}
 
 
 def generate(app: object) -> None:
     """Make what the pages include: figures, the world-file tables, the commands' help."""
     folder = HERE / "_generated"
     folder.mkdir(exist_ok=True)
-    for maker in (worldfile, commands, figures):
+    for maker in (api, worldfile, commands, figures):
         maker.write(folder)
 
 

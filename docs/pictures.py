@@ -3,12 +3,14 @@
     python docs/pictures.py                       all pages
     python docs/pictures.py docs/howto/glass.md   one page
 
-A page shows `images/howto/NAME.jpg`; one of its blocks writes NAME.png. Needs Pillow.
+A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. Needs Pillow.
+Pictures that the folder lacks after the blocks are those of another page, and stay.
 """
 
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import shlex
@@ -16,12 +18,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
+from PIL import Image, ImageDraw
 from raycam import cli
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
-SHOWN = re.compile(r"images/howto/([\w-]+)\.jpg")
+SHOWN = re.compile(r"images/((?:howto|gallery)/[\w-]+)\.jpg")
 MAX_BYTES = 60_000
 MAX_SIDE = 480
 
@@ -42,8 +44,8 @@ def run(text: str, page: Path) -> None:
 
 
 def keep(name: str) -> None:
-    """Writes a picture of the current folder to the documentation, small enough."""
-    with Image.open(f"{name}.png") as image:
+    """Writes a picture of the current folder to the documentation, small enough; `name` has the folder there."""
+    with Image.open(f"{Path(name).name}.png") as image:
         picture = image.convert("RGBA")
     white = Image.new("RGBA", picture.size, "white")
     picture = Image.alpha_composite(white, picture).convert("RGB")
@@ -53,19 +55,40 @@ def keep(name: str) -> None:
         picture.save(data, "JPEG", quality=quality, optimize=True)
         if data.tell() <= MAX_BYTES:
             break
-    target = DOCS / "images" / "howto" / f"{name}.jpg"
+    target = DOCS / "images" / f"{name}.jpg"
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(data.getvalue())
     print(f"{target.name}: {data.tell()} bytes")
 
 
+def labelled(folder: Path) -> None:
+    """Writes `images/labelled.jpg`: the first picture of a COCO data set with its boxes, masks' areas and names."""
+    index = json.loads((folder / "annotations" / "instances.json").read_text(encoding="utf-8"))
+    first = index["images"][0]
+    names = {item["id"]: item["name"] for item in index["categories"]}
+    with Image.open(folder / "images" / first["file_name"]) as image:
+        picture = image.convert("RGB")
+    draw = ImageDraw.Draw(picture)
+    colors = ("#e6194b", "#3cb44b", "#4363d8", "#f58231", "#911eb4", "#42d4f4")
+    mine = [item for item in index["annotations"] if item["image_id"] == first["id"]]
+    for number, item in enumerate(mine):
+        x, y, width, height = item["bbox"]
+        color = colors[number % len(colors)]
+        draw.rectangle([x, y, x + width - 1, y + height - 1], outline=color, width=3)
+        text = f"{names[item['category_id']]} {item['visible_fraction']:.0%}"
+        draw.rectangle([x, y - 16, x + 7 * len(text) + 4, y], fill=color)
+        draw.text((x + 3, y - 14), text, fill="white")
+    picture.thumbnail((MAX_SIDE, MAX_SIDE), Image.Resampling.LANCZOS)
+    picture.save(DOCS / "images" / "labelled.jpg", quality=86, optimize=True)
+
+
 def strip() -> None:
     """The four pictures on top of the README, side by side."""
-    names = ("sky", "fisheye", "normal", "coco")
+    names = ("howto/sky", "howto/fisheye", "howto/normal", "labelled")
     height = 240
     parts = []
     for name in names:
-        with Image.open(DOCS / "images" / "howto" / f"{name}.jpg") as image:
+        with Image.open(DOCS / "images" / f"{name}.jpg") as image:
             side = image.height * 5 // 4
             left = max(0, (image.width - side) // 2)
             cut = image.crop((left, 0, min(left + side, image.width), image.height))
@@ -90,7 +113,10 @@ def main() -> None:
             os.chdir(folder)
             run(text, page)
             for name in names:
-                keep(name)
+                if Path(f"{Path(name).name}.png").exists():
+                    keep(name)
+            if Path("toys/annotations").exists():
+                labelled(Path("toys"))
             os.chdir(DOCS)
     strip()
 

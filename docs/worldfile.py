@@ -53,7 +53,12 @@ class Reference:
         lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
         for key, value in schema["properties"].items():
             default = value.get("default")
-            shown = "" if default is None else f"`{json.dumps(default)}`"
+            said = (
+                any(one is not None for one in default.values())
+                if isinstance(default, dict)
+                else default is not None
+            )
+            shown = f"`{json.dumps(default)}`" if said else ""
             shown = "required" if key in schema.get("required", []) else shown
             cells = (f"`{key}`", self.kind(value), shown, value.get("description", ""))
             lines.append(

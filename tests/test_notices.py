@@ -147,3 +147,23 @@ def test_copies_warn_not(odd_obj: Path, heard: list[warnings.WarningMessage]) ->
     raycam.World.from_bytes(world.to_bytes())
     world.with_cameras({})
     assert heard == []
+
+
+def test_other_names_are_understood_with_a_notice() -> None:
+    with pytest.warns(raycam.Notice, match="lens is understood as model"):
+        camera = raycam.Camera.look_at(
+            [0, -3, 1],
+            [0, 0, 0],
+            size=(64, 48),
+            focal=30,
+            distortion=[0, 0, 0, 0],
+            lens="fisheye",  # type: ignore[call-arg]
+        )
+    assert camera.model == "fisheye"
+    with pytest.warns(raycam.Notice, match="model is understood as lens"):
+        raycam.load_cameras(raycam.data.path("fisheye.yaml"), model="fisheye")  # type: ignore[call-arg]
+    with pytest.raises(raycam.SettingsError, match="one argument"):
+        raycam.load_cameras(raycam.data.path("fisheye.yaml"), model="fisheye", lens="fisheye")  # type: ignore[call-arg]
+    for word, way in {"size": "resized", "spp": "samples", "background": "over"}.items():
+        with pytest.raises(raycam.SettingsError, match=way):
+            raycam.render(raycam.data.spot(), **{word: 1})  # type: ignore[arg-type]

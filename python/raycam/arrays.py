@@ -81,6 +81,8 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
     Takes what has `__array__` or `__dlpack__` and lies in the memory of the CPU. Raises `error` with the name for
     tensors elsewhere, tensors that need a gradient, and what is no number.
     """
+    if type(value) is np.ndarray and value.dtype.kind in "fiu":
+        return value
     if not hasattr(value, "__array__") and hasattr(value, "__dlpack__"):
         value = _from_dlpack(name, value, error)
     elif getattr(value, "requires_grad", False):
@@ -134,6 +136,8 @@ def paired(
     first: tuple[str, npt.NDArray[Any]], second: tuple[str, npt.NDArray[Any]]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Two arrays [..., 3] broadcast to one shape, as views; raises `SettingsError` with both names and shapes."""
+    if first[1].shape == second[1].shape:
+        return first[1], second[1]
     try:
         left, right = np.broadcast_arrays(first[1], second[1])
     except ValueError:
@@ -154,6 +158,8 @@ def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
 
     Raises `SettingsError` for values that do not broadcast to `shape`.
     """
+    if isinstance(values, float):
+        return np.array([values])
     array = numbers(name, values)
     if array.ndim == 0:
         return np.full(1, array, dtype=np.float64)

@@ -13,7 +13,8 @@ from .camera import Camera
 from .camera._arguments import Model, Size, Up
 from .errors import CameraError, FormatError, nearest
 from .io.atomic_files import write
-from .notices import warn_all
+from .io.html_form import html_table
+from .notices import understands, warn_all
 from .rig import Rig
 
 __all__ = ["FORMATS", "WRITTEN_FORMATS", "Cameras", "load_cameras", "save_cameras"]
@@ -54,6 +55,8 @@ class Cameras(Mapping[str, Camera]):
     def __getitem__(self, name: str) -> Camera:
         """The camera of this name; raises `KeyError` for an unknown one, `CameraError` without size or intrinsics."""
         if name not in self._made:
+            if name not in self._records:
+                raise KeyError(nearest("camera", str(name), list(self._records)))
             try:
                 made = self._records[name].camera()
             except CameraError as fault:
@@ -102,6 +105,31 @@ class Cameras(Mapping[str, Camera]):
             for (rig, frame), cameras in groups.items()
         }
 
+    def __repr__(self) -> str:
+        """The file and its cameras as text: name, size and lens of each, up to eight."""
+        shown = ", ".join(" ".join(str(cell) for cell in row) for row in self._rows(8))
+        more = f", ... {len(self) - 8} more" if len(self) > 8 else ""
+        return f"Cameras of {self._path}: {len(self)} ({shown}{more})"
+
+    def _repr_html_(self) -> str:
+        """The table that a notebook shows."""
+        return html_table(
+            f"{len(self)} cameras of {self._path}", ("name", "size", "lens"), self._rows(len(self))
+        )
+
+    def _rows(self, end: int) -> list[tuple[str, str, str]]:
+        """Name, size and lens of the first cameras; "not complete" of those whose size or intrinsics the file lacks."""
+        rows = []
+        for name in list(self)[:end]:
+            try:
+                camera = self[name]
+            except CameraError:
+                rows.append((name, "not complete", ""))
+                continue
+            lens = camera.model if camera.distortion is not None else "no lens"
+            rows.append((name, f"{camera.size[0]} x {camera.size[1]}", lens))
+        return rows
+
     def find(self, name: str) -> Camera:
         """The camera of this name; raises `CameraError` with the nearest known name."""
         if name not in self._records:
@@ -109,6 +137,7 @@ class Cameras(Mapping[str, Camera]):
         return self[name]
 
 
+@understands(model="lens")
 def load_cameras(
     path: str | os.PathLike[str],
     format: str | None = None,

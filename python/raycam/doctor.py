@@ -37,13 +37,14 @@ def _lines() -> Iterator[str]:
     yield f"platform     {platform.platform()}"
     yield f"wheel        {wheel()}"
     for package, extra in PACKAGES.items():
+        shown = package.removesuffix("-python-headless")
         try:
-            yield f"{package:12} {metadata.version(package)}"
+            yield f"{shown:12} {metadata.version(package)}"
         except metadata.PackageNotFoundError:
             need = (
                 f"for {EXTRAS[extra]}: pip install 'raycam[{extra}]'" if extra else f"pip install {package}"
             )
-            yield f"{package:12} missing; {need}"
+            yield f"{shown:12} missing; {need}"
     yield f"processor    {processor()}"
     yield f"instructions {_core.instruction_set()} (the kernel in use)"
     threads = _core.available_threads()
@@ -51,9 +52,22 @@ def _lines() -> Iterator[str]:
     yield f"self-test    {_self_test()}"
 
 
-PACKAGES = {"numpy": "", "rich": "", "av": "video", "websockets": "", "pyoidn": "denoise", "usd-core": "usd"}
+PACKAGES = {
+    **{"numpy": "", "rich": "", "websockets": ""},
+    **{"av": "video", "pyoidn": "denoise", "usd-core": "usd", "cairosvg": "figure", "h5py": "hdf5"},
+    **{"opencv-python-headless": "selfcheck", "distributed": "cluster", "embreex": "bench"},
+}
 """Packages that raycam uses, with the extra that they come with."""
-EXTRAS = {"video": "video files", "denoise": "--denoise", "usd": "USD files"}
+EXTRAS = {
+    "video": "video files",
+    "denoise": "--denoise",
+    "usd": "USD files",
+    "figure": "figures as PDF and PNG",
+    "hdf5": "data sets in the format hdf5",
+    "selfcheck": "raycam selfcheck",
+    "cluster": "--cluster",
+    "bench": "Embree beside raycam in raycam bench",
+}
 
 
 def wheel() -> str:

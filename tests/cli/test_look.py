@@ -56,6 +56,26 @@ def test_sides_zoom_and_fov(folder: Path) -> None:
     assert sizes["--zoom 0.5"] == pytest.approx(sizes[""] / 4, rel=0.15)
 
 
+def test_a_calibration_without_a_pose_frames_the_model(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    camera = raycam.data.fisheye().at_pose(np.eye(3), np.zeros(3))
+    raycam.save_cameras("calib.yaml", {"eye": camera}, "opencv")
+    command = (
+        "render ball.glb -o a.npz --channels instance --camera calib.yaml --size 64x48 --integrator flat"
+    )
+    assert run(command) == 0
+    assert "--view-from SIDE" in capsys.readouterr().err
+    assert run(f"{command} --view-from front") == 0
+    assert "--view-from SIDE" not in capsys.readouterr().err
+    with np.load("a.npz") as read:
+        seen = np.argwhere(read["instance"] == 0)
+        small = camera.resized((64, 48))
+        np.testing.assert_allclose(read["K"], small.K)
+        np.testing.assert_allclose(read["R"][2], [0, 0, -1], atol=0.01)
+    assert 0.85 * 48 <= np.ptp(seen[:, 0]) + 1 <= 0.92 * 48
+
+
 def test_lights(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sky = raycam.Frame({"color": np.full((8, 16, 3), [2, 0, 0], np.float32)}, camera=None, size=(16, 8))
     sky.save("red.hdr")
@@ -142,7 +162,7 @@ ERRORS = {
     "render ball.glb --background blu": "no colour and no .png",
     "render ball.glb --background white --channels depth -o a.npz": "behind the channel color",
     "render ball.glb --background white --workers 2": "goes without --workers",
-    "render ball.glb --camera ball.glb --zoom 2": "goes without --camera",
+    "render ball.glb --camera camera.yaml --fov 20": "the field of view is that of --camera",
     "render ball.glb --turntable -o a.png": "makes a video",
     "render ball.glb --turntable --region 0,0,1,1": "goes without --turntable",
     "video ball.glb -o a.mp4 --background white": "takes transparent",

@@ -245,7 +245,7 @@ def test_hdf5_names_what_it_needs(tmp_path: Path) -> None:
     try:
         import h5py  # noqa: F401
     except ImportError:
-        with pytest.raises(raycam.SettingsError, match="pip install h5py"):
+        with pytest.raises(raycam.SettingsError, match=r"pip install 'raycam\[hdf5\]'"):
             write(table(), tmp_path, "hdf5", cameras=ring(1))
 
 

@@ -110,6 +110,16 @@ def test_how_to_pages_are_short_and_have_their_pictures() -> None:
             assert f"{name}.png" in text, f"{page.name}: no block makes {name}.png"
 
 
+def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
+    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    shown = re.findall(r"!\[\w+\]\((images/[\w/-]+\.jpg)\)", text)
+    assert len(shown) == len(set(shown)) > 15
+    for name in re.findall(r"images/gallery/([\w-]+)\.jpg", text):
+        assert f'"{name}.png"' in text, f"no block makes {name}.png"
+    pictures = [path for path in (ROOT / "docs" / "images").rglob("*") if path.is_file()]
+    assert sum(path.stat().st_size for path in pictures) < 1_500_000
+
+
 def test_a_wrong_answer_is_noticed() -> None:
     with pytest.raises(AssertionError, match="Expected"):
         run_doctest(">>> 1 + 1\n3\n", "page", 1, {})

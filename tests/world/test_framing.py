@@ -53,7 +53,48 @@ def test_zoom_and_fov_and_vectors() -> None:
     assert np.isfinite(tiny.view_from("iso").P).all()
 
 
+LENSES: dict[str, raycam.Camera] = {
+    "K alone": raycam.Camera([[500, 3, 290], [0, 520, 260], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480)),
+    "opencv": raycam.data.camera(),
+    "fisheye": raycam.data.fisheye(),
+    "thin": raycam.data.camera().resized((320, 240)).cropped(100, 0, 60, 240),
+}
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+@pytest.mark.parametrize("direction", ["front", "top", "iso"])
+@pytest.mark.parametrize("zoom", [1.0, 0.5])
+@pytest.mark.parametrize("lens", LENSES)
+def test_the_world_just_fits_through_a_given_lens(
+    lens: str, up: Literal["z", "y"], direction: str, zoom: float
+) -> None:
+    given = LENSES[lens]
+    world, corners = cloud(up)
+    camera = world.view_from(direction, camera=given, zoom=zoom)
+    assert (camera.size, camera.model) == (given.size, given.model)
+    np.testing.assert_array_equal(camera.K, given.K)
+    pixels, seen = camera.project(corners)
+    assert seen.all()
+    share = np.abs(pixels - camera.corner - np.array(camera.size) / 2) / (np.array(camera.size) / 2 * 0.9)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    radius = np.linalg.norm(corners - middle, axis=1).max()
+    away = np.linalg.norm(middle - camera.C)
+    assert share.max() <= zoom + 1e-9
+    assert share.max() >= zoom * 0.98 or away == pytest.approx(
+        radius
+    )  # never within the sphere around the world
+    np.testing.assert_allclose(
+        camera.project(middle)[0], camera.corner + np.array(camera.size) / 2, atol=1e-6
+    )
+    axis = world.view_from(direction).R[2]
+    np.testing.assert_allclose((middle - camera.C) / away, axis, atol=1e-9)
+
+
 def test_errors() -> None:
+    with pytest.raises(raycam.CameraError, match="parallel"):
+        cloud("z")[0].view_from(
+            camera=raycam.Camera.orthographic([0, 0, 5], target=[0, 0, 0], height=2, size=(64, 48))
+        )
     world, _ = cloud("z")
     with pytest.raises(raycam.SettingsError, match="did you mean 'front'"):
         world.view_from("fornt")

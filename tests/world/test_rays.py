@@ -358,3 +358,20 @@ def test_arrays_come_in_any_form() -> None:
         world.cast_rays(np.zeros((2, 3)), ways)
     answers = world.cast_rays(eyes, ways)
     assert all(values.flags.writeable and values.flags.c_contiguous for values in answers.values())
+
+
+def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
+    torch = pytest.importorskip("torch")
+    world = raycam.World()
+    world.add_object(box={"size": 2})
+    origins = torch.tensor([[0.0, 0, 5], [9, 9, 5]], dtype=torch.float64)
+    directions = torch.tensor([[0.0, 0, -1]], dtype=torch.float64).expand(2, 3)
+    hits = world.cast_rays(origins, directions)
+    assert hits["t"].tolist() == [4.0, np.inf]
+    back = torch.from_numpy(hits["position"])
+    back[0] += 1
+    assert hits["position"][0].tolist() == [1.0, 1.0, 2.0]
+    assert torch.from_dlpack(hits["instance"]).tolist() == [0, -1]
+    assert world.inside(torch.zeros(3, dtype=torch.float32)).item()
+    with pytest.raises(raycam.SettingsError, match=r"origins\.detach\(\)"):
+        world.cast_rays(origins.clone().requires_grad_(), directions)

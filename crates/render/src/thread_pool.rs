@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::error::RenderError;
 
@@ -110,9 +110,14 @@ impl Workers {
     }
 }
 
+/// Threads that this process may use, read once: finding out opens files, which takes longer than a short query.
+fn available_threads() -> usize {
+    static AVAILABLE: OnceLock<usize> = OnceLock::new();
+    *AVAILABLE.get_or_init(|| std::thread::available_parallelism().map_or(1, usize::from))
+}
+
 fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
-    let available = || std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = threads.unwrap_or_else(|| available().min(MAX_THREADS));
+    let threads = threads.unwrap_or_else(|| available_threads().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(RenderError::Settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -13,6 +14,8 @@ from .. import _core
 from .._serialization import DictSerializable
 from ..arrays import Bools, Floats, floats
 from ..errors import CameraError
+from ..io.html_form import html_table
+from ..notices import understands
 from ._arguments import Lens, Model, PixelCenter, Size, Up, checked_up, lens_of, make, matrix, vector
 from ._background import Background
 from ._constructors import Constructors
@@ -62,6 +65,7 @@ class Camera(Constructors, Copies, Optics, DictSerializable):
 
     __slots__ = ("_core", "_lens", "_up")
 
+    @understands(lens="model")
     def __init__(
         self,
         K: npt.ArrayLike,
@@ -293,6 +297,12 @@ class Camera(Constructors, Copies, Optics, DictSerializable):
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Camera:
         """The same camera at another pose: camera_from_world [3, 3] and centre [3]. A camera's motion moves along."""
         return Camera._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
+
+    def _repr_html_(self) -> str:
+        """The table that a notebook shows."""
+        name, *lines = repr(self).split("\n")
+        rows = [line.partition(" = ")[::2] for line in re.split(r"\n {4}(?=\S)", "\n".join(lines)[4:])]
+        return html_table(name, ("", ""), [(key, " ".join(value.split())) for key, value in rows])
 
     def __repr__(self) -> str:
         """Size, K, R, C, angles and lens as text."""

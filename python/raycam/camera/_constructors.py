@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import Floats, floats, lengths, product, size_of
 from ..errors import CameraError, nearest
+from ..notices import understands
 from ._arguments import (
     Lens,
     Model,
@@ -67,6 +68,7 @@ class Constructors:
         return cls._of(make("from_matrix", p.tolist(), size, pixel_center), up)
 
     @classmethod
+    @understands(lens="model")
     def from_pose(
         cls,
         location: npt.ArrayLike,
@@ -100,6 +102,7 @@ class Constructors:
         return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
+    @understands(lens="model")
     def look_at(
         cls,
         eye: npt.ArrayLike,
@@ -135,6 +138,7 @@ class Constructors:
         return cls._of(made, axis, lens_of(distortion, model))
 
     @classmethod
+    @understands(lens="model")
     def from_opencv(
         cls,
         K: npt.ArrayLike,
@@ -164,6 +168,7 @@ class Constructors:
         return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
+    @understands(lens="model")
     def from_opengl(
         cls,
         K: npt.ArrayLike,
@@ -187,6 +192,7 @@ class Constructors:
         return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
+    @understands(lens="model")
     def from_transform(
         cls,
         K: npt.ArrayLike,
@@ -220,6 +226,7 @@ class Constructors:
         )
 
     @classmethod
+    @understands(lens="model")
     def from_quaternion(
         cls,
         K: npt.ArrayLike,

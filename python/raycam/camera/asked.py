@@ -7,15 +7,31 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
+from ..notices import warn
 
 if TYPE_CHECKING:
     from ..world import World
     from . import Camera
 
-__all__ = ["OPENERS", "camera_of", "world_of"]
+__all__ = ["OPENERS", "UNPOSED", "camera_of", "is_unposed_within", "world_of"]
 
 OPENERS: dict[str, Callable[..., Any]] = {}
 """The functions `load` and `load_cameras`, which stand above this module: the package puts them here."""
+
+
+UNPOSED = "the camera is at the origin, amid the world, as a calibration without a pose leaves it"
+"""What is said of a camera for which `is_unposed_within`."""
+
+
+def is_unposed_within(world: World, camera: Camera) -> bool:
+    """True if the camera is at the origin, unrotated, and the origin is within the bounds of the world."""
+    bounds = world.bounds
+    if bounds is None or camera.is_parallel or camera.C.any() or (camera.R != IDENTITY).any():
+        return False
+    return bool(((bounds[0] <= 0) & (bounds[1] >= 0)).all())
+
+
+IDENTITY = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
 def world_of(world: Any) -> World:
@@ -52,6 +68,10 @@ def camera_of(world: World, camera: Any) -> Camera:
         return world.camera(name)
     if isinstance(camera, os.PathLike) or (name is not None and os.path.exists(name)):
         first: Camera = next(iter(OPENERS["load_cameras"](camera).values()))
+        if is_unposed_within(world, first):
+            warn(
+                f"{UNPOSED}; camera.at_pose(R, C) or world.view_from('front', camera=camera) puts it elsewhere"
+            )
         return first
     if name is not None:
         return world.camera(name)

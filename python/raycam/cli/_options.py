@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..errors import SettingsError
 from .options.framing import add_preset, is_framed, preset, reject_look
@@ -323,10 +323,21 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
 
 
 def view(world: World, options: argparse.Namespace) -> Camera:
-    """The camera of `--camera` and `--size`."""
+    """The camera of `--camera` and `--size`, at the place of `--view-from` and `--zoom`."""
+    from ..camera.asked import UNPOSED, is_unposed_within
+
     if is_framed(world, options):
-        return world.view_from(**_framing(options))
-    reject_look(options, ("view_from", "zoom", "fov"), "frames the whole world; it goes without --camera")
+        return world.view_from(**_framing(world, options))
+    camera = _given_camera(world, options)
+    if options.camera is not None and is_unposed_within(world, camera):
+        print_notice(f"{UNPOSED}; --view-from SIDE puts it where the world fits")
+    return camera
+
+
+def _given_camera(world: World, options: argparse.Namespace) -> Camera:
+    """The camera of `--camera` and `--size`, where it stands."""
+    if options.camera is not None:
+        reject_look(options, ("fov",), "the field of view is that of --camera")
     if options.camera is None:
         camera = world.default_camera()
     elif options.camera not in world.cameras and (file := calibration_file(options.camera)) is not None:
@@ -352,12 +363,14 @@ def turning_view(world: World, options: argparse.Namespace) -> Camera:
     """The camera that frames a world that turns around the upright axis through its middle."""
     from ..world.framing import framing_camera
 
-    return framing_camera(world, **_framing(options), turning=True)
+    return framing_camera(world, **_framing(world, options), turning=True)
 
 
-def _framing(options: argparse.Namespace) -> dict[str, Any]:
+def _framing(world: World, options: argparse.Namespace) -> dict[str, Any]:
     """The options of looks as arguments of `World.view_from`."""
     given = {name: getattr(options, name, None) for name in ("fov", "zoom")}
+    if getattr(options, "camera", None) is not None:
+        given["camera"] = _given_camera(world, options)
     return {
         "size": options.size or (640, 480),
         "direction": getattr(options, "view_from", None) or "default",
@@ -390,14 +403,18 @@ def load_world(options: argparse.Namespace) -> World:
             f"{options.world}: there is no such file here, so the one that comes with raycam is meant"
         )
     folder = getattr(options, "folder", None)
-    up = getattr(options, "up", None)
-    guessed = up is None and os.fspath(path).lower().endswith(".obj")
-    world = load(path, texture_memory=options.texture_memory, folder=folder, up="y" if guessed else up)
-    if guessed:
+    up = getattr(options, "up", None) or guessed_up(path)
+    world = load(path, texture_memory=options.texture_memory, folder=folder, up=up)
+    if up is not None and getattr(options, "up", None) is None:
         print_notice("taken as y up, as most OBJ files are; --up z if it lies on its side")
     print_notices(world.notices)
     print_detail(f"{world!r}, bounds {[] if world.bounds is None else world.bounds.round(6).tolist()}")
     return world
+
+
+def guessed_up(path: str | os.PathLike[str]) -> Literal["y"] | None:
+    """The up axis of a mesh whose file does not state it: y for OBJ; None for all others, which `load` knows."""
+    return "y" if os.fspath(path).lower().endswith(".obj") else None
 
 
 def print_notices(notices: Sequence[str]) -> None:

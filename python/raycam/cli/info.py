@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ._options import Command, add_folder, add_known, load_calibration, print_notice
+from ._options import Command, add_folder, add_known, guessed_up, load_calibration, print_notice
 
 CALIBRATIONS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
@@ -32,7 +32,7 @@ def _run(options: argparse.Namespace) -> None:
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
     else:
-        print(info(load(path, folder=options.folder)))
+        print(info(load(path, folder=options.folder, up=guessed_up(path))))
 
 
 COMMAND = Command(

@@ -309,6 +309,7 @@ COMMAND = Command(
     [
         "raycam render model.glb                                    a picture, model.png, in the studio",
         "raycam render model.glb --view-from 1,1,2 --zoom 1.2       from another side",
+        "raycam render model.glb --camera calib.yaml --view-from front    through a lens without a pose",
         "raycam render model.glb --hdri sky.hdr --ground -o a.png   in the light of an image",
         "raycam render model.glb --background white --preset good   for a catalogue",
         "raycam render model.glb --turntable -o model.mp4           a video that turns around it",

@@ -14,10 +14,12 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..arrays import whole
 from ..calibration import Cameras
 from ..camera import Camera
-from ..camera.asked import world_of
+from ..camera.asked import UNPOSED, is_unposed_within, world_of
 from ..cluster.pools import make_pool
 from ..errors import SettingsError, nearest
 from ..io import atomic_files
@@ -189,7 +191,7 @@ def write(
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    late = late_times(plan)
+    late = [*late_times(plan), *unposed_cameras(plan)]
     what = job_package(format, plan)
     job = Job(target, what, resume=resume)
     damaged = job.status().damaged
@@ -274,6 +276,17 @@ def make_plan(
         if isinstance(cameras, Rig) or any(isinstance(item, Rig) for item in _items(cameras)):
             raise SettingsError("a rig is of one world, and a recipe makes many: give it the rig's cameras")
         given = [camera for camera in _items(cameras) if isinstance(camera, Camera)]
+        sought = any("see" in row for row in world.description["camera"])
+        if (
+            sought
+            and given
+            and all(np.array_equal(item.R, np.eye(3)) and not item.location.any() for item in given)
+        ):
+            raise SettingsError(
+                "the given cameras are at the origin, as a calibration without a pose leaves them, and replace those "
+                'of the recipe, which are told what to see: leave cameras out, and write calibration = "FILE" instead '
+                "of size, fov or K into [[camera]]"
+            )
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
     return Plan(first, shots, rendering, options, threads, world)
 
@@ -294,6 +307,13 @@ def late_times(plan: Plan) -> list[str]:
         f"all {len(times)} times are after the end of the world's video ({video.frames / video.fps:g} s): the first is "
         f"{first!r}{unit}. The world stands still at its end: give seconds from its beginning (--time-offset first)"
     ]
+
+
+def unposed_cameras(plan: Plan) -> list[str]:
+    """The notice that all cameras are at the origin, amid the world, as files without poses leave them."""
+    if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
+        return []
+    return [f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"]
 
 
 def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:

@@ -155,6 +155,10 @@ class Explanation:
         seen = text.name(self.winner) if self.winner else "no triangle"
         return f"Explanation of pixel {self.pixel}: sees {seen}; print it for all steps"
 
+    def _repr_svg_(self) -> str:
+        """The figure that a notebook shows."""
+        return self.svg()
+
     def svg(self) -> str:
         """The figure as SVG: the picture with the marked pixel, ray and triangle in 3D, and the inside test."""
         return figure.figure(self)

@@ -23,11 +23,13 @@ from .. import _core
 from ..arrays import Floats, product, whole
 from ..camera import Background, Camera
 from ..errors import FormatError, WorldError
+from ..io.html_form import html_table
 from ..progress import bar
 from ..world import World
 from ..world.description import plain
 from ..world.load import load
 from .backgrounds import BackgroundFolder
+from .calibrated import calibrated
 from .draws import ONE_OF, RandomStream, RejectedSample, known_keys
 from .placement import ConvexPrism, PlacementSampler
 from .views import place_camera
@@ -62,6 +64,9 @@ class Recipe:
     * `on` puts an object on another one, by name: at a random position, with a random rotation about the up axis, its
       lowest point on a level surface, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Objects
       with `on` only stand on objects without.
+    * `calibration = "calib.yaml"` in a [[camera]] has size, K and lens of the camera of that file (of several the one
+      with the same `name`), and its pose, if neither `see` nor a pose is given. `lens` is the model of coefficients
+      whose file does not state it.
     * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
     * `background = { folder = "photos" }`, or the name of the folder, lays one of its pictures behind each camera of
@@ -100,6 +105,15 @@ class Recipe:
             if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
                 raise WorldError(f"{kind} must be a list of tables, not {one!r}")
             self.description[kind] = [dict(row) for row in rows]
+
+    def _repr_html_(self) -> str:
+        """The table that a notebook shows: a row for each object, light and camera of the recipe."""
+        rows = [
+            (kind, row.get("name", row.get("type", "")), row.get("count", 1), ", ".join(row))
+            for kind in ("object", "light", "camera")
+            for row in self.description[kind]
+        ]
+        return html_table(repr(self), ("", "name", "count", "keys"), rows)
 
     def __repr__(self) -> str:
         """Source, seed and counts of tables as text."""
@@ -168,7 +182,7 @@ class Recipe:
     def files(self) -> dict[str, str]:
         """The SHA-256 of every named file in the folder; meshes and worlds include the files that they name."""
         found: dict[str, str] = {}
-        for key in ("mesh", "texture", "textures", "image", "profile", "world"):
+        for key in ("mesh", "texture", "textures", "image", "profile", "world", "calibration"):
             for name in _values(self.description, key):
                 path = self._inside(str(name))
                 if not isinstance(name, str) or name in found or path is None or not path.is_file():
@@ -334,7 +348,15 @@ class Recipe:
         name = row.get("name", "camera")
         if wanted is not None and not isinstance(wanted, Mapping):
             raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}")
+        if "calibration" in row:
+            path = self._inside(str(row["calibration"]))
+            if path is None:
+                raise WorldError(
+                    f"camera {name!r}: calibration = {row['calibration']!r} is not in the recipe's folder"
+                )
+            row = calibrated(row, path, world.up, f"camera {name!r}")
         if wanted is not None:
+            row = {key: value for key, value in row.items() if key != "t"}
             row |= {"R": np.eye(3).tolist(), "C": [0.0, 0.0, 0.0]}
         lens: Camera = next(
             iter(World.from_dict({"up": world.up, "camera": [row]}, folder=self.folder).cameras.values())

@@ -16,7 +16,7 @@ from ..errors import SettingsError, nearest
 from ..notices import warn_all
 from .composition import over, shadow_ratio, studio_shadow
 from .frame import CHANNELS, VIEWS, Frame
-from .old_names import OLD_NAMES, current_names
+from .old_names import ELSEWHERE, OLD_NAMES, current_names
 from .sight import LIT, blank_notices
 
 if TYPE_CHECKING:
@@ -141,6 +141,8 @@ def render(
         }
     )
     for name in renamed.keys() - set(OLD_NAMES.values()):
+        if name in ELSEWHERE:
+            raise SettingsError(f"render has no option {name}: {ELSEWHERE[name]}")
         raise SettingsError(nearest("option of render", name, OPTIONS))
     given = {
         "integrator": integrator,
@@ -202,7 +204,7 @@ class _Picture:
         if self.denoised:
             return _denoised(replace(self, world=world, chosen=chosen, framed=False), names, clear, said)
         if chosen.get("integrator") == "reference":
-            return _reference(world, camera, names, chosen, self._unused(clear))
+            return _reference(world, camera, names, chosen, self._unused(clear), self.progress)
         request, stops, display = request_of(
             world,
             chosen,
@@ -460,7 +462,12 @@ def _denoised(one: _Picture, names: list[str], clear: bool, said: list[str]) -> 
 
 
 def _reference(
-    world: World, camera: Camera, names: list[str], chosen: dict[str, Any], unused: set[str]
+    world: World,
+    camera: Camera,
+    names: list[str],
+    chosen: dict[str, Any],
+    unused: set[str],
+    progress: Progress | None,
 ) -> Frame:
     """Renders with the NumPy reference."""
     from .. import reference
@@ -474,7 +481,7 @@ def _reference(
         raise SettingsError(
             f"{', '.join(sorted(unused))}: the reference traces one ray through each pixel's centre, plainly"
         )
-    seen = reference.render(world, camera)
+    seen = reference.render(world, camera, progress)
     missing = [name for name in names if name not in seen]
     if missing:
         known = ", ".join(name for name in CHANNELS if name in seen)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,6 +82,15 @@ class Frames(Sequence[Frame]):
     def __iter__(self) -> Iterator[Frame]:
         """Iterates over the pictures."""
         return (self[i] for i in range(len(self)))
+
+    def _repr_html_(self) -> str:
+        """The first eight pictures that a notebook shows: the colour, or else the first channel."""
+        shown = []
+        channel = "color" if "color" in self._channels else next(iter(self._channels))
+        for frame in self[:8]:
+            data = base64.b64encode(frame.to_png(channel=channel)).decode()
+            shown.append(f'<img width="{min(240, frame.size[0])}" src="data:image/png;base64,{data}">')
+        return f"<div><b>{escape(repr(self))}</b></div>" + "".join(shown)
 
     def __repr__(self) -> str:
         """Count, size and channels as text."""

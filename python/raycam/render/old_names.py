@@ -8,9 +8,19 @@ from typing import Any
 from ..errors import SettingsError
 from ..notices import warn
 
-__all__ = ["OLD_NAMES", "current_names"]
+__all__ = ["ELSEWHERE", "OLD_NAMES", "current_names"]
 
 OLD_NAMES = {"noise": "noise_threshold", "time": "time_limit", "transparent": "transparent_background"}
+
+SIZE = "the size is the camera's: world.default_camera((640, 480)), world.view_from(size=...), camera.resized(...)"
+ELSEWHERE = {
+    **dict.fromkeys(("size", "resolution", "width", "height"), SIZE),
+    **dict.fromkeys(("spp", "sample_count", "num_samples"), "the number of rays per pixel is samples"),
+    **dict.fromkeys(("light", "lights"), "lights are the world's: world.add_light(...)"),
+    **dict.fromkeys(("background", "background_color"), "transparent_background=True, and frame.over(color)"),
+    "output": "frame.save(path) writes the picture",
+}
+"""What is an option of rendering in other programs, and where it is here."""
 
 
 def current_names(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from ..camera import Camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
 from ..errors import CameraError, nearest
+from ..io.html_form import html_table
 from ..render import channel_names, render
 from ..render.frame import Frame
 from ._rectify import rectified
@@ -305,6 +306,13 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         """
         names = self.pair(left, right)
         return Rig.of(rectified(self[names[0]], self[names[1]], K, size), name=self.name)
+
+    def _repr_html_(self) -> str:
+        """The table of cameras that a notebook shows."""
+        rows = [
+            (name, f"{one.size[0]} x {one.size[1]}", one.C.round(6).tolist()) for name, one in self.items()
+        ]
+        return html_table(repr(self).partition("\n")[0], ("camera", "size", "C"), rows)
 
     def __repr__(self) -> str:
         """The body and its cameras as text."""

@@ -18,6 +18,7 @@ from ..errors import WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
+from ..io.html_form import html_table
 from ..notices import warn_all
 from ..rig import Rig
 from .description import corner_values, indices, plain
@@ -191,8 +192,10 @@ class World(RayQueries, PointQueries):
         """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
         Takes a dict, keywords, or both; the path of a mesh file, or the word for a shape:
-        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", color="tomato")`,
+        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", radius=2)`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        The keys of a shape may stand beside it, and a number or list in its place is the size of a box or plane and the
+        radius of a sphere.
         With `shadow_catcher=True`, pictures with a transparent background or a photograph behind show the shadows on it
         alone, as on a ground that the photograph shows; in others it is a surface.
         The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
@@ -443,15 +446,18 @@ class World(RayQueries, PointQueries):
         size: Iterable[int] = (640, 480),
         fov: float = 45.0,
         zoom: float = 1.0,
+        camera: Camera | None = None,
     ) -> Camera:
         """A camera from which the whole world just fits into a picture of `size` (width, height).
 
         `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
         or a vector [3] from the middle of the world to the camera. The front of a z-up world looks to -y, of a y-up
         world to +z, as in Blender and glTF. `fov` is the vertical field of view in degrees. `zoom` enlarges: 1 fills
-        nine tenths of the picture. Raises `CameraError` for an empty world, `SettingsError` for other values.
+        nine tenths of the picture. `camera`, a calibration without a pose say, keeps its size, K and lens, and is put
+        where the world fits: `size` and `fov` are its own then. Raises `CameraError` for an empty world,
+        `SettingsError` for other values.
         """
-        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom)
+        return framing_camera(self, direction, size=size_of(tuple(size)), fov=fov, zoom=zoom, camera=camera)
 
     # Time -------------------------------------------------------------------------------------------------
 
@@ -526,6 +532,13 @@ class World(RayQueries, PointQueries):
         with no_fork():
             self._core.prepare(threads)
         return self
+
+    def _repr_html_(self) -> str:
+        """The table of objects that a notebook shows, with lights and cameras below."""
+        rows = [(item.id, item.name, item.category or "", item.triangles) for item in self.objects]
+        notes = [f"light: {light['type']}" for light in self.lights]
+        notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
+        return html_table(repr(self), ("id", "name", "category", "triangles"), rows, notes[:20])
 
     def __repr__(self) -> str:
         """The counts as text."""

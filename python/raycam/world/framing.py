@@ -52,11 +52,14 @@ def framing_camera(
     fov: float = FOV,
     zoom: float = 1.0,
     turning: bool = False,
+    camera: Camera | None = None,
 ) -> Camera:
     """A camera from which the whole world just fits into the picture; see `World.view_from`.
 
     If `turning`, the world fits whatever angle it is turned to about the upright axis through its middle.
     """
+    if camera is not None:
+        size = camera.size
     toward = _direction(direction, world.up)
     points = bounding_corners(world)
     if points is None:
@@ -70,6 +73,8 @@ def framing_camera(
     if turning:
         points = _turned_around(points, middle, 2 if world.up == "z" else 1)
     facing = Camera.look_at(middle + toward, middle, up_vector, size=(int(size[0]), int(size[1])), fov=fov)
+    if camera is not None:
+        return _fitting_pose(camera, facing.R, points, middle, zoom)
     seen = product(points - middle, facing.R.T)
     reach = MARGIN * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
     # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points; so too for y. The nearest such eye is wanted.
@@ -82,6 +87,66 @@ def framing_camera(
     if nearest_point - eye[2] <= 1e-9 * extent or extent == 0.0:
         eye[2] = nearest_point - (extent or 1.0)
     return facing.replace(C=middle + product(eye[None], facing.R)[0])
+
+
+def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floats, zoom: float) -> Camera:
+    """`camera` as near to `middle` as all points [n, 3] are in the picture, by its own lens.
+
+    It stands where a camera of `rotation` would, whose axis goes through `middle`, and sees `middle` in the
+    middle of the picture, even where that is far from the principal point.
+    """
+    if camera.is_parallel:
+        raise CameraError("the rays of this camera are parallel: no distance makes the world fit its picture")
+    half = MARGIN * zoom * np.array(camera.size) / 2
+    center = np.array(camera.size) / 2 + camera.corner
+    axis, rotation = rotation[2], _turned_to(camera, center, rotation)
+    radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
+
+    def excess(distance: float, cloud: Floats) -> Floats:
+        """How far the points are out of the picture, 1 at its margin; +inf for those of which the lens has no image."""
+        posed = camera.at_pose(rotation, middle - distance * axis)
+        with np.errstate(invalid="ignore"):
+            pixels, seen = posed.project(cloud)
+            share = (np.abs(pixels - center) / half).max(axis=1)
+        return np.where(seen & np.isfinite(share), share, np.inf)
+
+    def nearest(cloud: Floats) -> float:
+        """The least distance at which the points fit, not within the sphere around the world."""
+        low = high = radius
+        while not (excess(high, cloud) <= 1).all():
+            low, high = high, 2 * high
+            if high > MAX_DISTANCE * radius:
+                raise CameraError(f"no distance makes the world fit the picture of {camera!r}")
+        while high - low > 1e-4 * high:
+            between = (low + high) / 2
+            low, high = (low, between) if (excess(between, cloud) <= 1).all() else (between, high)
+        return high
+
+    # A few extreme points decide; those that are out all the same join them.
+    few = points[np.unique([int(product(points, way).argmax()) for way in WAYS])]
+    while True:
+        distance = nearest(few)
+        beyond = excess(distance, points)
+        out = np.flatnonzero(beyond > 1)
+        if len(out) == 0:
+            return camera.at_pose(rotation, middle - distance * axis)
+        few = np.concatenate([few, points[out[np.argsort(-beyond[out], kind="stable")[:64]]]])
+
+
+def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
+    """`rotation`, turned by the least angle that gives the ray of the pixel the direction of the axis."""
+    ray = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
+    if not np.isfinite(ray).all():
+        raise CameraError(
+            f"there is no ray in the middle of the picture, pixel {pixel.tolist()}, of {camera!r}"
+        )
+    x, y, z = ray / np.sqrt((ray * ray).sum())
+    if z < -0.999:
+        raise CameraError(f"the middle of the picture, pixel {pixel.tolist()}, looks backwards in {camera!r}")
+    # Rodrigues' rotation of (0, 0, 1) to (x, y, z).
+    a = 1 / (1 + z)
+    turn = np.array([[1 - x * x * a, -x * y * a, x], [-x * y * a, 1 - y * y * a, y], [-x, -y, z]])
+    return product(turn, rotation)
 
 
 def bounding_corners(world: World) -> Floats | None:
@@ -135,5 +200,11 @@ def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
     return np.concatenate(found)
 
 
+MAX_DISTANCE = 1e6
+"""The farthest that a framing camera stands, in radii of the world."""
+WAYS = np.array(
+    [[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)], float
+)
+"""Directions [26, 3] to the corners, edges and sides of a box, in which extreme points are looked for."""
 RINGS, CORNERS = 32, 32
 """The rings that bound a turning world, and the corners of each."""

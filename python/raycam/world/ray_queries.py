@@ -84,7 +84,7 @@ class RayQueries:
         1e70; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
         instance, triangle).
 
-        `exact=False` decides in float32 instead: several times as fast for rays that share nothing, but a hit nearer
+        `exact=False` decides in float32 instead: about twice as fast for rays that share nothing, but a hit nearer
         than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
         other. It starts all rays at t = 0 and takes all surfaces; `coherent` tells it whether neighbouring rays are
         similar (None: detected), for speed only.

@@ -247,7 +247,7 @@ impl Cross {
         let ([a, b, c], [size_a, size_b, size_c]) = (self.components, self.sizes);
         let value = a.scale(x).add(b.scale(y)).add(c.scale(z));
         let size = x.abs() * size_a + y.abs() * size_b + z.abs() * size_c;
-        (value, value.high.abs() > ROUNDABLE * size)
+        (value, value.high.abs() >= ROUNDABLE * size)
     }
 
     #[inline(always)]
@@ -255,7 +255,7 @@ impl Cross {
         let ([a, b, c], [size_a, size_b, size_c]) = (self.components, self.sizes);
         let value = a.mul(x).add(b.mul(y)).add(c.mul(z));
         let size = x.high.abs() * size_a + y.high.abs() * size_b + z.high.abs() * size_c;
-        (value, value.high.abs() > ROUNDABLE * size)
+        (value, value.high.abs() >= ROUNDABLE * size)
     }
 }
 

@@ -63,7 +63,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
         chunks.report_cost(singles.len() - before, std::mem::take(&mut singles.visits));
         if singles.len() >= SINGLE_FLUSH_THRESHOLD {
             let tasks = singles.drain(rays);
-            traverse_interleaved::<I, _>(scene, RayState::idle(), &mut ClosestSink { scene, tasks, hits });
+            traverse_interleaved::<I, _>(scene, RayState::idle, &mut ClosestSink { scene, tasks, hits });
         }
     }
     if MAY_DIVERGE || !scene.is_single_mesh {
@@ -71,7 +71,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     }
     if singles.len() > 0 {
         let tasks = singles.drain(rays);
-        traverse_interleaved::<I, _>(scene, RayState::idle(), &mut ClosestSink { scene, tasks, hits });
+        traverse_interleaved::<I, _>(scene, RayState::idle, &mut ClosestSink { scene, tasks, hits });
     }
 }
 

@@ -10,7 +10,7 @@
 //!
 //! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the same
 //! operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hence hits are the same bits in a
-//! packet and alone. `exact` repeats closest hits in float64 and finds all
+//! packet and alone. `exact` repeats all three in float64 and finds all
 //! crossings; `point` finds closest points; `closest` and `occluded` are the queries in float32.
 //!
 //! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point; closest, occluded.

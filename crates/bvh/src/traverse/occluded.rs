@@ -68,12 +68,12 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
         }
         if singles.len() >= SINGLE_FLUSH_THRESHOLD {
             let tasks = singles.drain(rays);
-            traverse_interleaved::<I, _>(scene, RayState::idle(), &mut OcclusionSink { scene, tasks, occluded });
+            traverse_interleaved::<I, _>(scene, RayState::idle, &mut OcclusionSink { scene, tasks, occluded });
         }
     }
     if singles.len() > 0 {
         let tasks = singles.drain(rays);
-        traverse_interleaved::<I, _>(scene, RayState::idle(), &mut OcclusionSink { scene, tasks, occluded });
+        traverse_interleaved::<I, _>(scene, RayState::idle, &mut OcclusionSink { scene, tasks, occluded });
     }
 }
 

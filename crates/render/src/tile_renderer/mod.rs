@@ -157,6 +157,16 @@ impl<'a> TileRenderer<'a> {
         self.stats.notices(self.settings, pixels, notices);
     }
 
+    /// True if a frame of this many samples has the same texture filter and scene.
+    pub fn is_frame_of(&self, samples: u32) -> bool {
+        let planned = self.settings.samples;
+        let [width, height] = self.camera.size().map(u64::from);
+        let pays = |samples| self.world.geometry.flattening_pays(width * height * u64::from(samples));
+        let is_flat = !std::ptr::eq(self.scene, &self.world.geometry.scene);
+        let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
+        same_scene && RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned)
+    }
+
     /// Scene that rays of a world are traced against: the renderer's for its own world, otherwise the world's
     /// two-level scene.
     fn scene_of<'w>(&self, world: &'w PreparedWorld) -> &'w Scene

@@ -15,6 +15,8 @@ use crate::film::tile::{RAY_BLOCK, Tile};
 const PIXEL_MARGIN: f64 = 2.0;
 /// Relative error of a few float64 operations.
 const EPS64: f64 = 1e-12;
+/// Pixels for each box from which the mask is worth its projections: a box takes eight, and a pixel saves one ray at most.
+const PIXELS_PER_BOX: u64 = 8;
 /// Depth over distance below which a box may project anywhere.
 const MIN_DEPTH_RATIO: f64 = 1e-6;
 
@@ -28,13 +30,16 @@ pub(crate) struct ScreenMask {
 }
 
 impl ScreenMask {
-    /// Mask of a region; `None` if it is unknown or covers every block.
+    /// Mask of a region; `None` if it is unknown, covers every block or does not pay.
     pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
         let straight = matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
         if !straight || camera.aperture().is_some() || camera.motion().is_some() {
             return None;
         }
         let [x, y, width, height] = region;
+        if u64::from(width) * u64::from(height) < PIXELS_PER_BOX * boxes.len() as u64 {
+            return None;
+        }
         let across = width.div_ceil(RAY_BLOCK) as usize;
         let mut mask = Self {
             first_pixel: [x, y],

@@ -36,9 +36,11 @@ def preset(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def is_framed(world: World, options: argparse.Namespace) -> bool:
-    """True if the camera is none of the world's or of a calibration, but frames the world."""
-    asked = any(getattr(options, name, None) is not None for name in ("view_from", "zoom", "fov"))
-    return getattr(options, "camera", None) is None and (asked or not world.cameras)
+    """True if the camera stands where the world fits the picture, and not where the world or a calibration has it."""
+    asked = any(getattr(options, name, None) is not None for name in ("view_from", "zoom"))
+    if getattr(options, "camera", None) is not None:
+        return asked
+    return asked or getattr(options, "fov", None) is not None or not world.cameras
 
 
 def reject_look(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:

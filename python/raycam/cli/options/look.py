@@ -31,7 +31,8 @@ def add_look(command: argparse.ArgumentParser) -> None:
         "--view-from",
         metavar="SIDE",
         type=side,
-        help="front, back, left, right, top, bottom, iso, or X,Y,Z: from the middle to the camera",
+        help="front, back, left, right, top, bottom, iso, or X,Y,Z: from the middle to the camera; beside --camera, "
+        "its lens is put where the world fits",
     )
     group.add_argument("--zoom", metavar="N", type=float, help="larger: 1 fills nine tenths of the picture")
     group.add_argument("--fov", metavar="DEGREES", type=float, help="vertical field of view (default 45)")

@@ -24,7 +24,7 @@ def h5py() -> ModuleType:
     try:
         return importlib.import_module("h5py")
     except ImportError:
-        raise SettingsError("hdf5 needs h5py: pip install h5py") from None
+        raise SettingsError("the format hdf5 needs h5py: pip install 'raycam[hdf5]'") from None
 
 
 def check(plan: Plan) -> None:

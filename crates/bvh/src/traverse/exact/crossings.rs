@@ -33,7 +33,7 @@ pub fn crossings_batch<I: Isa>(
 ) {
     let lists = Lists { of_rays: vec![0..0; rays.len()], owners: vec![], hits: vec![], spare: vec![] };
     let mut source = CrossingSource { scene, rays: rays.iter().enumerate(), filter, answers, lists };
-    traverse_interleaved::<I, _>(scene, ExactRayState::idle(triangles), &mut source);
+    traverse_interleaved::<I, _>(scene, || ExactRayState::idle(triangles), &mut source);
     let Lists { of_rays, owners, mut hits, .. } = source.lists;
     if let Crossings::List { limit, counts, found } = answers {
         refine_hits::<I>(rays, |i| owners[i], triangles, &mut hits);
@@ -45,7 +45,7 @@ pub fn crossings_batch<I: Isa>(
     }
 }
 
-/// What is wanted of the crossings of a ray.
+/// The answer that is wanted of the crossings of a ray.
 #[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     Count,

@@ -24,6 +24,9 @@ use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 /// Rays within this many times the size of the scene start at their given origin, so that a common origin is kept.
 const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 
+/// Rays from which packets are tried: their memory is cleared for each batch.
+const MIN_RAYS: usize = 8;
+
 /// Candidates per ray from which each triangle of a leaf is tested against all rays at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
 
@@ -35,6 +38,9 @@ pub fn closest_exact_batch<I: Isa>(
     any_hit: bool,
     hits: &mut [ExactHit],
 ) {
+    if rays.len() < MIN_RAYS {
+        return trace_alone::<I>(scene, (rays, 0..rays.len()), triangles, None, any_hit, hits);
+    }
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
     let (mut exact, mut alone) = (RaySoa64::EMPTY, vec![]);
     exact.any_hit = any_hit;
@@ -144,7 +150,7 @@ impl PacketQuery for ExactQuery<'_> {
             Some(subtree) if !self.scene.is_single_mesh => {
                 let (scene, triangles) = (self.scene, self.triangles);
                 let mut source = SubtreeSource { query: self, subtree, lanes, indices };
-                traverse_interleaved::<I, _>(scene, ExactRayState::idle(triangles), &mut source);
+                traverse_interleaved::<I, _>(scene, || ExactRayState::idle(triangles), &mut source);
             }
             _ => self.alone |= ray_mask(lanes, indices),
         }

@@ -10,7 +10,7 @@ use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{ClippedRay, coordinate_error, max_abs, to_mesh_space};
 use crate::traverse::exact::leaf::{SureCrossings, candidates, sure_crossings};
 use crate::traverse::node_test::intersect_children;
-use crate::traverse::single::interleaved::{RAYS_IN_FLIGHT, RayInFlight};
+use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
 
@@ -66,10 +66,10 @@ pub struct ExactRayState<'a, S> {
 }
 
 impl<'a, S: RaySearch> ExactRayState<'a, S> {
-    /// States without a ray.
+    /// A state without a ray.
     #[inline(always)]
-    pub fn idle(triangles: &'a dyn ExactTriangles) -> [Self; RAYS_IN_FLIGHT] {
-        std::array::from_fn(|_| Self {
+    pub fn idle(triangles: &'a dyn ExactTriangles) -> Self {
+        Self {
             ray: TravRay::EMPTY,
             blocks: &[],
             node: NodeRef::EMPTY,
@@ -88,7 +88,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
             ray_id: 0,
             search: None,
             stack: Stack::new(),
-        })
+        }
     }
 
     /// Starts a ray, through one subtree or the whole scene; false if it misses by definition.

@@ -92,7 +92,7 @@ pub fn trace_alone<I: Isa>(
     hits: &mut [ExactHit],
 ) {
     let mut source = HitSource { scene, rays, numbers, filter, any_hit, hits };
-    traverse_interleaved::<I, _>(scene, ExactRayState::idle(triangles), &mut source);
+    traverse_interleaved::<I, _>(scene, || ExactRayState::idle(triangles), &mut source);
 }
 
 /// Any hits that a filter accepts; or, where it does not accept the closest hits at hand, the closest that it does.

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 
 /// Rays in flight per thread.
-pub const RAYS_IN_FLIGHT: usize = 24;
+const RAYS_IN_FLIGHT: usize = 24;
 
 /// Rays at nodes that may wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
@@ -86,13 +86,14 @@ fn pop_lowest_bit(bits: &mut u32) -> u32 {
     i
 }
 
-/// Traces all rays of a source, in the given idle states.
+/// Traces all rays of a source; `idle` makes a state without a ray, in place, since states are large.
 #[inline(always)]
 pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
     scene: &'a Scene,
-    mut states: [R; RAYS_IN_FLIGHT],
+    idle: impl Fn() -> R,
     source: &mut impl RaySource<R>,
 ) {
+    let mut states: [R; RAYS_IN_FLIGHT] = std::array::from_fn(|_| idle());
     let mut ready = ReadyMasks::default();
     for (i, state) in states.iter_mut().enumerate() {
         if !source.start(state) {

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 use crate::traverse::node_test::{intersect_children, setup_instance_ray};
 use crate::traverse::single::closest_hit::{ClosestHit, NO_PRIM, any_hit};
-use crate::traverse::single::interleaved::{RAYS_IN_FLIGHT, RayInFlight};
+use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
 use crate::traverse::triangle::single::edge_test;
@@ -60,10 +60,10 @@ pub struct RayState<'a, const ANY_HIT: bool> {
 const _: () = assert!(size_of::<RayState<false>>() / 64 % 2 == 1);
 
 impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
-    /// States without a ray.
+    /// A state without a ray.
     #[inline(always)]
-    pub fn idle() -> [Self; RAYS_IN_FLIGHT] {
-        std::array::from_fn(|_| Self {
+    pub fn idle() -> Self {
+        Self {
             ray: TravRay::EMPTY,
             blocks: &[],
             node: NodeRef::EMPTY,
@@ -80,7 +80,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
             hit: Hit::MISS,
             world_ray: Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 },
             stack: Stack::new(),
-        })
+        }
     }
 
     /// Starts a ray; false if it misses by definition.

@@ -1,0 +1,25 @@
+"""Formulas as MathML, which browsers show by themselves: pages need no script and no network."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from docutils import nodes
+from latex2mathml.converter import convert
+
+
+def inline(writer: Any, node: nodes.math) -> None:
+    """Writes a formula within a line."""
+    writer.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def display(writer: Any, node: nodes.math_block) -> None:
+    """Writes a formula on a line of its own."""
+    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    raise nodes.SkipNode
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx."""
+    app.add_html_math_renderer("mathml", (inline, None), (display, None))

@@ -1,0 +1,27 @@
+"""Tables in HTML: the forms that objects have at the end of a notebook's cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+__all__ = ["html_table"]
+
+MAX_ROWS = 20
+"""Rows that are shown; the rest is counted."""
+
+
+def html_table(
+    title: str, head: Sequence[str], rows: Iterable[Sequence[object]], notes: Sequence[str] = ()
+) -> str:
+    """A title in bold, a table of at most `MAX_ROWS` rows, and lines below; all text is escaped."""
+    every = list(rows)
+    parts = [f"<div><b>{escape(title)}</b>"]
+    if every:
+        parts.append("<table><tr>" + "".join(f"<th>{escape(name)}</th>" for name in head) + "</tr>")
+        for row in every[:MAX_ROWS]:
+            parts.append("<tr>" + "".join(f"<td>{escape(str(value))}</td>" for value in row) + "</tr>")
+        parts.append("</table>")
+    more = [f"... and {len(every) - MAX_ROWS} more"] if len(every) > MAX_ROWS else []
+    parts += [f"<div>{escape(line)}</div>" for line in [*more, *notes]]
+    return "".join([*parts, "</div>"])

@@ -1,0 +1,49 @@
+"""Cameras of recipes whose size, K and lens come from a calibration file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..calibration import load_cameras
+from ..camera import Camera
+from ..errors import Error, WorldError
+
+__all__ = ["calibrated"]
+
+INTRINSICS = (
+    "K",
+    "focal",
+    "fov",
+    "height",
+    "skew",
+    "principal_point",
+    "distortion",
+    "matrix",
+    "pixel_center",
+    "size",
+)
+POSE = ("R", "C", "t", "location", "target", "up", "roll", "pitch", "yaw")
+
+
+def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[str, Any]:
+    """A [[camera]] without `calibration`: the keys of that file's camera, under the pose of the row, if it has one.
+
+    Of a file with several cameras it is the one with the row's `name`. `lens` is the model of coefficients whose file
+    does not state it. Raises `WorldError` for keys that the file gives already, and for files that cannot be read.
+    """
+    more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
+    for key in INTRINSICS:
+        if key in more:
+            raise WorldError(f"{what}: {key} and calibration: the file {path.name} gives it already")
+    try:
+        cameras = load_cameras(path, lens=row.get("lens"), up="y" if up == "y" else "z")
+        name = row.get("name")
+        camera: Camera = next(iter(cameras.values())) if len(cameras) == 1 else cameras.find(str(name))
+    except (Error, OSError) as fault:
+        raise WorldError(f"{what}: calibration: {fault}") from None
+    own = camera.to_dict()
+    if any(key in more for key in POSE):
+        own = {key: value for key, value in own.items() if key not in POSE}
+    return own | more

@@ -1,0 +1,51 @@
+"""Notebooks are kept without outputs, and every cell of each runs."""
+
+from __future__ import annotations
+
+import ast
+import json
+import warnings
+from pathlib import Path
+
+import pytest
+
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "docs" / "notebooks").glob("*.ipynb"))
+
+
+def cells(path: Path, kind: str) -> list[str]:
+    made = json.loads(path.read_text(encoding="utf-8"))
+    return ["".join(cell["source"]) for cell in made["cells"] if cell["cell_type"] == kind]
+
+
+def test_there_are_five_without_outputs() -> None:
+    assert [path.name[0] for path in NOTEBOOKS] == list("12345")
+    page = (NOTEBOOKS[0].parent / "index.md").read_text(encoding="utf-8")
+    for path in NOTEBOOKS:
+        made = json.loads(path.read_text(encoding="utf-8"))
+        assert made["nbformat"] == 4
+        assert cells(path, "markdown")[0].startswith("# ")
+        assert path.name in page
+        for cell in made["cells"]:
+            if cell["cell_type"] == "code":
+                assert cell["outputs"] == []
+                assert cell["execution_count"] is None
+                ast.parse("".join(cell["source"]))
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_cell_runs_and_shows_its_last_line(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # notices are printed under a cell, and stop nothing
+        for number, source in enumerate(cells(path, "code")):
+            tree = ast.parse(source)
+            last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+            exec(compile(tree, f"{path.name}[{number}]", "exec"), names)
+            if last is not None:
+                shown = eval(compile(ast.Expression(last.value), f"{path.name}[{number}]", "eval"), names)
+                if hasattr(shown, "_repr_html_"):
+                    assert shown._repr_html_()
