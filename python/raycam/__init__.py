@@ -14,7 +14,7 @@ from .annotations.flow import disparity, flow
 from .annotations.keypoints import Keypoints, keypoints
 from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
-from .camera import Camera
+from .camera import Background, Camera
 from .camera.asked import OPENERS
 from .errors import CameraError, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FORMATS",
     "Animation",
+    "Background",
     "Box3D",
     "Camera",
     "CameraError",
@@ -111,9 +112,9 @@ def _viewer(name: str) -> Any:
 
 def _over(frame: Frame, background: Any) -> Frame:
     """A frame in front of a background."""
-    from .world.backdrop import laid_over
+    from .render.composition import over
 
-    return laid_over(frame, background)
+    return over(frame, background)
 
 
 OPENERS.update(load=load, load_cameras=load_cameras)

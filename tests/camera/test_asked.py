@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,6 +97,51 @@ def test_objects_and_lights_take_words_and_paths(folder: Path) -> None:
         world.add_light("sunn")
     with pytest.raises(raycam.WorldError, match="expected a dict"):
         world.add_object(3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("short", "table"),
+    [
+        ({"box": [1, 2, 3]}, {"box": {"size": [1, 2, 3]}}),
+        ({"box": 2}, {"box": {"size": 2}}),
+        ({"plane": np.array([3, 4.0])}, {"plane": {"size": [3, 4]}}),
+        ({"sphere": 0.5}, {"sphere": {"radius": 0.5}}),
+        ({"cylinder": {}, "radius": 2, "height": 3}, {"cylinder": {"radius": 2, "height": 3}}),
+        ({"torus": {"tube": 0.1}, "radius": 2.0}, {"torus": {"tube": 0.1, "radius": 2}}),
+    ],
+)
+def test_the_size_of_a_shape_is_given_beside_it_or_alone(
+    short: dict[str, Any], table: dict[str, Any]
+) -> None:
+    found, expected = raycam.World(), raycam.World()
+    found.add_object(**short)
+    expected.add_object(table)
+    assert np.array_equal(found.triangles(), expected.triangles())
+    word = next(iter(table))
+    again = raycam.World()
+    again.add_object(word, **table[word])
+    assert np.array_equal(again.triangles(), expected.triangles())
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"cone": 2}, "expected a dict of radius, height, segments"),
+        ({"box": "big"}, "expected a dict of size"),
+        ({"sphere": {"radius": 1}, "radius": 2}, "given twice"),
+        ({"mesh": "tri.obj", "radius": 2}, 'unknown key "radius"'),
+        ({"box": {}, "radius": 2}, 'unknown key "radius"'),
+    ],
+)
+def test_a_size_that_fits_no_shape_is_an_error(keys: dict[str, Any], said: str) -> None:
+    with pytest.raises(raycam.WorldError, match=said):
+        raycam.World().add_object(**keys)
+
+
+@pytest.mark.parametrize("path", [None, 3, raycam.World()])
+def test_what_is_no_path_is_named(path: object) -> None:
+    with pytest.raises(raycam.SettingsError, match=f"not {type(path).__name__}"):
+        raycam.load(path)  # type: ignore[arg-type]
 
 
 def test_words_of_other_programs_are_understood_with_a_hint() -> None:

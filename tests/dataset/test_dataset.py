@@ -20,7 +20,8 @@ def quick(tmp_path: Path, **options: Any) -> raycam.dataset.DatasetResult:
     return write(table(), tmp_path, cameras=ring(3), integrator="flat", samples=1, **options)
 
 
-HERE = [name for name in FORMATS if name != "hdf5" or find_spec("h5py")]
+NEEDS = {"hdf5": "h5py", "mcap": "mcap"}
+HERE = [name for name in FORMATS if name not in NEEDS or find_spec(NEEDS[name])]
 
 
 @pytest.mark.parametrize("name", HERE)

@@ -219,6 +219,23 @@ def test_the_sky_is_the_background_of_both():
     assert raycam.explain(world, camera, (0, 0)).color.tolist() == pytest.approx([0.2, 0.3, 0.5])
 
 
+def test_the_reference_tells_its_progress_and_can_be_stopped():
+    world = raycam.World()
+    world.add_object("sphere", location=[0, 0, 2])
+    camera = raycam.Camera.from_pose([0, 0, 0], 0, -90, 0, size=(8, 6), focal=8)
+    told = []
+    render = {"integrator": "reference", "channels": ["depth"]}
+    raycam.render(world, camera, progress=lambda *numbers: told.append(numbers), **render)
+    assert told[-1] == (48, 48)
+    assert [done for done, _ in told] == sorted({done for done, _ in told})
+
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        raycam.render(world, camera, progress=stop, **render)
+
+
 def test_the_reference_integrator_is_the_oracle():
     world = shapes(np.random.default_rng(1))
     camera = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], size=SIZE)

@@ -50,7 +50,18 @@ def test_the_table_of_channels() -> None:
     assert set(CHANNELS) == {
         *("color", "albedo", "depth", "distance", "position"),
         *("normal", "normal_camera", "shading_normal", "shading_normal_camera"),
-        *("instance", "category", "triangle", "barycentric", "uv", "material", "coverage", "alpha", "error"),
+        *(
+            "instance",
+            "category",
+            "triangle",
+            "barycentric",
+            "uv",
+            "material",
+            "coverage",
+            "alpha",
+            "shadow",
+            "error",
+        ),
     }
 
 
@@ -144,6 +155,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         "uv": ["uv.U", "uv.V"],
         "coverage": ["coverage.V"],
         "alpha": ["alpha.V"],
+        "shadow": ["shadow.R", "shadow.G", "shadow.B"],
         "error": ["error.V"],
     }
     vectors = ["normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]

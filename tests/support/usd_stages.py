@@ -65,13 +65,19 @@ def image(
     outputs: dict[str, str],
     transform: dict[str, Any] | None = None,
     name: str = "image",
+    fallback: Any = None,
     **inputs: Any,
 ) -> None:
-    """An image whose outputs ({"diffuseColor": "rgb"}) are inputs of a material."""
+    """An image whose outputs ({"diffuseColor": "rgb"}) are inputs of a material.
+
+    `fallback` is where it is looked up on a mesh without texture coordinates.
+    """
     root = paint.GetPath().pathString
     reader = UsdShade.Shader.Define(made, f"{root}/{name}_reader")
     reader.CreateIdAttr("UsdPrimvarReader_float2")
     reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+    if fallback is not None:
+        reader.CreateInput("fallback", Sdf.ValueTypeNames.Float2).Set(fallback)
     source = reader
     if transform is not None:
         source = UsdShade.Shader.Define(made, f"{root}/{name}_transform")

@@ -196,6 +196,22 @@ def test_instances_share_their_mesh(tmp_path: Path) -> None:
     ]
 
 
+def test_equal_prims_share_their_mesh(tmp_path: Path) -> None:
+    # usd-wg/assets, simpleAssetScene: 539 spheres, none of them an instance
+    made = stage(tmp_path / "a.usda")
+    for i, radius in enumerate([1.0, 1.0, 2.0, 1.0]):
+        ball = UsdGeom.Sphere.Define(made, f"/world/ball{i}")
+        ball.CreateRadiusAttr(radius)
+        ball.AddTranslateOp().Set((5 * i, 0, 0))
+        if i == 3:
+            ball.CreateDisplayColorAttr([(1, 0, 0)])
+    made.Save()
+    world = raycam.load(tmp_path / "a.usda")
+    assert world.counts["meshes"] == 3
+    assert [item.matrix[0, 3] for item in world.objects] == [0, 5, 10, 15]
+    assert [item.mesh for item in world.objects][:2] == [0, 0]
+
+
 def test_copies_of_prototypes_lie_where_pixar_says(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     UsdGeom.Xform.Define(made, "/world").AddRotateXYZOp().Set((10, 20, 30))
@@ -216,7 +232,7 @@ def test_copies_of_prototypes_lie_where_pixar_says(tmp_path: Path) -> None:
     world_from = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(source.GetPrim()))
     turn = np.array(shape.GetLocalTransformation())
     world = raycam.load(tmp_path / "a.usda")
-    assert (world.counts["objects"], world.counts["meshes"]) == (3, 2)
+    assert (world.counts["objects"], world.counts["meshes"]) == (3, 1)  # the prototypes are equal
     corners = np.hstack([np.array(shape.GetPointsAttr().Get()), np.ones((4, 1))])
     shown = world.triangles().reshape(3, -1, 3)
     for copy, own, found in zip(np.array(copies)[:3], (turn, np.eye(4), turn), shown, strict=True):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import raycam
-from pxr import Gf
+from pxr import Gf, UsdShade
 from support.usd_stages import bind, image, material, square, stage, uvs, write_image
 
 PIXELS = np.random.default_rng(7).integers(0, 256, (4, 8, 3), dtype=np.uint8)
@@ -105,6 +105,50 @@ def test_transforms(tmp_path: Path, number: int, wraps: tuple[str, str]) -> None
     s, t = np.cos(angle) * s - np.sin(angle) * t, np.sin(angle) * s + np.cos(angle) * t
     offset = given.get("translation", (0, 0))
     np.testing.assert_allclose(shown, looked_up(PIXELS, s + offset[0], t + offset[1], wraps), atol=2e-3)
+
+
+@pytest.mark.parametrize("place", [None, (0.0, 0.0), (0.3, 0.6), (0.9, 0.1)])
+@pytest.mark.parametrize("kind", ["unread", "missing", "misfit"])
+def test_an_image_without_coordinates_is_one_colour(tmp_path: Path, kind: str, place: Any) -> None:
+    # The fallback of UsdUVTexture's st and of UsdPrimvarReader is (0, 0): UsdPreviewSurface Specification.
+    write_image(tmp_path / "image.png", PIXELS)
+    made = stage(tmp_path / "a.usda")
+    mesh, paint = square(made), material(made, "/paint")
+    if kind != "missing":
+        uvs(mesh, [(0.5, 0.5)] * (4 if kind == "unread" else 3))
+    fallback = None if place is None or kind == "unread" else Gf.Vec2f(*place)
+    image(made, paint, "image.png", {"diffuseColor": "rgb"}, fallback=fallback, wrapS="clamp", wrapT="clamp")
+    if kind == "unread":
+        coordinates = UsdShade.Shader(made.GetPrimAtPath("/paint/image")).GetInput("st")
+        coordinates.ClearSources()
+        if place is not None:
+            coordinates.Set(Gf.Vec2f(*place))
+    bind(mesh, paint)
+    made.Save()
+    world = raycam.load(tmp_path / "a.usda")
+    camera = raycam.Camera.look_at((0, 0, 5), (0, 0, 0), (0, 1, 0), size=(4, 4), fov=10)
+    found = raycam.render(world, camera, channels=["albedo"])["albedo"]
+    u, v = place or (0.0, 0.0)
+    expected = looked_up(PIXELS, np.full((4, 4), u), np.full((4, 4), v), ("clamp", "clamp"))
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+    said = [notice for notice in world.notices if "its images are one colour" in notice]
+    assert len(said) == (kind != "unread")
+
+
+def test_the_alpha_of_an_image_is_the_matter_of_its_material(tmp_path: Path) -> None:
+    # usd-wg/assets, McUsd: the colour is read from an image with alpha, which nothing asks for
+    alpha = np.full((4, 8, 1), 128, np.uint8)
+    write_image(tmp_path / "image.png", np.concatenate([PIXELS, alpha], axis=2))
+    made = stage(tmp_path / "a.usda")
+    mesh, paint = square(made), material(made, "/paint")
+    uvs(mesh)
+    image(made, paint, "image.png", {"diffuseColor": "rgb"})
+    bind(mesh, paint)
+    made.Save()
+    assert raycam.load(tmp_path / "a.usda").notices == []
+    world = raycam.World()
+    world.add_object(tmp_path / "a.usda")
+    assert world.notices == []
 
 
 def test_two_images_that_turn_alike_and_one_that_does_not(tmp_path: Path) -> None:

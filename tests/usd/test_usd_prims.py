@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
-from support.usd_stages import bind, material, square, stage
+from support.usd_stages import bind, image, material, square, stage
 
 
 def load(made: Any) -> raycam.World:
@@ -291,11 +291,15 @@ def test_a_stage_of_hidden_prims_says_so(tmp_path: Path, hide: Any, word: str) -
     assert any(f"1 {word} prims are left out" in notice for notice in load(other).notices)
 
 
-@pytest.mark.parametrize("kind", ["materials", "camera", "xform"])
+@pytest.mark.parametrize("kind", ["materials", "camera", "xform", "look"])
 def test_a_stage_without_any_geometry_is_an_empty_world(tmp_path: Path, kind: str) -> None:
     made = stage(tmp_path / "a.usda")
     if kind == "materials":
         material(made, "/red", diffuseColor=(1.0, 0.0, 0.0))
+    elif kind == "look":
+        # usd-wg/assets, OpenChessSet: MaterialX has nothing to see, and neither has a missing image
+        made.DefinePrim("/look").GetReferences().AddReference("./a.mtlx", "/MaterialX")
+        image(made, material(made, "/red"), "gone.png", {"diffuseColor": "rgb"})
     elif kind == "camera":
         UsdGeom.Camera.Define(made, "/eye")
     else:

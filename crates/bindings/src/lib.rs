@@ -39,7 +39,8 @@ mod core {
     use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
     #[pymodule_export]
     use crate::render::encode::{
-        encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs, srgb_from_linear,
+        encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs, read_picture,
+        shown_from_linear, srgb_from_linear,
     };
     #[pymodule_export]
     use crate::render::frame::{channels, merge};

@@ -33,6 +33,12 @@ impl AssetLoader for AssetRoot {
         Self::store_texture(self, image)
     }
 
+    fn picture(&mut self, file: &str) -> Result<String, FormatError> {
+        let path = self.read_asset(file, |source, _| Ok(source.path))?;
+        let whole = std::path::absolute(&path).map_err(|source| FormatError::Io { path, source })?;
+        Ok(whole.to_string_lossy().into_owned())
+    }
+
     fn in_context(error: FormatError, key: &str) -> FormatError {
         FormatError::Named { place: None, key: key.into(), source: Box::new(error) }
     }

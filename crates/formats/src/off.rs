@@ -231,8 +231,7 @@ impl<'a> LineReader<'a> {
     }
 
     fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
-        lexer::number(word)
-            .ok_or_else(|| self.error(format!("{what} {number}: {} is not a number", lexer::for_message(word))))
+        lexer::number(word).ok_or_else(|| self.error(format!("{what} {number}: {}", lexer::not_a_number(word))))
     }
 
     fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3], FormatError> {

@@ -290,9 +290,11 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
     let mut words = Words(rest);
     let mut values = [0.0; 3];
     for value in &mut values {
-        *value = words.next().and_then(lexer::number).ok_or_else(|| {
+        let word = words.next();
+        *value = word.and_then(lexer::number).ok_or_else(|| {
             let found = lexer::for_message(lexer::trim(rest));
-            FormatError::line(path, line, format!("vertex {found}: expected three numbers"))
+            let fault = word.map(|word| format!("; {}", lexer::not_a_number(word))).unwrap_or_default();
+            FormatError::line(path, line, format!("vertex {found}: expected three numbers{fault}"))
         })?;
     }
     if let Some(word) = words.next() {

@@ -83,4 +83,4 @@ pub use prepare::world::{PreparedFamily, PreparedWorld};
 pub use raycam_bvh::{InstructionSet, zeroed_huge};
 pub use render::{checked_region, is_brief, render, render_into, render_moving};
 pub use render_many::PictureSeries;
-pub use settings::{Integrator, MAX_SAMPLES, Settings, TruthSurface};
+pub use settings::{Catchers, Integrator, MAX_SAMPLES, Settings, TruthSurface};

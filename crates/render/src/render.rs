@@ -125,6 +125,9 @@ pub fn checked_region(camera: &Camera, settings: &Settings) -> Result<([u32; 4],
     Ok((region, output_plane::check_size(region, &settings.channels)?))
 }
 
+/// Steps of the progress bar of a frame that ends by the clock.
+const PROGRESS_STEPS: f64 = 1000.0;
+
 fn render_to_frame(
     world: &PreparedWorld,
     shutter: Option<&ShutterSlices<'_>>,
@@ -172,77 +175,117 @@ impl RenderRequest<'_> {
             false => Workers::for_work(settings.threads, estimated_work(settings, region, needs), here)?,
         };
         let tiles = Tile::for_threads(region, workers.count());
-        let renderer = workers.run(|| {
-            if needs.color {
-                world.prepare_light();
-            }
-            TileRenderer::new(world, shutter, camera, settings, region)
-        });
         let lit = settings.channels.iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
         let mut notices = if lit { settings.integrator.notices(world) } else { vec![] };
         match settings.time {
-            Some(seconds) if renderer.needs.samples => {
-                let samples =
-                    with_pool(settings.threads, || render_for_duration(&renderer, &tiles, seconds, &film, control))??;
-                notices.push(format!(
-                    "{samples} samples per pixel in time_limit = {seconds}; samples = {samples} gives the same picture"
-                ));
+            Some(seconds) if needs.samples => {
+                let timed = || self.render_for_duration(camera, seconds, &tiles, &film, control, &mut notices);
+                with_pool(settings.threads, timed)??;
             }
             _ => {
+                let renderer = workers.run(|| self.renderer(camera, settings));
                 control.start(tiles.len() * renderer.batches_per_tile());
                 workers.for_each_dynamic(&renderer.tasks(&tiles), |scratch: &mut ThreadScratch, task| {
                     renderer.run_task(task, scratch, &film, control)
                 })?;
+                renderer.notices(region, &mut notices);
             }
         }
         if let (Some(memory), Some(before)) = (texture_cache, read_before) {
             memory.check().map_err(RenderError::Textures)?;
             notices.extend(memory.page_in_stats().notice_since(&before));
         }
-        renderer.notices(region, &mut notices);
         Ok(notices)
     }
-}
 
-/// Traces and resolves tiles for about this time; returns the samples per pixel.
-fn render_for_duration(
-    renderer: &TileRenderer,
-    tiles: &[Tile],
-    seconds: f64,
-    film: &Film,
-    control: &Control,
-) -> Result<u32, RenderError> {
-    /// Steps of the progress bar.
-    const PROGRESS_STEPS: f64 = 1000.0;
-    let start = Instant::now();
-    control.start(PROGRESS_STEPS as usize);
-    let mut states: Vec<PixelEstimator> = vec![PixelEstimator::default(); tiles.len()];
-    let (mut taken, mut reported) = (0, 0);
-    let mut round = 1;
-    while taken < renderer.settings.samples {
-        let until = renderer.settings.samples.min(taken + round);
-        tiles.par_iter().zip(&mut states).try_for_each_init(ThreadScratch::default, |scratch, (tile, state)| {
-            if taken > 0 {
-                renderer.continue_tile(tile, scratch, state, control)?;
-            } else {
-                renderer.begin_tile(tile, scratch, control)?;
-            }
-            renderer.add_samples(scratch, taken..until, control)?;
-            renderer.resolve(tile, scratch, film);
-            std::mem::swap(&mut scratch.estimator, state);
+    /// The renderer of a frame of these settings.
+    fn renderer<'s>(&'s self, camera: &'s Camera, settings: &'s Settings) -> TileRenderer<'s> {
+        if RenderNeeds::new(settings, camera, &self.world.geometry).color {
+            self.world.prepare_light();
+        }
+        TileRenderer::new(self.world, self.shutter, camera, settings, self.region)
+    }
+
+    /// Traces and resolves tiles for about this time, and adds a notice of the samples per pixel. The frame is the one
+    /// of exactly so many samples: texture filter, scene and sample positions depend on their number.
+    fn render_for_duration(
+        &self,
+        camera: &Camera,
+        seconds: f64,
+        tiles: &[Tile],
+        film: &Film,
+        control: &Control,
+        notices: &mut Vec<String>,
+    ) -> Result<(), RenderError> {
+        let start = Instant::now();
+        control.start(PROGRESS_STEPS as usize);
+        // Samples that still fit after so many.
+        let fit = |taken: u32| {
+            let spent = start.elapsed().as_secs_f64();
+            (seconds - spent) / (spent / f64::from(taken))
+        };
+        // One sample tells how many fit, and is the frame where no more do.
+        let one = Settings { samples: 1, ..self.settings.clone() };
+        let first = self.renderer(camera, &one);
+        tiles.par_iter().try_for_each_init(ThreadScratch::default, |scratch, tile| {
+            first.begin_tile(tile, scratch, control)?;
+            first.resolve(tile, scratch, film);
             Ok(())
         })?;
-        taken = until;
-        let (spent, whole) = (start.elapsed().as_secs_f64(), seconds);
-        let done = (PROGRESS_STEPS * (spent / whole).min(1.0)) as usize;
-        control.advance_by(done.saturating_sub(reported));
-        reported = done.max(reported);
-        // As many as should fit, at most as many as were measured.
-        let fit = (whole - spent) / (spent / f64::from(taken));
-        if fit < 1.0 {
-            break;
+        let planned = Settings { samples: self.settings.samples.min(fit(1) as u32), ..self.settings.clone() };
+        let mut taken = 1;
+        if planned.samples < 2 {
+            first.notices(self.region, notices);
+        } else {
+            let renderer = self.renderer(camera, &planned);
+            taken = self.add_rounds(&renderer, fit, tiles, film, control)?;
+            renderer.notices(self.region, notices);
         }
-        round = taken.min(fit as u32);
+        let again = format!("samples = {taken} gives the same picture");
+        notices.insert(0, format!("{taken} samples per pixel in time_limit = {seconds}; {again}"));
+        Ok(())
     }
-    Ok(taken)
+
+    /// Adds samples while they fit, and until the frame is that of their number; returns the number.
+    fn add_rounds(
+        &self,
+        renderer: &TileRenderer,
+        fit: impl Fn(u32) -> f64,
+        tiles: &[Tile],
+        film: &Film,
+        control: &Control,
+    ) -> Result<u32, RenderError> {
+        let mut states: Vec<PixelEstimator> = vec![PixelEstimator::default(); tiles.len()];
+        let (mut taken, mut reported, mut round) = (0, 0, 1);
+        loop {
+            let mut until = self.settings.samples.min(taken + round);
+            while until > renderer.settings.samples && !renderer.is_frame_of(until) {
+                until -= 1;
+            }
+            if until <= taken {
+                return Ok(taken);
+            }
+            tiles.par_iter().zip(&mut states).try_for_each_init(ThreadScratch::default, |scratch, (tile, state)| {
+                if taken > 0 {
+                    renderer.continue_tile(tile, scratch, state, control)?;
+                } else {
+                    renderer.begin_tile(tile, scratch, control)?;
+                }
+                renderer.add_samples(scratch, taken..until, control)?;
+                renderer.resolve(tile, scratch, film);
+                std::mem::swap(&mut scratch.estimator, state);
+                Ok(())
+            })?;
+            taken = until;
+            // As many as should fit, at most as many as were measured.
+            let more = fit(taken);
+            let done = (PROGRESS_STEPS / (1.0 + more.max(0.0) / f64::from(taken))) as usize;
+            control.advance_by(done.saturating_sub(reported));
+            reported = done.max(reported);
+            if more < 1.0 && renderer.is_frame_of(taken) {
+                return Ok(taken);
+            }
+            round = taken.min((more as u32).max(1));
+        }
+    }
 }

@@ -29,6 +29,18 @@ pub enum TruthSurface {
     Solid,
 }
 
+/// Part that shadow catchers take in a frame ([`raycam_scene::Object::shadow_catcher`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Catchers {
+    /// Surfaces like all others.
+    #[default]
+    Show,
+    /// Background, behind which nothing is seen.
+    Hide,
+    /// Surfaces; all others are background, behind which nothing is seen.
+    Only,
+}
+
 /// Settings of one rendered frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -54,6 +66,8 @@ pub struct Settings {
     pub surface: TruthSurface,
     /// Hides the environment from camera rays, so that the frame can be composited: see [`Channel::Alpha`].
     pub transparent: bool,
+    /// Part that shadow catchers take, where `transparent`.
+    pub catchers: Catchers,
     /// Largest number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
     /// limit.
     pub max_depth: Option<u32>,
@@ -81,6 +95,7 @@ impl Default for Settings {
             channels: vec![Channel::Color],
             surface: TruthSurface::First,
             transparent: false,
+            catchers: Catchers::Show,
             max_depth: None,
             clamp: None,
             ambient_occlusion: None,
@@ -133,6 +148,9 @@ impl Settings {
             && !(clamp.is_finite() && clamp > 0.0)
         {
             return fail(format!("clamp is {clamp}; expected a radiance above 0"));
+        }
+        if self.catchers != Catchers::Show && !self.transparent {
+            return fail("shadow catchers are left out of pictures with a transparent background alone".into());
         }
         let whole = [0, 0, width, height];
         let region = self.region.unwrap_or(whole);

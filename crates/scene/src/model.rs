@@ -67,6 +67,14 @@ pub trait AssetLoader {
         Ok(image)
     }
 
+    /// The whole path of the picture of this name, which whoever lays it behind a frame reads.
+    ///
+    /// # Errors
+    /// A file that is missing or unreadable.
+    fn picture(&mut self, file: &str) -> Result<String, Self::Error> {
+        Ok(file.into())
+    }
+
     /// The error of a file as seen from the key of a description that names it, as `object[2].mesh`.
     fn in_context(error: Self::Error, key: &str) -> Self::Error;
 }

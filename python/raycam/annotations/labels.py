@@ -129,7 +129,9 @@ def label(
     margin: tuple[int, int] | None = None,
     threads: int | None = None,
 ) -> list[Label]:
-    """The labels of the `objects` (default: all) with a nonempty amodal mask; world and camera as in `render`.
+    """The labels of the `objects` with a nonempty amodal mask; world and camera as in `render`.
+
+    Without `objects`, all but shadow catchers have labels.
 
     Masks belong to the exact rays through the pixels' centres. The visible mask is the channel `instance` (rendered if
     not given), the amodal mask shows each object alone. `margin` columns and rows around the picture count to the
@@ -144,7 +146,7 @@ def label(
     names = world.categories
     ids = {name: number for number, name in names.items()}
     wanted = (
-        list(range(len(known)))
+        [item.id for item in known if not item.shadow_catcher]
         if objects is None
         else [whole("object", i, 0, len(known) - 1) for i in objects]
     )

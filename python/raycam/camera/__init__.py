@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from typing import Any, Literal, Self
 
@@ -16,11 +17,12 @@ from ..errors import CameraError
 from ..io.html_form import html_table
 from ..notices import understands
 from ._arguments import Lens, Model, PixelCenter, Size, Up, checked_up, lens_of, make, matrix, vector
+from ._background import Background
 from ._constructors import Constructors
 from ._copies import Copies
 from ._optics import Optics
 
-__all__ = ["Camera"]
+__all__ = ["Background", "Camera"]
 
 
 class Camera(Constructors, Copies, Optics, DictSerializable):
@@ -201,6 +203,26 @@ class Camera(Constructors, Copies, Optics, DictSerializable):
         return self._up
 
     @property
+    def background(self) -> Background | None:
+        """The picture behind what the camera sees, which `raycam.render` shows where nothing is rendered; or None."""
+        found = self._core.background
+        if found is None:
+            return None
+        image, fit, camera = found
+        return Background(image, None if camera is None else Camera._of(camera, self._up), fit)
+
+    def with_background(self, background: Background | str | os.PathLike[str] | None) -> Camera:
+        """The same camera with a picture behind what it sees: the path of a photograph that it took, or a `Background`.
+
+        Raises `CameraError` for an array, which is for `raycam.render(..., background=array)`.
+        """
+        if background is None:
+            return Camera._of(self._core.with_background(None, False, None), self._up)
+        given = background if isinstance(background, Background) else Background(background)
+        taker = None if given.camera is None else given.camera._core
+        return Camera._of(self._core.with_background(given.file, given.fit == "cover", taker), self._up)
+
+    @property
     def forward(self) -> Floats:
         """The principal axis [3] in the world, of unit length: the third row of R."""
         return np.array(self._core.r[2])
@@ -301,6 +323,8 @@ class Camera(Constructors, Copies, Optics, DictSerializable):
             ]
             if self._lens is not None:
                 lines.append(f"distortion = {self._lens[1]} ({self._lens[0]})")
+            if self.background is not None:
+                lines.append(f"background = {self.background.image}")
             for name, value in (
                 ("aperture", self.aperture),
                 ("vignetting", self.vignetting),

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ..arrays import Floats, product, size_of
 from ..errors import CameraError
 from ._arguments import Model, PixelCenter, Size, Up, lens_of, matrix, number, vector
+from ._background import Background
 
 if TYPE_CHECKING:
     from . import Camera
@@ -22,7 +23,11 @@ FORWARD = 1e-3
 
 
 class Copies:
-    """Copies of a `Camera`. What is not named stays: pose, lens, pixel centres, aperture, vignetting, shutter."""
+    """Copies of a `Camera`. What is not named stays: pose, lens, pixel centres, aperture, vignetting, shutter.
+
+    A photograph behind the camera is seen through the copy of `pinhole`, `cropped`, `resized` and `undistorted`: it is
+    warped. `replace` says what the camera itself is: the photograph stays as it is.
+    """
 
     __slots__ = ()
 
@@ -88,7 +93,7 @@ class Copies:
             )
         table = {key: value for key, value in camera.to_dict().items() if key not in ("lens", "distortion")}
         made: Camera = camera.from_dict(table, up=camera.up)
-        return made
+        return _behind(camera, made)
 
     def cropped(self, x: int, y: int, width: int, height: int) -> Camera:
         """The camera of the part of the picture that begins at column `x` and row `y`, of `width` x `height` pixels.
@@ -115,7 +120,7 @@ class Copies:
     def _with_intrinsics(self, K: Floats, size: tuple[int, int]) -> Camera:
         camera: Any = self
         made: Camera = camera._of(camera._core.with_intrinsics(K.tolist(), size), camera.up)
-        return made
+        return _behind(camera, made)
 
     def undistorted(self, balance: float = 0.0, *, size: Size | None = None) -> Camera:
         """The pinhole at the same pose for the undistorted picture, of the same size or of `size`.
@@ -145,11 +150,9 @@ class Copies:
             ]
             focal, first = (a * (1.0 - share) + b * share for a, b in zip(*ends, strict=True))
             K[axis, axis], K[axis, 2] = focal, first + camera.corner + 0.5
-        return (
-            self.pinhole().replace(K=K, size=new)
-            if camera.model not in PANORAMIC
-            else _pinhole(camera, K, new)
-        )
+        if camera.model in PANORAMIC:
+            return _behind(camera, _pinhole(camera, K, new))
+        return self.pinhole().replace(K=K, size=new)
 
     def pixel_map(self, source: Camera) -> npt.NDArray[np.float32]:
         """The pixels [h, w, 2] of the picture of `source` that show what each pixel of this camera shows.
@@ -166,6 +169,16 @@ class Copies:
         pixels = np.where(seen[:, None], pixels, np.nan) - (source.corner + 0.5)
         found: npt.NDArray[np.float32] = pixels.reshape((*directions.shape[:2], 2)).astype(np.float32)
         return found
+
+
+def _behind(camera: Any, made: Camera) -> Camera:
+    """A copy of the camera with other intrinsics, behind which the same photograph is."""
+    behind = camera.background
+    if behind is None:
+        return made
+    if behind.fit == "exact" and behind.camera is None:
+        behind = Background(behind.image, camera)
+    return made.with_background(behind)
 
 
 def _require_k(table: dict[str, Any]) -> None:

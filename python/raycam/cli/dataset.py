@@ -44,7 +44,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--format",
         metavar="NAME",
         default="coco",
-        help="coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, mot, hdf5",
+        help="coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, mot, hdf5, "
+        "mcap",
     )
     command.add_argument(
         "--cameras",

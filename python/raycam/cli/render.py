@@ -16,6 +16,7 @@ from ._options import (
     add_rendering,
     add_world,
     load_world,
+    named_camera,
     numbers,
     print_detail,
     print_notices,
@@ -124,7 +125,7 @@ def _run(options: argparse.Namespace) -> None:
     _render(options, output, world, camera, channel_names(names), save)
 
 
-LOOK = ("view_from", "zoom", "fov", "hdri", "sun", "studio", "ground", "background")
+LOOK = ("view_from", "zoom", "fov", "hdri", "sun", "studio", "ground", "background", "background_camera")
 """The options of looks."""
 
 
@@ -192,21 +193,35 @@ def _picture(
         return frame
 
     if options.background is None:
+        if options.background_camera is not None:
+            raise SettingsError(
+                "--background-camera took the photograph of --background FILE, which is missing"
+            )
         return one("rendering", names, dict(settings))
     if "color" not in names:
         raise SettingsError(f"--background is behind the channel color; this has {', '.join(names)}")
-    from ..data import bundled
-    from ..world.backdrop import laid_over, read_backdrop
+    from ..render.background import picture_behind
+    from ..render.composition import over, studio_shadow
 
-    behind = read_backdrop(bundled(options.background) or options.background, camera.size)
-    if options.region is not None:
-        x, y, width, height = options.region
-        behind = behind[y : y + height, x : x + width]
-    settings = {"view": "standard", **settings}  # colours of the background stay as they are
+    behind = _background(options)
+    picture_behind(behind, camera, camera.size)  # its errors come before the picture
+    settings = {"view": "standard", **settings}  # of a frame that looks like its background
     clear = one("rendering", names, {**settings, "transparent_background": True})
     bare, _ = dressed(world, camera, options, dict(settings))
-    shadowed = None if bare._bare is None else one("shadows", ["color"], dict(settings))
-    return laid_over(clear, behind, shadowed)
+    if bare._bare is not None:
+        clear = studio_shadow(clear, one("shadows", ["color"], dict(settings)))
+    return over(clear, behind, keep=names)
+
+
+def _background(options: argparse.Namespace) -> Any:
+    """The colour or picture of `--background`, with the camera of `--background-camera`."""
+    from ..camera import Background
+    from ..data import bundled
+
+    found = bundled(options.background) or options.background
+    if options.background_camera is None:
+        return found
+    return Background(found, named_camera(options.background_camera, options))
 
 
 def _turntable(options: argparse.Namespace) -> None:

@@ -147,6 +147,9 @@ def write(
     * "mot": a sequence, or one for each camera of a rig; `sequence` ("seq01"), `fps` (30); boxes of whole objects,
       from 1
     * "hdf5": BlenderProc's files; needs `h5py`; the depth of the background is 1e10
+    * "mcap": a bag of ROS 2 with camera_info, PNG pictures, depth (32FC1, metres, NaN for none; `depth=False` leaves it
+      out) and poses world_from_camera, under `topic` ("/camera"); `fps` (30) for views without a time. Needs
+      `raycam[mcap]`
 
     Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
     the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and
@@ -266,7 +269,8 @@ def make_plan(
     seen: dict[str | None, Camera] = {}
     if cameras is None:
         world.check_camera_counts()
-        seen = dict(first.cameras.items()) if first.cameras else {None: first.default_camera()}
+        named = {name: camera.with_background(None) for name, camera in first.cameras.items()}
+        seen = dict(named.items()) if named else {None: first.default_camera()}
         shots = [View(camera, None, i, name) for i in range(worlds) for name, camera in seen.items()]
     else:
         if isinstance(cameras, Rig) or any(isinstance(item, Rig) for item in _items(cameras)):

@@ -55,6 +55,8 @@ def make(plan: Plan, number: int) -> Made:
     ]
     image = {"id": number + 1, "width": width, "height": height, "file_name": name.removeprefix("images/")}
     image |= camera_of(shot)
+    if shot.background_name is not None:
+        image["background"] = shot.background_name
     return {name: frame.to_png()}, {"image": image, "annotations": annotations}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
-from .training import hdf5, mot, panoptic, semantic, yolo
+from .training import hdf5, mcap, mot, panoptic, semantic, yolo
 
 __all__ = ["FORMATS"]
 
@@ -21,5 +21,6 @@ FORMATS = {
     "semantic": semantic.FORMAT,
     "mot": mot.FORMAT,
     "hdf5": hdf5.FORMAT,
+    "mcap": mcap.FORMAT,
 }
 """Formats by name."""

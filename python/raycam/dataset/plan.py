@@ -130,6 +130,11 @@ class Plan:
         return list(frames.values())
 
     @cached_property
+    def views_of_world(self) -> int:
+        """The number of views of each world of a recipe, which come one after another."""
+        return sum(view.world == self.shots[0].world for view in self.shots)
+
+    @cached_property
     def picture_names(self) -> list[str]:
         """The names of the pictures without ending: those of the source's images, else six digits."""
         names: dict[str, None] = {}
@@ -195,7 +200,11 @@ class Plan:
 
     def labelled_of(self, objects: Sequence[Object]) -> list[int]:
         """The ids of the labelled ones among the objects of a world."""
-        return [item.id for item in objects if item.category is not None or not self._known]
+        return [item.id for item in objects if _is_labelled(item, bool(self._known))]
+
+
+def _is_labelled(item: Object, categorised: bool) -> bool:
+    return not item.shadow_catcher and (item.category is not None or not categorised)
 
 
 class Shot:
@@ -218,8 +227,23 @@ class Shot:
 
     @cached_property
     def camera(self) -> Camera:
-        """The camera of the view."""
-        return self.view.camera if self.view.name is None else self.world.camera(self.view.name)
+        """The camera of the view, with the background that its recipe draws."""
+        view, recipe = self.view, self.plan.recipe
+        camera = view.camera if view.name is None else self.world.camera(view.name)
+        if recipe is None or view.world is None or camera.background is not None:
+            return camera
+        return camera.with_background(recipe.background(view.world, self.background_key))
+
+    @property
+    def background_key(self) -> str:
+        """The name by which a recipe draws the background of the view."""
+        return self.view.name or f"camera {self.number % self.plan.views_of_world}"
+
+    @property
+    def background_name(self) -> str | None:
+        """The name of the picture that the recipe draws for the view, in its folder; None without one."""
+        recipe, world = self.plan.recipe, self.view.world
+        return None if recipe is None or world is None else recipe.background_name(world, self.background_key)
 
     @cached_property
     def objects(self) -> list[Object]:

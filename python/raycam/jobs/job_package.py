@@ -40,6 +40,9 @@ class JobPackage:
     ) -> None:
         if frames < 1:
             raise JobError(f"a job of {frames} frames: there must be at least one")
+        behind = _background_hashes(world) if isinstance(world, World) else {}
+        if behind:
+            settings = {**settings, "backgrounds": behind}
         try:
             # The settings as they will be read: tuples become lists, keys become strings.
             plain = json.loads(json.dumps(settings, allow_nan=False, sort_keys=True))
@@ -60,6 +63,13 @@ class JobPackage:
         hasher.update(self.world_bytes)
         self.id = hasher.hexdigest()
         """SHA-256 of the package in hexadecimal, equal for equal frames."""
+
+    @staticmethod
+    def check_backgrounds(settings: Mapping[str, Any]) -> None:
+        """Raises `JobError` if the photographs behind cameras are not those of the package, and `OSError`."""
+        for path, known in settings.get("backgrounds", {}).items():
+            if _hash_of(path) != known:
+                raise JobError(f"{path}: not the background that it was when the job began")
 
     @property
     def world(self) -> World:
@@ -119,3 +129,14 @@ class JobPackage:
                 "frames would not go together"
             )
         return cls(kind, frames, settings, world)
+
+
+def _background_hashes(world: World) -> dict[str, str]:
+    """The SHA-256 of the photographs behind the world's cameras, by path."""
+    behind = (camera.background for camera in world.cameras.values())
+    return {found.file: _hash_of(found.file) for found in behind if found is not None}
+
+
+def _hash_of(path: str) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

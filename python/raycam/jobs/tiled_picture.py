@@ -64,8 +64,9 @@ def job_package(
     ):
         raise SettingsError(f"region {region} (x, y, width, height) is not in a picture of {seen.size}")
     names = channel_names(channels)
-    if settings.get("transparent_background") and "color" in names and "alpha" not in names:
-        names.append("alpha")
+    if settings.get("transparent_background") and "color" in names:
+        added = ("alpha", "shadow") if world._core.has_catchers else ("alpha",)
+        names = list(dict.fromkeys([*names, *added]))
     tile = tile or DEFAULT_TILE
     plan = {
         "camera": name,

@@ -133,6 +133,7 @@ def _cached_frame_maker(task: FrameTask) -> FrameMaker:
         maker = _frame_makers.get(key)
         if maker is None:
             package = _load_package(task)
+            JobPackage.check_backgrounds(package.settings)
             maker = frame_maker(package.kind, package.world, package.settings, task.threads)
             _frame_makers[key] = maker
             while len(_frame_makers) > MAX_CACHED:

@@ -21,13 +21,14 @@ import numpy as np
 
 from .. import _core
 from ..arrays import Floats, product, whole
-from ..camera import Camera
+from ..camera import Background, Camera
 from ..errors import FormatError, WorldError
 from ..io.html_form import html_table
 from ..progress import bar
 from ..world import World
 from ..world.description import plain
 from ..world.load import load
+from .backgrounds import BackgroundFolder
 from .calibrated import calibrated
 from .draws import ONE_OF, RandomStream, RejectedSample, known_keys
 from .placement import ConvexPrism, PlacementSampler
@@ -68,6 +69,8 @@ class Recipe:
       whose file does not state it.
     * `see = {...}` in a [[camera]] samples a pose that shows an object, with the keys of
       `raycam.randomize.views.place_camera`.
+    * `background = { folder = "photos" }`, or the name of the folder, lays one of its pictures behind each camera of
+      each world, cut to the frame (`fit = "cover"`); with `fit = "exact"`, they are photographs of the cameras' size.
     * `world` is another world file, glTF or mesh in the same folder, to which everything is added.
     * `seed` (0).
 
@@ -92,7 +95,9 @@ class Recipe:
         self.seed = whole("seed", given if seed is None else seed, 0, (1 << 64) - 1)
         """The seed of all draws."""
         known_keys(
-            "a recipe", self.description, ("up", "world", "object", "light", "camera", "render", "video")
+            "a recipe",
+            self.description,
+            ("up", "world", "object", "light", "camera", "render", "video", "background"),
         )
         for kind in ("object", "light", "camera"):
             one = self.description.get(kind, [])
@@ -136,6 +141,26 @@ class Recipe:
         return path if path.is_relative_to(self.folder.resolve()) else None
 
     @cached_property
+    def backgrounds(self) -> BackgroundFolder | None:
+        """The pictures that are laid behind cameras; None without `background`."""
+        given = self.description.get("background")
+        return None if given is None else BackgroundFolder(given, self.folder)
+
+    def background(self, number: int, camera: str) -> Background | None:
+        """The picture behind a camera of world `number`, by its name; None without `background`."""
+        folder = self.backgrounds
+        return None if folder is None else folder.background(self._behind(number, camera))
+
+    def background_name(self, number: int, camera: str) -> str | None:
+        """The name of `background`'s picture in the folder of backgrounds."""
+        folder = self.backgrounds
+        return None if folder is None else folder.name_of(self._behind(number, camera))
+
+    def _behind(self, number: int, camera: str) -> RandomStream:
+        """The random stream of the picture behind a camera, whatever else is drawn again."""
+        return RandomStream(self.seed, "world", number, "background", camera)
+
+    @cached_property
     def _shapes(self) -> dict[str, tuple[ConvexPrism, Floats]]:
         """Cache of bounds at the origin and world_from_mesh of placed objects, by their description."""
         return {}
@@ -165,6 +190,8 @@ class Recipe:
                 # The hash of a mesh covers its materials, textures and buffers too.
                 data = load(path).to_bytes() if key in ("mesh", "world") else path.read_bytes()
                 found[name] = hashlib.sha256(data).hexdigest()
+        if self.backgrounds is not None:
+            found[f"{self.backgrounds.name}/"] = self.backgrounds.stamp
         return found
 
     def check_camera_counts(self) -> None:
@@ -188,7 +215,9 @@ class Recipe:
             for chance in range(MAX_ATTEMPTS):
                 progress(chance, MAX_ATTEMPTS)
                 try:
-                    return self._drawn(draw.substream("again", chance) if chance else draw)
+                    return self._with_backgrounds(
+                        self._drawn(draw.substream("again", chance) if chance else draw), number
+                    )
                 except RejectedSample as fault:
                     last = fault
                 except WorldError as fault:
@@ -196,6 +225,15 @@ class Recipe:
         raise WorldError(
             f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, none of which will do)"
         )
+
+    def _with_backgrounds(self, world: World, number: int) -> World:
+        """The world with pictures behind its cameras that have none, but for those of rigs."""
+        if self.backgrounds is not None:
+            mounted = {f"{name}/{camera}" for name, rig in world.rigs.items() for camera in rig}
+            for name, camera in world.cameras.items():
+                if name not in mounted and camera.background is None:
+                    world.set_camera(name, camera.with_background(self.background(number, name)))
+        return world
 
     def _drawn(self, draw: RandomStream) -> World:
         """Builds the world of a random stream; may raise `RejectedSample`."""
@@ -320,7 +358,9 @@ class Recipe:
         if wanted is not None:
             row = {key: value for key, value in row.items() if key != "t"}
             row |= {"R": np.eye(3).tolist(), "C": [0.0, 0.0, 0.0]}
-        lens: Camera = next(iter(World.from_dict({"up": world.up, "camera": [row]}).cameras.values()))
+        lens: Camera = next(
+            iter(World.from_dict({"up": world.up, "camera": [row]}, folder=self.folder).cameras.values())
+        )
         camera = (
             lens
             if wanted is None

@@ -35,6 +35,7 @@ leave no gap:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,8 @@ from .units import Bools, Floats, Units
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
+
+Progress = Callable[[int, int], object]
 
 # Rounding error of a few dozen additions and multiplications, relative to their operands.
 ROUNDING = 32 * float(np.finfo(np.float64).eps)
@@ -240,10 +243,11 @@ class Trace:
     """The t of the second closest triangle; +inf for none."""
 
 
-def trace(triangles: Floats, C: Floats, r: Floats) -> Trace:
+def trace(triangles: Floats, C: Floats, r: Floats, progress: Progress | None = None) -> Trace:
     """The closest of all `triangles` [n, 3, 3] for rays from `C` [3] along `r` [m, 3], by trying every one.
 
-    Memory stays bounded whatever n and m are. Equal t goes to the triangle that comes first.
+    Memory stays bounded whatever n and m are. Equal t goes to the triangle that comes first. `progress(done, total)`
+    is told how many rays are done.
     """
     n = normals(triangles)
     index = np.full(len(r), -1, dtype=np.int64)
@@ -265,6 +269,8 @@ def trace(triangles: Floats, C: Floats, r: Floats) -> Trace:
             next_t[rays] = np.minimum(np.maximum(nearest, t[rays]), np.minimum(second, next_t[rays]))
             index[rays] = np.where(closer, first + j, index[rays])
             t[rays] = np.where(closer, nearest, t[rays])
+        if progress is not None:
+            progress(min(i + ray_block, len(r)), len(r))
     return Trace(index, t, next_t)
 
 
@@ -301,12 +307,14 @@ def render_triangles(
     colors: npt.ArrayLike | None = None,
     ids: npt.ArrayLike | None = None,
     background: npt.ArrayLike = (0.0, 0.0, 0.0),
+    progress: Progress | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
     """A picture of triangles by the lecture's procedure, one exact ray through each pixel's centre.
 
     `triangles` are corners [n, 3, 3] in the world, `P` is the camera matrix [3, 4], finite, of rank 3, of any
     scale and sign. `size` is (width, height). `colors` [n, 3] are linear RGB per triangle (default white),
-    `ids` [n, 2] are (instance, triangle) (default: instance 0 and the place in `triangles`).
+    `ids` [n, 2] are (instance, triangle) (default: instance 0 and the place in `triangles`). `progress(done, total)` is
+    told how many pixels are done; an exception that it raises stops the picture.
 
     Returns arrays [height, width, ...]:
 
@@ -336,7 +344,7 @@ def render_triangles(
     forward = third_row_of_r(matrix)
     X = points_on_lines(matrix, pixel_centers(size, pixel_center))
     r = pointed_forward(lines(X, C), forward)
-    seen = trace(units.points(corners), C, r)
+    seen = trace(units.points(corners), C, r, progress)
 
     hit = seen.index >= 0
     t = np.where(hit, seen.t, 0.0)
@@ -364,7 +372,7 @@ def render_triangles(
     }
 
 
-def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
+def render(world: World, camera: Camera, progress: Progress | None = None) -> dict[str, npt.NDArray[Any]]:
     """`render_triangles` of a :class:`raycam.World` seen by a :class:`raycam.Camera`.
 
     A triangle has one colour: its object's, its face's, or the mean of its vertex colours. Raises
@@ -379,6 +387,7 @@ def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
         colors=world.triangle_colors(),
         ids=world.triangle_ids(),
         background=background(world),
+        progress=progress,
     )
 
 

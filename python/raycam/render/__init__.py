@@ -6,6 +6,7 @@ import inspect
 import math
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..arrays import whole
@@ -13,6 +14,7 @@ from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError, nearest
 from ..notices import warn_all
+from .composition import over, shadow_ratio, studio_shadow
 from .frame import CHANNELS, VIEWS, Frame
 from .old_names import ELSEWHERE, OLD_NAMES, current_names
 from .sight import LIT, blank_notices
@@ -72,6 +74,8 @@ def render(
     view: View | None = None,
     denoise: bool = False,
     transparent_background: bool = False,
+    background: Any = None,
+    catcher_truth: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
     **old_names: Any,
@@ -111,7 +115,13 @@ def render(
       bytes may differ between machines.
     * `transparent_background` (off) makes the background transparent, for compositing: the colour is premultiplied by
       the channel `alpha`, which is added, and PNG, EXR and videos have an opacity. Surfaces with an opacity below 1 are
-      partly transparent; mirrors and glass show the sky and are opaque.
+      partly transparent; mirrors and glass show the sky and are opaque. Objects with `shadow_catcher` are left out, and
+      the channel `shadow`, which is added, has the light of each colour that they leave to the background: the ratio of
+      their radiance with the objects and without them.
+    * `background` (the camera's `Camera.background`, if any) is behind what is rendered: a colour, the path of a
+      photograph, an array [h, w, 3] or a `raycam.Background`. The frame is then that of `Frame.over`, in the light of
+      the display: where nothing is rendered, the photograph's values stay as they are. Shadow catchers darken it.
+    * `catcher_truth` (off): ground truth describes shadow catchers as well, where they are left out of the colour.
     * `progress(done, total)` is called about 50 times per second; an exception that it raises stops the rendering, as
       Ctrl-C does.
     * `old_names`: `noise`, `time` and `transparent`, the names of three options until 0.2, each with a `Notice`.
@@ -134,7 +144,6 @@ def render(
         if name in ELSEWHERE:
             raise SettingsError(f"render has no option {name}: {ELSEWHERE[name]}")
         raise SettingsError(nearest("option of render", name, OPTIONS))
-    transparent_background = bool(renamed["transparent_background"])
     given = {
         "integrator": integrator,
         "samples": samples,
@@ -150,52 +159,94 @@ def render(
         "view": view,
     }
     chosen = {name: value for name, value in given.items() if value is not None}
+    one = _Picture(world, camera, framed, chosen, surface, frame, region, denoise, catcher_truth, progress)
     names = channel_names(channels)
-    if transparent_background and "color" in names and "alpha" not in names:
-        names.append("alpha")
-    said: list[str] = []
-    if framed and "color" in names and is_unlit(world, camera, world.render_settings | chosen):
-        world = world._in_studio(camera, ground=not transparent_background)
-        chosen = studio_settings(world.render_settings | chosen)
-        said = [STUDIO_NOTICE]
-    if denoise:
-        every: dict[str, Any] = {**chosen, "frame": frame, "region": region, "surface": surface}
-        every["transparent_background"] = transparent_background
-        return _denoised(world, camera, names, every, progress, said)
-    if chosen.get("integrator") == "reference":
-        shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
-        shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
-        if chosen.get("samples") == 1:
-            del chosen["samples"]  # what it does anyway
-        unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
-        unused |= {"surface"} if surface != "first" else set()
-        unused |= {"transparent_background"} if transparent_background else set()
-        return _reference(world, camera, names, sorted(unused), shown)
+    clear = bool(renamed["transparent_background"])
+    if background is not None and clear:
+        raise SettingsError("background and transparent_background are given: expected one of them")
+    if background is not None and "color" not in names:
+        raise SettingsError(f"background is behind the channel color; this has {', '.join(names)}")
+    behind = camera.background if background is None else background
+    if behind is None or clear or "color" not in names:
+        # Masks of a camera's own composition are those of its picture.
+        return one.frame(names, clear or (behind is not None and world._core.has_catchers))
+    return one.composed(names, behind)
 
-    request, stops, display = request_of(
-        world,
-        chosen,
-        names=names,
-        surface=surface,
-        frame=frame,
-        transparent_background=transparent_background,
-        region=region,
-    )
-    planes, area, notices = _planes(world, camera, request, progress)
-    if region is None:
-        notices = [*notices, *_blank(world, camera, planes, request, stops, display)]
-    notices = [*said, *notices]
-    warn_all(notices)
-    return Frame(
-        planes,
-        camera=camera,
-        size=camera.size,
-        region=area,
-        exposure=stops,
-        view=display,
-        transparent=transparent_background,
-        notices=notices,
-    )
+
+@dataclass(frozen=True)
+class _Picture:
+    """One picture that is asked for: what `render` was given."""
+
+    world: World
+    camera: Camera
+    framed: bool
+    """True if raycam chose the camera."""
+    chosen: dict[str, Any]
+    surface: str
+    number: int
+    region: Region | None
+    denoised: bool
+    catcher_truth: bool
+    progress: Progress | None
+
+    def frame(self, names: list[str], clear: bool) -> Frame:
+        """The frame, with a transparent background if `clear`."""
+        world, camera, chosen = self.world, self.camera, dict(self.chosen)
+        catching = clear and world._core.has_catchers
+        if clear and "color" in names:
+            added = ("alpha", "shadow") if catching else ("alpha",)
+            names = list(dict.fromkeys([*names, *added]))
+        said: list[str] = []
+        if self.framed and "color" in names and is_unlit(world, camera, world.render_settings | chosen):
+            world = world._in_studio(camera, ground=not clear)
+            chosen = studio_settings(world.render_settings | chosen)
+            said = [STUDIO_NOTICE]
+        if self.denoised:
+            return _denoised(replace(self, world=world, chosen=chosen, framed=False), names, clear, said)
+        if chosen.get("integrator") == "reference":
+            return _reference(world, camera, names, chosen, self._unused(clear), self.progress)
+        request, stops, display = request_of(
+            world,
+            chosen,
+            names=names,
+            surface=self.surface,
+            frame=self.number,
+            transparent_background=clear,
+            region=self.region,
+        )
+        if catching:
+            planes, area, notices = _caught(world, camera, request, self.progress, self.catcher_truth)
+        else:
+            planes, area, notices = _planes(world, camera, request, self.progress)
+            if world._core.has_catchers and "color" in names:
+                notices = [*notices, CATCHER_NOTICE]
+        if self.region is None:
+            notices = [*notices, *_blank(world, camera, planes, request, stops, display)]
+        notices = [*said, *notices]
+        warn_all(notices)
+        return Frame(
+            planes,
+            camera=camera,
+            size=camera.size,
+            region=area,
+            exposure=stops,
+            view=display,
+            transparent=clear,
+            notices=notices,
+        )
+
+    def composed(self, names: list[str], behind: Any) -> Frame:
+        """The frame in front of a background, with the shadow of the studio where it stands there."""
+        clear = self.frame(names, True)
+        if self.framed and STUDIO_NOTICE in clear.notices:
+            clear = studio_shadow(clear, self.frame(["color"], False))
+        return over(clear, behind, keep=names)
+
+    def _unused(self, clear: bool) -> set[str]:
+        """The names of options that the reference does not have."""
+        unused = {"region"} if self.region is not None else set()
+        unused |= {"surface"} if self.surface != "first" else set()
+        return unused | ({"transparent_background"} if clear else set())
 
 
 def request_of(
@@ -256,6 +307,50 @@ def request_of(
     return request, stops, display
 
 
+CATCHER_NOTICE = (
+    "shadow catchers are surfaces in this picture; with transparent_background=True, or a background, it shows their "
+    "shadows alone"
+)
+
+
+def _caught(
+    world: World, camera: Camera, request: dict[str, Any], progress: Progress | None, catcher_truth: bool
+) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
+    """The channels without shadow catchers, and their shadows: the ratio of two pictures of the same samples."""
+    names = request["channels"]
+    shaded = "shadow" in names and request["integrator"] != "flat"
+    count = 3 if shaded else 1
+    if request["time_limit"] is not None:
+        request = request | {"time_limit": request["time_limit"] / count}
+
+    def part(number: int) -> Progress | None:
+        if progress is None:
+            return None
+        return lambda done, total: progress(number * total + done, count * total)
+
+    world.prepare(threads=request["threads"])
+    wanted = list(dict.fromkeys([*names, "alpha"] if shaded else names))
+    hidden = request | {"catchers": "hide", "channels": wanted}
+    planes, area, notices = world._core.render(camera._core, hidden, part(0))
+    if shaded:
+        only = request | {"catchers": "only", "channels": ["color", "alpha"]}
+        caught, _, lit = world._core.render(camera._core, only, part(1))
+        free, _, unlit = world._core.only_catchers().render(camera._core, only, part(2))
+        if _has_default_light(lit) == _has_default_light(unlit):
+            planes["shadow"] = shadow_ratio(planes["alpha"], caught, free)
+        else:
+            notices.append("objects that shine are the only light: shadow catchers show no shadows of them")
+    truth = [name for name in names if name not in (*SHADED, "alpha", "coverage", "shadow")]
+    if catcher_truth and truth:
+        plain = PLAIN | {"channels": truth, "samples": 1, "transparent_background": False}
+        planes |= world._core.render(camera._core, request | plain, None)[0]
+    return {name: planes[name] for name in names}, area, notices
+
+
+def _has_default_light(notices: list[str]) -> bool:
+    return any(notice.startswith("the world has no lights") for notice in notices)
+
+
 def _planes(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
 ) -> tuple[dict[str, Any], tuple[int, int, int, int], list[str]]:
@@ -309,7 +404,7 @@ def is_unlit(world: World, camera: Camera, asked: dict[str, Any]) -> bool:
     one |= {"filter": "box", "seed": 0, "frame": 0, "surface": "first", "transparent_background": False}
     world.prepare()
     _, _, notices = world._core.render(camera._core, one | {"threads": 1}, None)
-    return any(notice.startswith("the world has no lights") for notice in notices)
+    return _has_default_light(notices)
 
 
 def studio_settings(asked: dict[str, Any]) -> dict[str, Any]:
@@ -334,35 +429,29 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _denoised(
-    world: World,
-    camera: Camera,
-    names: list[str],
-    settings: dict[str, Any],
-    progress: Progress | None,
-    said: list[str],
-) -> Frame:
+def _denoised(one: _Picture, names: list[str], clear: bool, said: list[str]) -> Frame:
     """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
     from . import denoise
 
     denoise.load()
     if "color" not in names:
         raise SettingsError(f"denoise is for the channel color, this has {', '.join(names)}")
-    transparent = settings["transparent_background"]
-    wanted = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if transparent else [])]))
-    seen = render(world, camera, channels=wanted, progress=progress, **settings)
+    wanted = list(dict.fromkeys([*names, *denoise.GUIDES, *(["alpha"] if clear else [])]))
+    seen = replace(one, denoised=False).frame(wanted, clear)
     guides = [seen[name] for name in denoise.GUIDES]
-    if transparent:
-        color = denoise.denoise_premultiplied(seen["color"], seen["alpha"], *guides)
+    planes = {name: seen[name] for name in names}
+    if clear:
+        planes["color"] = denoise.denoise_premultiplied(seen["color"], seen["alpha"], *guides)
     else:
-        color = denoise.denoise(seen["color"], *guides)
-    planes = {name: color if name == "color" else seen[name] for name in names}
+        planes["color"] = denoise.denoise(seen["color"], *guides)
+    if "shadow" in names and not (seen["shadow"] == 1).all():
+        planes["shadow"] = denoise.denoise(seen["shadow"], *guides)
     warn_all(said)
     denoised = "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"
     warn_all([denoised])
     return Frame(
         planes,
-        camera=camera,
+        camera=one.camera,
         size=seen.size,
         region=seen.region,
         exposure=seen.exposure,
@@ -373,16 +462,26 @@ def _denoised(
 
 
 def _reference(
-    world: World, camera: Camera, names: list[str], unused: list[str], shown: dict[str, Any]
+    world: World,
+    camera: Camera,
+    names: list[str],
+    chosen: dict[str, Any],
+    unused: set[str],
+    progress: Progress | None,
 ) -> Frame:
     """Renders with the NumPy reference."""
     from .. import reference
 
+    shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
+    shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
+    if chosen.get("samples") == 1:
+        del chosen["samples"]  # what it does anyway
+    unused = unused | (chosen.keys() - {"integrator"})
     if unused:
         raise SettingsError(
-            f"{', '.join(unused)}: the reference traces one ray through each pixel's centre, plainly"
+            f"{', '.join(sorted(unused))}: the reference traces one ray through each pixel's centre, plainly"
         )
-    seen = reference.render(world, camera)
+    seen = reference.render(world, camera, progress)
     missing = [name for name in names if name not in seen]
     if missing:
         known = ", ".join(name for name in CHANNELS if name in seen)

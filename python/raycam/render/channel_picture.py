@@ -26,7 +26,7 @@ VECTORS = ("normal", "normal_camera", "shading_normal", "shading_normal_camera")
 def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """A channel [h, w, ...] as an sRGB picture, uint8 [h, w, 3]; the background is black.
 
-    * `color` and `albedo`: sRGB, as in PNG.
+    * `color`, `albedo` and `shadow`: sRGB, as in PNG.
     * unit vectors: (x + 1) / 2, (y + 1) / 2, (z + 1) / 2, as in normal maps.
     * ids: a colour each, which depends on the id alone: hue id * 0.618034 (modulo 1), saturation and value between 0.55
       and 1.
@@ -35,7 +35,7 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
     * other numbers: viridis from the lowest (dark) to the highest finite value of the picture; `depth` and `distance`
       from the farthest (dark) to the nearest; `coverage` and `alpha` from 0 to 1.
     """
-    if name in ("color", "albedo"):
+    if name in ("color", "albedo", "shadow"):
         return np.asarray(_core.srgb_from_linear(np.ascontiguousarray(plane, np.float32), 1.0, 8, "standard"))
     if plane.dtype.kind == "i":
         return _ids(plane)

@@ -55,11 +55,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     material              int32   [h, w]    index of the material in the world                          -1
     coverage              float32 [h, w]    fraction of samples on the same object as the centre ray
     alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
+    shadow                float32 [h, w, 3] light that shadow catchers leave to the background          1
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
-    All channels but `color`, `coverage`, `alpha` and `error` describe the exact ray through the pixel's centre and are
-    never filtered.
+    All channels but `color`, `coverage`, `alpha`, `shadow` and `error` describe the exact ray through the pixel's
+    centre and are never filtered.
     """
 
     def __init__(
@@ -86,7 +87,10 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         self.view = view
         """The view transform of sRGB pictures for values above 1: one of `VIEWS`."""
         self.transparent = transparent
-        """True for a transparent background: the colour is premultiplied by `alpha`, and pictures have an opacity."""
+        """True for a transparent background: the colour is premultiplied by `alpha`, and pictures have an opacity.
+
+        Their opacity is that of the objects and of the mean shadow; EXR has the two apart.
+        """
         self.notices = list(notices)
         """Notices about the rendering for the user."""
 
@@ -150,6 +154,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
                 "no opacity: render it with transparent_background=True and the channels color and alpha"
             )
         alpha = self._channels["alpha"][..., np.newaxis]
+        if "shadow" in self._channels:
+            light = np.clip(self._channels["shadow"].mean(axis=2, keepdims=True), 0, 1)
+            alpha = 1 - (1 - alpha) * light
         color = self._channels["color"] / np.where(alpha > 0, alpha, 1)
         top = (1 << bits) - 1
         srgb = Frame(
@@ -210,11 +217,14 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return PAGES["show"](self, **options)
 
     def over(self, background: Any) -> Frame:
-        """The frame in front of a background: a colour, a .png or .jpg picture, or an array [h, w, 3].
+        """The frame in front of a background: a colour, a picture's path, an array [h, w, 3], or a `raycam.Background`.
 
-        The frame is one that was rendered with `transparent_background=True`. A picture is enlarged and cut to cover
-        the frame. Arrays are linear light, or bytes in sRGB. The result is opaque. Raises `SettingsError` for a frame
-        without opacity and for what is no background, `FormatError` and `OSError` for files.
+        The frame is one that was rendered with `transparent_background=True`. A photograph of the frame's size is used
+        pixel by pixel, and its values stay as they are, whatever the frame's exposure and view; where the frame has the
+        channel `shadow`, it is darkened by it. Another picture is enlarged and cut to cover the frame, with a notice; a
+        `Background` with the camera that took it is warped. Arrays are linear light, or bytes in sRGB. The result is
+        opaque: color + (1 - alpha) shadow background in linear light. Raises `SettingsError` for a frame without
+        opacity and for what is no background, `FormatError` and `OSError` for files.
         """
         found: Frame = PAGES["over"](self, background)
         return found

@@ -159,6 +159,7 @@ def render_many(
     notices = _core.render_many(
         world._core, [camera._core for camera in seen], moved, request, count, list(arrays.items()), progress
     )
+    notices += _left_out(world, seen)
     warn_all(notices)
     area = None if region is None else tuple(request["region"])
     return Frames(
@@ -170,6 +171,16 @@ def render_many(
         transparent=transparent_background,
         notices=notices,
     )
+
+
+def _left_out(world: World, cameras: Sequence[Camera]) -> list[str]:
+    """The notices of what single pictures have and these have not."""
+    found = []
+    if any(camera.background is not None for camera in cameras):
+        found.append("the backgrounds of the cameras are left out: call render for each picture")
+    if world._core.has_catchers:
+        found.append("shadow catchers are surfaces here: call render for each picture")
+    return found
 
 
 def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]:

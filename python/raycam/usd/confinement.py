@@ -33,6 +33,8 @@ class Confinement:
 
     def __init__(self, path: Path, folder: Path, most: int) -> None:
         self.notices: list[str] = []
+        self.has_lost = False
+        """True if a layer is left out that may have had something to see: all but MaterialX."""
         self.folder = Path(os.path.realpath(folder))
         self._own = Path(os.path.realpath(path))
         self._path = path
@@ -109,6 +111,7 @@ class Confinement:
             opened = reason or (self._opened(layer, named) if named else None)
             if isinstance(opened, str):
                 self.notices.append(f"{self._shown(layer)}: layer {asset!r} is left out: {opened}")
+                self.has_lost = self.has_lost or not named.endswith(".mtlx")
                 replaced[asset] = ""
                 continue
             if named != asset:

@@ -73,6 +73,8 @@ class Coordinates:
     """None for the usual "st"."""
     matrix: Any = None
     """None for the identity."""
+    constant: Any = None
+    """The coordinates [2] where a mesh has none, or where no primvar is read; None for a material without images."""
     low: Any = (0.0, 0.0)
     """The smallest coordinates of all meshes."""
     high: Any = (1.0, 1.0)
@@ -273,7 +275,11 @@ class Materials:
     def _transform(self, shader: UsdShade.Shader, path: str, name: str) -> Any:
         """image_from_primvar [2, 3] of an image; its primvar becomes that of the material."""
         matrix = np.eye(3)
+        coordinates = self._coordinates[name]
         reader = _source(shader, "st")
+        is_value = reader is None or reader.GetPrim() == shader.GetPrim()
+        if is_value and coordinates.constant is None:
+            coordinates.constant = _like(self._given(shader, "st", (0.0, 0.0)), (0.0, 0.0))
         while reader and reader.GetShaderId() == "UsdTransform2d":
             angle = np.radians(float(self._given(reader, "rotation", 0.0)))
             turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -284,8 +290,9 @@ class Materials:
             reader = _source(reader, "in")
         if reader and (reader.GetShaderId() or "").startswith("UsdPrimvarReader"):
             known = str(self._given(reader, "varname", "st"))
-            coordinates = self._coordinates[name]
-            coordinates.primvar = coordinates.primvar or known
+            if coordinates.primvar is None:
+                coordinates.primvar = known
+                coordinates.constant = _like(self._given(reader, "fallback", (0.0, 0.0)), (0.0, 0.0))
             if coordinates.primvar != known:
                 self.notices.append(
                     f"material {path}: all its images have the coordinates {coordinates.primvar}"
@@ -365,5 +372,6 @@ def _like(value: Any, fallback: Any) -> Any:
     if not np.isfinite(numbers).all():
         return fallback
     if isinstance(fallback, tuple):
-        return tuple(numbers[:3]) if len(numbers) >= 3 else (numbers[0],) * 3
+        count = len(fallback)
+        return tuple(numbers[:count]) if len(numbers) >= count else (numbers[0],) * count
     return numbers[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade, Vt
 
 from .gprims import GPRIMS, Faces, gprim_faces
-from .materials import Materials, bound_material
+from .materials import Coordinates, Materials, bound_material
 from .skinning import Skinning
 
 __all__ = ["Meshes", "rows"]
@@ -47,6 +48,8 @@ class Meshes:
         self._time = time
         self._left = max_corners
         self._known: dict[tuple[Any, ...], tuple[str | None, int]] = {}
+        self._files: dict[bytes, str] = {}
+        """By the hash of what was written: copies of a prim are one mesh, as instances are."""
 
     def describe(
         self, name: str, mesh: UsdGeom.Gprim, world_from_local: Any, bake: bool = False
@@ -150,9 +153,12 @@ class Meshes:
                 if mirrored:
                     corners = [corners[0], *corners[:0:-1]]
                 lines.append("f " + " ".join(corners))
+        text = "\n".join([*lines, ""]).encode()
         file = f"mesh{len(self._known)}.obj"
-        (self._folder / file).write_text("\n".join([*lines, ""]), encoding="utf-8")
-        return file, len(indices)
+        known = self._files.setdefault(hashlib.sha256(text).digest(), file)
+        if known == file:
+            (self._folder / file).write_bytes(text)
+        return known, len(indices)
 
     def _words(
         self,
@@ -165,8 +171,7 @@ class Meshes:
         written: int,
     ) -> tuple[list[str], int]:
         """The words of all corners with a material's texture coordinates, and how many coordinates are written."""
-        coordinates = self._materials.coordinates(material)
-        uvs = self._corners(mesh, coordinates.primvar or "st", faces, 2)
+        uvs, coordinates = self._uvs(mesh, material, faces)
         if uvs is None and normal_ids is None:
             return position.astype(str).tolist(), written
         uv_words: list[Any] = [""] * len(position)
@@ -178,6 +183,24 @@ class Meshes:
         parts = [position.tolist(), uv_words]
         parts.extend([normal_ids.tolist()] if normal_ids is not None else [])
         return ["/".join(map(str, corner)) for corner in zip(*parts, strict=True)], written
+
+    def _uvs(self, mesh: UsdGeom.Gprim, material: str, faces: Faces) -> tuple[Any, Coordinates]:
+        """The texture coordinates of a mesh at every corner for a material, or None, and how they are applied."""
+        coordinates = self._materials.coordinates(material)
+        primvar, constant = coordinates.primvar, coordinates.constant
+        if constant is None:
+            return self._corners(mesh, primvar or "st", faces, 2), coordinates
+        uvs = None if primvar is None else self._corners(mesh, primvar, faces, 2)
+        if uvs is not None:
+            return uvs, coordinates
+        # As the specification of UsdPreviewSurface says.
+        if primvar is not None:
+            place = ", ".join(f"{value:g}" for value in constant)
+            self.notices.append(
+                f"mesh {mesh.GetPath()}: without usable texture coordinates {primvar}, its images are one colour, that"
+                f" at ({place})"
+            )
+        return np.tile(np.array(constant, np.float32), (len(faces.indices), 1)), coordinates
 
     def _shape(self, mesh: UsdGeom.Gprim, placed: Any) -> Shape:
         """The polygons of a prim; raises `_Unusable` for invalid ones."""

@@ -190,7 +190,8 @@ def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
         *(_counted(reader.meshes.notices) + reader.notices + left_out),
     ]
     if not reader.objects:
-        _check_empty(stage, notices, options)
+        has_lost = bool(confinement.has_lost or reader.meshes.notices or reader.notices or left_out)
+        _check_empty(stage, has_lost, notices, options)
         notices.append("no meshes or solids in it: nothing to see")
     unit = _unit(stage)
     if unit != 1.0:
@@ -220,9 +221,9 @@ def _counted(notices: list[str]) -> list[str]:
     ]
 
 
-def _check_empty(stage: Usd.Stage, notices: list[str], options: Options) -> None:
+def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[str], options: Options) -> None:
     """Raises `UsdRejected` for a stage without objects, except where all that it has is something else."""
-    if notices or options.single or not stage.GetRootLayer().rootPrims:
+    if has_lost or options.single or not stage.GetRootLayer().rootPrims:
         said = "".join(f"; {notice}" for notice in notices[:5])
         raise UsdRejected(f"no meshes or solids in it: nothing to see{said}")
 

@@ -14,7 +14,7 @@ __all__ = ["COLORS", "TRUTH", "FromScratch", "Refinement", "truth"]
 
 COLORS = ("color", "alpha", "coverage")
 """The channels that get better with samples."""
-TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "error"))
+TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4
 

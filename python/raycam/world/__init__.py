@@ -94,7 +94,8 @@ class World(RayQueries, PointQueries):
     def to_bytes(self) -> bytes:
         """Serialises the world exactly, with all files, for `World.from_bytes` of the same version of raycam.
 
-        Equal worlds give equal bytes, whatever folder their files are in. Raises `WorldError` if the textures, which
+        Equal worlds give equal bytes, whatever folder their files are in; backgrounds of cameras stay where they are,
+        and the bytes have their paths. Raises `WorldError` if the textures, which
         the bytes include, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
@@ -191,8 +192,12 @@ class World(RayQueries, PointQueries):
         """Adds an object, described as in `[[object]]` of a world file; returns its id.
 
         Takes a dict, keywords, or both; the path of a mesh file, or the word for a shape:
-        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", color="tomato")`,
+        `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", radius=2)`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        The keys of a shape may stand beside it, and a number or list in its place is the size of a box or plane and the
+        radius of a sphere.
+        With `shadow_catcher=True`, pictures with a transparent background or a photograph behind show the shadows on it
+        alone, as on a ground that the photograph shows; in others it is a surface.
         The up axis of a glTF file becomes that of the world, with a notice, except with `upright=False`.
         A USD file becomes one object, without its lights and cameras, turned to the world's up axis except with
         `upright=False`. Raises `WorldError` with the key and the nearest valid name, and the errors of `load`.
@@ -337,8 +342,8 @@ class World(RayQueries, PointQueries):
     def objects(self) -> list[Object]:
         """The objects in the order of their ids: records that are read-only. `set_object` changes an object."""
         return [
-            Object(number, name, category, mesh, triangles, matrix_of(matrix, name), visible)
-            for number, (name, category, mesh, triangles, matrix, visible) in enumerate(self._core.objects)
+            Object(number, name, category, mesh, triangles, matrix_of(matrix, name), *flags)
+            for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
         ]
 
     @property

@@ -26,12 +26,19 @@ class ObjectKeys(TypedDict, total=False):
     name: str
     category: str | int
     visible: bool
-    box: Mapping[str, Any]
-    plane: Mapping[str, Any]
-    sphere: Mapping[str, Any]
+    shadow_catcher: bool
+    box: Mapping[str, Any] | npt.ArrayLike
+    plane: Mapping[str, Any] | npt.ArrayLike
+    sphere: Mapping[str, Any] | float
     cylinder: Mapping[str, Any]
     cone: Mapping[str, Any]
     torus: Mapping[str, Any]
+    size: npt.ArrayLike
+    radius: float
+    height: float
+    tube: float
+    level: int
+    segments: int
     mesh: str | os.PathLike[str]
     upright: bool
     vertices: npt.ArrayLike
@@ -119,7 +126,17 @@ class LightKeys(TypedDict, total=False):
     yaw: float
 
 
-SHAPES = ("box", "plane", "sphere", "cylinder", "cone", "torus")
+SHAPES: dict[str, tuple[str, ...]] = {
+    "box": ("size",),
+    "plane": ("size",),
+    "sphere": ("radius", "level"),
+    "cylinder": ("radius", "height", "segments"),
+    "cone": ("radius", "height", "segments"),
+    "torus": ("radius", "tube", "segments"),
+}
+"""The keys of each shape. A number or list in place of its table is the first, where the others may be left out."""
+SIZED = ("box", "plane", "sphere")
+"""Shapes whose first key alone says how large they are."""
 LIGHTS = ("sun", "point", "spot", "area", "disk", "ies", "sky", "daylight", "environment")
 OBJECT_WORDS = {
     "position": "location",
@@ -161,7 +178,31 @@ def object_keys(
                 f"{nearest('shape', os.fspath(description), list(SHAPES))}; a mesh file has an ending, as in cow.obj"
             )
         description = {"mesh": os.fspath(description)}
-    return _renamed(_together(description, keys), OBJECT_WORDS)
+    given = _renamed(_together(description, keys), OBJECT_WORDS)
+    for shape, own in SHAPES.items():
+        if shape in given:
+            given[shape] = _shape_table(shape, own, given)
+    return given
+
+
+def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dict[str, Any]:
+    """The table of a shape, with those of its keys that stand beside it, which are taken out of the object's."""
+    table = given[shape]
+    if (
+        table is None
+        or isinstance(table, bool | str | bytes)
+        or (shape not in SIZED and not isinstance(table, Mapping))
+    ):
+        raise WorldError(
+            f"{shape}: {table!r}: expected a dict of {', '.join(own)}, such as {shape}={{{own[0]!r}: 1}}"
+        )
+    table = dict(table) if isinstance(table, Mapping) else {own[0]: table}
+    for key in own:
+        if key in given:
+            if key in table:
+                raise WorldError(f"{key}: given twice, for the object and in its {shape}")
+            table[key] = given.pop(key)
+    return table
 
 
 def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]) -> dict[str, Any]:

@@ -52,6 +52,8 @@ def load(
     Raises `SettingsError` for a `path` outside `folder`, `FileNotFoundError` and other `OSError`s, `FormatError` for a
     malformed file, and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise SettingsError(f"path must be the path of a world or model, not {type(path).__name__}")
     check_exists(path)
     if Path(path).suffix.lower() in usd.SUFFIXES:
         world = World._of(load_usd(path, texture_memory, folder, time))

@@ -26,6 +26,8 @@ class Object:
     """The affine transform world_from_mesh [4, 4], read-only."""
     visible: bool = True
     """False for an object that is in no picture, shadow, light or query."""
+    shadow_catcher: bool = False
+    """True for an object of which pictures with a transparent background, or a camera's, show the shadows alone."""
 
     def __setattr__(self, name: str, value: object) -> None:
         """Raises `WorldError`, which says how objects are changed."""

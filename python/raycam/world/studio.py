@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..errors import WorldError
+from ..render.composition import FLOOR
 from .framing import axes_of
 
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FLOOR", "add_ground", "add_studio", "studio_world"]
 
-FLOOR = 0.62
-"""The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
 FLOOR_SIDE, GROUND_SIDE = 4.0, 100.0
 """The sides of the studio's floor, whose edge nobody sees, and of other grounds, in diagonals of the world's bounds."""
 GAP = 1e-4

@@ -38,7 +38,7 @@ def load_usd(
             core = _core.world_from_dict(plain(description), folder, limit)
         except FormatError as error:
             raise FormatError(_of_usd(str(error), path, folder, files)) from None
-        notices = [_of_usd(notice, path, folder, files) for notice in core.notices]
+        notices = _notices_of_usd(core.notices, path, folder, files)
         core.set_notices([*notices, *(f"{os.fspath(path)}: {notice}" for notice in said)])
     return core
 
@@ -64,7 +64,7 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
             raise FormatError(_of_usd(str(error), path, folder, files)) from None
         if up is not None and up != found["up"]:
             said.append(f"its up axis, {found['up']}, is turned to {up}: upright = false keeps it")
-        notices = [_of_usd(notice, path, folder, files) for notice in core.notices[before:]]
+        notices = _notices_of_usd(core.notices[before:], path, folder, files)
         core.set_notices([*core.notices[:before], *notices, *(f"{path}: {notice}" for notice in said)])
     return number
 
@@ -82,6 +82,14 @@ def usd_named() -> Iterator[None]:
                 ' raycam.load("x.usd").to_gltf("x.glb"), or use World.add_object(mesh="x.usd")'
             ) from None
         raise
+
+
+def _notices_of_usd(
+    notices: list[str], path: str | os.PathLike[str], folder: str, files: dict[str, str]
+) -> list[str]:
+    """The notices of files that the worker wrote, with the stage's names; what alpha does, its materials say."""
+    said = (notice for notice in notices if "its alpha counts only where" not in notice)
+    return [_of_usd(notice, path, folder, files) for notice in said]
 
 
 def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:

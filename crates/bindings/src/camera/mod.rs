@@ -6,6 +6,7 @@ pub(crate) mod rig;
 use glam::{DMat4, DVec2};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use raycam_scene::camera::{Background, BackgroundFit};
 use raycam_scene::schema::{CameraSpec, from_value};
 use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
@@ -241,6 +242,26 @@ impl Camera {
     /// The same camera elsewhere.
     fn at_pose(&self, r: Matrix3, c: Vector) -> PyResult<Self> {
         wrap(self.inner.at_pose(matrix3(r), vector(c)))
+    }
+
+    /// The picture behind what it sees: file, fit and the camera that took it.
+    #[getter]
+    fn background(&self) -> Option<(&str, &'static str, Option<Self>)> {
+        let background = self.inner.background()?;
+        let fit = match background.fit {
+            BackgroundFit::Exact => "exact",
+            BackgroundFit::Cover => "cover",
+        };
+        let taker = background.camera.as_deref().map(|camera| Self { inner: camera.clone() });
+        Some((&background.image, fit, taker))
+    }
+
+    /// The same camera with a picture behind what it sees, which covers the frame or was taken by a camera; or without.
+    fn with_background(&self, image: Option<String>, covers: bool, camera: Option<&Self>) -> Self {
+        let fit = if covers { BackgroundFit::Cover } else { BackgroundFit::Exact };
+        let camera = camera.map(|camera| camera.inner.clone().with_background(None).into());
+        let background = image.map(|image| Background { image, fit, camera });
+        Self { inner: self.inner.clone().with_background(background) }
     }
 
     /// The same camera with other intrinsics.

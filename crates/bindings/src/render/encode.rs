@@ -1,9 +1,12 @@
 //! Pictures as bytes: colours, PNG, EXR and HDR.
 
+use std::path::PathBuf;
+
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::encode::{exr, hdr, mask, png};
+use raycam_formats::{Budget, ColorUse, FormatError, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
 
@@ -30,6 +33,37 @@ pub(crate) fn linear_from_srgb8<'py>(
     let table: Vec<f32> = (0..=255).map(|v| color::linear_from_srgb8([v; 3])[0]).collect();
     let linear = contiguous(&bytes)?.iter().map(|&v| table[usize::from(v)]).collect();
     array(py, linear, bytes.shape())
+}
+
+/// Linear float32 [height, width, 3] of an image file, and the notices of its reader.
+#[pyfunction]
+pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyArrayDyn<f32>>, Vec<String>)> {
+    let read = || -> Result<_, FormatError> {
+        let (image, notices) = read_image(&path, ColorUse::Color, &Budget::default())?;
+        let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i).into_iter().take(3));
+        let shape = [image.size[1] as usize, image.size[0] as usize, 3];
+        Ok((pixels.collect::<Vec<_>>(), shape, notices))
+    };
+    let (pixels, shape, notices) = py.detach(|| catch_panic(read))?.map_err(IntoPyErr::into_py_err)?;
+    Ok((array(py, pixels, &shape)?, notices))
+}
+
+/// Linear float32 of linear float32 [..., 3] times `scale` as a view shows them, of the same shape.
+#[pyfunction]
+pub(crate) fn shown_from_linear<'py>(
+    py: Python<'py>,
+    linear: PyReadonlyArrayDyn<'py, f32>,
+    scale: f32,
+    view: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let Some(view) = ViewTransform::from_name(view) else {
+        return Err(settings_error(format!("no view {view:?}")));
+    };
+    let (pixels, []) = contiguous(&linear)?.as_chunks::<3>() else {
+        return Err(settings_error("expected an array [..., 3] of colours".into()));
+    };
+    let shown = py.detach(|| pixels.iter().flat_map(|rgb| view.apply(rgb.map(|v| v * scale))).collect());
+    array(py, shown, linear.shape())
 }
 
 /// sRGB integers of `bits` 8 or 16 of linear float32 [..., 3] times `scale`, as a view shows them, of the same shape.

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::{Filter, Integrator, Settings, TruthSurface};
+use raycam_render::{Catchers, Filter, Integrator, Settings, TruthSurface};
 use raycam_scene::ViewTransform;
 use raycam_scene::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
@@ -33,6 +33,8 @@ pub(crate) struct RenderArguments {
     surface: String,
     #[pyo3(default)]
     transparent_background: bool,
+    #[pyo3(default)]
+    catchers: Option<String>,
     max_depth: Option<u32>,
     clamp: Option<f32>,
     ambient_occlusion: Option<f64>,
@@ -69,6 +71,12 @@ impl RenderArguments {
                 name => return Err(unknown("surface", name)),
             },
             transparent: self.transparent_background || self.transparent,
+            catchers: match self.catchers.as_deref() {
+                None | Some("show") => Catchers::Show,
+                Some("hide") => Catchers::Hide,
+                Some("only") => Catchers::Only,
+                Some(name) => return Err(unknown("catchers", name)),
+            },
             max_depth: self.max_depth,
             clamp: self.clamp,
             ambient_occlusion: self.ambient_occlusion,

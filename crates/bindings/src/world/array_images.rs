@@ -83,7 +83,13 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         Texels::Srgb8(texels_of(bytes, channels, 255)?)
     } else if array.dtype().kind() == b'f' {
         let floats = array.call_method1("astype", ("float32",))?.cast_into::<PyArrayDyn<f32>>()?;
-        Texels::Float(texels_of(&floats, channels, 1.0)?)
+        let texels = texels_of(&floats, channels, 1.0)?;
+        let odd = texels.as_flattened().iter().filter(|value| !value.is_finite()).count();
+        if odd > 0 {
+            let message = format!("{odd} values are infinite or not numbers; numpy.nan_to_num replaces them");
+            return Err(world_error(format!("an image of {width} x {height} texels: {message}")));
+        }
+        Texels::Float(texels)
     } else {
         return Err(world_error(format!("an image of dtype {}: expected uint8 or floats", array.dtype())));
     };
@@ -140,6 +146,10 @@ impl AssetLoader for FilesAndArrays<'_> {
 
     fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
         AssetLoader::store_texture(self.files, image)
+    }
+
+    fn picture(&mut self, file: &str) -> Result<String, FormatError> {
+        self.files.picture(file)
     }
 
     fn in_context(error: FormatError, key: &str) -> FormatError {

@@ -29,8 +29,8 @@ use crate::render::settings::RenderArguments;
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
-/// An object, for `objects`: name, category, mesh, triangles, world_from_mesh, visible.
-type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool);
+/// An object, for `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher.
+type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool, bool);
 
 #[pymethods]
 impl World {
@@ -119,7 +119,8 @@ impl World {
         let parts = world.objects.iter().map(|object| {
             let rows = glam::DMat4::from(object.world_from_mesh).transpose().to_cols_array_2d();
             let triangles = world.meshes[object.mesh].triangles.len();
-            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows, object.visible)
+            let flags = (object.visible, object.shadow_catcher);
+            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows, flags.0, flags.1)
         });
         parts.collect()
     }
@@ -128,6 +129,21 @@ impl World {
     #[getter]
     fn object_count(&self) -> usize {
         self.state().world.objects.len()
+    }
+
+    /// True if an object is a shadow catcher.
+    #[getter]
+    fn has_catchers(&self) -> bool {
+        self.state().world.objects.iter().any(|object| object.shadow_catcher && object.visible)
+    }
+
+    /// The same world with its shadow catchers alone.
+    fn only_catchers(&self) -> PyResult<Self> {
+        self.derive(|world| {
+            let mut alone = world.clone();
+            alone.objects.iter_mut().for_each(|object| object.visible &= object.shadow_catcher);
+            Ok(alone)
+        })
     }
 
     /// The names of categories by number.

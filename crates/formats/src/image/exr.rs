@@ -1,4 +1,4 @@
-//! OpenEXR in: the first part that has colours.
+//! OpenEXR in: the first part that has colours, or is grey.
 
 use std::io::Cursor;
 
@@ -13,11 +13,11 @@ use raycam_scene::Image;
 use crate::error::FormatError;
 use crate::image::decoder::Decoder;
 
-/// The largest level of the first part with channels R, G, B or Y; alpha from A, else 1.
+/// The largest level of the first part that has colours, or is grey; alpha from A, else 1.
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let headers = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
     let headers = headers.map_err(|e| decoder_error(file, e))?.headers;
-    let (part, colored) = colored_part(file, &headers)?;
+    let (part, grey) = shown_part(file, &headers)?;
     let index = headers.iter().position(|header| std::ptr::eq(header, part));
     let index = index.unwrap_or_default();
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
@@ -34,37 +34,42 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         file.notice("only its data window is read, which is not its display window");
     }
 
-    let texels = read_pixels(file, part.layer_size.0, colored);
+    let texels = read_pixels(file, part.layer_size.0, grey.as_deref());
     let texels = texels.map_err(|e| decoder_error(file, e))?;
     let texels = file.float_texels(texels);
     Ok(file.image(size, texels))
 }
 
-/// The first part with channels R, G and B (and true), or Y (and false).
-fn colored_part<'a>(file: &Decoder<'_>, headers: &'a [Header]) -> Result<(&'a Header, bool), FormatError> {
-    let has = |header: &Header, name: &str| {
-        let mut names = header.channels.list.iter().map(|c| &c.name);
-        names.any(|channel| channel.eq(name))
-    };
-    let colored = |header: &&Header| ["R", "G", "B"].iter().all(|name| has(header, name));
-    let grey = |header: &&Header| has(header, "Y") && !has(header, "RY");
+/// The first part with channels R, G and B, or else the first that is grey and the name of its channel: Y, or the only
+/// one beside alpha, as depth maps and masks have it.
+fn shown_part<'a>(file: &mut Decoder<'_>, headers: &'a [Header]) -> Result<(&'a Header, Option<String>), FormatError> {
+    let has = |header: &Header, name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
     let flat = || headers.iter().filter(|header| !header.deep);
-    if let Some(part) = flat().find(colored) {
-        Ok((part, true))
-    } else if let Some(part) = flat().find(grey) {
-        Ok((part, false))
-    } else if flat().next().is_none() {
-        Err(file.unsupported("an EXR image of deep samples, expected flat ones"))
-    } else {
-        let names = flat().flat_map(|header| &header.channels.list);
-        let names: Vec<_> = names.map(|channel| channel.name.to_string()).collect();
-        let message = format!("channels {}, expected R, G and B, or Y", names.join(", "));
-        Err(file.unsupported(message))
+    if let Some(part) = flat().find(|header| ["R", "G", "B"].iter().all(|name| has(header, name))) {
+        return Ok((part, None));
     }
+    if let Some(part) = flat().find(|header| has(header, "Y") && !has(header, "RY")) {
+        return Ok((part, Some("Y".into())));
+    }
+    let names =
+        |header: &Header| header.channels.list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>();
+    for part in flat() {
+        let mut only = names(part);
+        only.retain(|name| name != "A");
+        if let [name] = &only[..] {
+            file.notice(format!("its only channel, {name}, is read as grey"));
+            return Ok((part, only.pop()));
+        }
+    }
+    if flat().next().is_none() {
+        return Err(file.unsupported("an EXR image of deep samples, expected flat ones"));
+    }
+    let names: Vec<_> = flat().flat_map(names).collect();
+    Err(file.unsupported(format!("channels {}, expected R, G and B, or one alone", names.join(", "))))
 }
 
 /// The texels of the first part that can be read, whose rows have `columns` pixels.
-fn read_pixels(file: &Decoder<'_>, columns: usize, colored: bool) -> Result<Vec<[f32; 4]>, Error> {
+fn read_pixels(file: &Decoder<'_>, columns: usize, grey: Option<&str>) -> Result<Vec<[f32; 4]>, Error> {
     let set = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
         if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
             *texel = [r, g, b, a];
@@ -72,8 +77,8 @@ fn read_pixels(file: &Decoder<'_>, columns: usize, colored: bool) -> Result<Vec<
     };
     let reader = || read().no_deep_data().largest_resolution_level().specific_channels();
     let bytes = Cursor::new(file.bytes);
-    if !colored {
-        let grey = reader().required("Y").optional("A", 1.0_f32);
+    if let Some(name) = grey {
+        let grey = reader().required(name).optional("A", 1.0_f32);
         let set = move |texels: &mut _, at, (y, a): (f32, f32)| set(texels, at, (y, y, y, a));
         let image = grey.collect_pixels(blank, set).first_valid_layer().all_attributes();
         let image = image.non_parallel().from_buffered(bytes);

@@ -66,7 +66,7 @@ pub(crate) fn companion_file(
         Err(error @ (FormatError::Io { .. } | FormatError::Reference { .. })) => error,
         read => return read,
     };
-    let bare = reference::without_comment(&written).map(<[u8]>::to_vec);
+    let bare = reference::bare(&written);
     if let Some(bare) = &bare
         && let Ok(file) = assets.read_reference(from, bare)
     {

@@ -127,6 +127,17 @@ pub(crate) fn for_message(word: &[u8]) -> String {
     format!("{short:?}")
 }
 
+/// The message that a word is no number, with the reason where it is a decimal comma, which some programs write where
+/// the language of the system has it.
+pub(crate) fn not_a_number(word: &[u8]) -> String {
+    let shown = for_message(word);
+    let point: Vec<u8> = word.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect();
+    match number(&point) {
+        Some(_) => format!("{shown} is not a number: it has a decimal comma, expected a point"),
+        None => format!("{shown} is not a number"),
+    }
+}
+
 /// A name as text; bytes that are not UTF-8 are replaced.
 pub(crate) fn name(bytes: &[u8]) -> String {
     String::from_utf8_lossy(trim(bytes)).into_owned()

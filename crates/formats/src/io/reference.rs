@@ -56,6 +56,30 @@ pub(crate) fn without_comment(name: &[u8]) -> Option<&[u8]> {
     Some(name[..at].trim_ascii_end()).filter(|name| !name.is_empty())
 }
 
+/// The name without what some programs write around it: a comment after it, quotes, the scheme `file:`, and `%20`
+/// for a space. `None` where it has none of them.
+pub(crate) fn bare(name: &[u8]) -> Option<Vec<u8>> {
+    let mut inner = without_comment(name).unwrap_or(name);
+    for quote in [b'"', b'\''] {
+        if let [first, middle @ .., last] = inner
+            && *first == quote
+            && *last == quote
+        {
+            inner = middle;
+        }
+    }
+    let inner = inner.strip_prefix(b"file://").or_else(|| inner.strip_prefix(b"file:")).unwrap_or(inner);
+    let mut found = Vec::with_capacity(inner.len());
+    let mut rest = inner;
+    while let [first, after @ ..] = rest {
+        let digits = after.get(..2).filter(|two| *first == b'%' && two.iter().all(u8::is_ascii_hexdigit));
+        let byte = digits.and_then(|two| u8::from_str_radix(std::str::from_utf8(two).ok()?, 16).ok());
+        found.push(byte.unwrap_or(*first));
+        rest = if byte.is_some() { &after[2..] } else { after };
+    }
+    Some(found).filter(|found| !found.is_empty() && found != name)
+}
+
 /// The ends of a name of several folders, the longest first: for `C:/a/b/c.png` these are `a/b/c.png`, `b/c.png` and
 /// `c.png`.
 pub(crate) fn tails(name: &[u8]) -> Vec<Vec<u8>> {
@@ -94,8 +118,15 @@ mod tests {
         assert_eq!(ends(b"//server/b.png"), ["server/b.png", "b.png"]);
         assert_eq!(ends(b"b.png"), [""; 0]);
         assert_eq!(with_slashes(b"a\\my\\ b.png"), b"a/my b.png");
-        assert_eq!(without_comment(b"a#1.png # wood"), Some(&b"a#1.png"[..]));
-        assert_eq!(without_comment(b"a#1.png"), None);
+        let bare = |name: &[u8]| bare(name).map(|found| String::from_utf8(found).unwrap());
+        assert_eq!(bare(b"a#1.png # wood").as_deref(), Some("a#1.png"));
+        assert_eq!(bare(b"\"my tile.png\" # wood").as_deref(), Some("my tile.png"));
+        assert_eq!(bare(b"'a.png'").as_deref(), Some("a.png"));
+        assert_eq!(bare(b"file:///home/me/a.png").as_deref(), Some("/home/me/a.png"));
+        assert_eq!(bare(b"my%20tile%2f.png").as_deref(), Some("my tile/.png"));
+        for plain in ["a#1.png", "100%.png", "5%2", "%zz.png", "it's.png", "\"", "# wood"] {
+            assert_eq!(bare(plain.as_bytes()), None, "{plain}");
+        }
         assert_eq!(normalize(Path::new("/a/./b/../../../c")), Path::new("/c"));
     }
 }

@@ -289,10 +289,7 @@ impl Chunk {
         let mut values = [0.0; 7];
         let mut count = 0;
         for word in Words(rest) {
-            let value = lexer::number(word).ok_or_else(|| {
-                let word = lexer::for_message(word);
-                (line, format!("v: {word} is not a number"))
-            })?;
+            let value = lexer::number(word).ok_or_else(|| (line, format!("v: {}", lexer::not_a_number(word))))?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
                 None => return Err((line, "v has more than 7 numbers".into())),
@@ -393,10 +390,7 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
-        let value = lexer::number(word).ok_or_else(|| {
-            let word = lexer::for_message(word);
-            (line, format!("{key}: {word} is not a number"))
-        })?;
+        let value = lexer::number(word).ok_or_else(|| (line, format!("{key}: {}", lexer::not_a_number(word))))?;
         match values.get_mut(count) {
             Some(slot) => *slot = value,
             None => return Err((line, format!("{key} has more than 3 numbers"))),

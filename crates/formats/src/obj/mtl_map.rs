@@ -72,30 +72,27 @@ impl MtlMap {
     }
 }
 
-/// The file and options of a map. The file name is the rest of the line and may have spaces.
+/// The file and options of a map. The file name is the rest of the line and may have spaces; options stand before it, but
+/// some programs write them behind.
 pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mut Diagnostics) -> Option<MtlMap> {
     let key = String::from_utf8_lossy(key);
-    let mut rest = lexer::trim(rest);
     let mut options = MapOptions::default();
-    while rest.first() == Some(&b'-') {
-        let (option, after) = lexer::split_word(rest);
-        let option = option.to_ascii_lowercase();
-        // A file name may begin with a dash.
-        let Some((least, most)) = value_counts(&option) else {
-            break;
-        };
-        let (values, after) = option_values(after, least, most);
-        if values.len() < least {
-            let name = lexer::for_message(&option);
-            odd.note(Location::Line(line), format!("{key}: option {name} without its value: not used"));
-            rest = b"";
+    let (mut given, mut rest) = leading_options(rest, true);
+    for (at, _) in rest.iter().enumerate().filter(|&(at, _)| at > 0 && rest[at..].starts_with(b" -")) {
+        let (behind, after) = leading_options(&rest[at..], false);
+        if after.is_empty() && behind.iter().all(|option| option.has_values) {
+            given.extend(behind);
+            rest = lexer::trim(&rest[..at]);
             break;
         }
-        if !options.apply(&option, &values, role) {
-            let given = String::from_utf8_lossy(&rest[..rest.len() - after.len()]).into_owned();
-            odd.note(Location::Line(line), format!("{key} option {given:?} is not applied to the texture"));
+    }
+    for option in &given {
+        let text = String::from_utf8_lossy(option.text);
+        if !option.has_values {
+            odd.note(Location::Line(line), format!("{key}: option {text:?} without its value: not used"));
+        } else if !options.apply(&option.name, &option.values, role) {
+            odd.note(Location::Line(line), format!("{key} option {text:?} is not applied to the texture"));
         }
-        rest = lexer::trim(after);
     }
     if rest.is_empty() {
         odd.note(Location::Line(line), format!("{key} without a file name"));
@@ -114,6 +111,36 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
     })
 }
 
+/// An option as written.
+struct Given<'a> {
+    text: &'a [u8],
+    /// In small letters.
+    name: Vec<u8>,
+    values: Vec<&'a [u8]>,
+    /// False if it has fewer values than it needs.
+    has_values: bool,
+}
+
+/// The options that a text begins with, and the rest of it, which is a file name where `leaves_name`.
+fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
+    let mut rest = lexer::trim(text);
+    let mut found = Vec::new();
+    while rest.first() == Some(&b'-') {
+        let (option, after) = lexer::split_word(rest);
+        let name = option.to_ascii_lowercase();
+        // A file name may begin with a dash.
+        let Some((least, most)) = value_counts(&name) else {
+            break;
+        };
+        let (values, after) = option_values(after, least, most, leaves_name);
+        let text = lexer::trim(&rest[..rest.len() - after.len()]);
+        let has_values = values.len() >= least;
+        found.push(Given { text, name, values, has_values });
+        rest = if has_values { lexer::trim(after) } else { b"" };
+    }
+    (found, rest)
+}
+
 /// The least and the greatest number of values of an option; `None` where it is unknown.
 fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     match option {
@@ -125,13 +152,15 @@ fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     }
 }
 
-/// The values of an option, and the text after them. Values beyond `least` are numbers, and leave a file name.
-fn option_values(mut after: &[u8], least: usize, most: usize) -> (Vec<&[u8]>, &[u8]) {
+/// The values of an option, and the text after them. Values beyond `least` are numbers, and leave a file name where
+/// `leaves_name`.
+fn option_values(mut after: &[u8], least: usize, most: usize, leaves_name: bool) -> (Vec<&[u8]>, &[u8]) {
     let mut values: Vec<&[u8]> = Vec::new();
     while values.len() < most {
         let (word, then) = lexer::split_word(after);
         let optional = values.len() >= least;
-        if word.is_empty() || optional && (lexer::number(word).is_none() || lexer::trim(then).is_empty()) {
+        let takes_name = leaves_name && lexer::trim(then).is_empty();
+        if word.is_empty() || optional && (lexer::number(word).is_none() || takes_name) {
             break;
         }
         values.push(word);

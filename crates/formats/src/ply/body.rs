@@ -69,7 +69,7 @@ impl<'a> Body<'a> {
     }
 
     fn truncated(&self) -> FormatError {
-        self.error("ends before the rows that its header declares")
+        self.error("ends before the rows that its header declares: it is cut off, or the header counts too many")
     }
 
     /// Begins a row.
@@ -104,10 +104,8 @@ impl<'a> Body<'a> {
                 };
                 match lexer::number(word) {
                     Some(value) if kind.is_float() || value.fract() == 0.0 => Ok(value),
-                    _ => {
-                        let expected = if kind.is_float() { "a number" } else { "a whole number" };
-                        Err(self.error(format!("{} is not {expected}", lexer::for_message(word))))
-                    }
+                    None => Err(self.error(lexer::not_a_number(word))),
+                    Some(_) => Err(self.error(format!("{} is not a whole number", lexer::for_message(word)))),
                 }
             }
             RowSource::Binary { bytes, at, big_endian } => {

@@ -11,7 +11,7 @@ pub enum PixelType {
     I32,
 }
 
-/// Output channel of a frame. All but `Color`, `Coverage`, `Alpha` and `Error` describe the exact ray through the
+/// Output channel of a frame. All but `Color`, `Coverage`, `Alpha`, `Shadow` and `Error` describe the exact ray through the
 /// pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
@@ -57,6 +57,9 @@ pub enum Channel {
     /// [`crate::Settings::transparent`] the colour is premultiplied by alpha. Partly opaque surfaces count in part,
     /// mirrors and glass in full.
     Alpha,
+    /// Light of each colour that shadow catchers leave to the background that the objects show, 1 without a shadow. A
+    /// frame alone has 1: it is a ratio of two.
+    Shadow,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
     /// Requesting this channel changes the samples drawn. With one sample per pixel: +inf.
     Error,
@@ -74,7 +77,7 @@ const fn info(channel: Channel, name: &'static str, kind: PixelType, components:
     ChannelInfo { channel, name, pixel_type: kind, components }
 }
 
-const CHANNELS: [ChannelInfo; 18] = [
+const CHANNELS: [ChannelInfo; 19] = [
     info(Channel::Color, "color", PixelType::F32, 3),
     info(Channel::Albedo, "albedo", PixelType::F32, 3),
     info(Channel::Depth, "depth", PixelType::F32, 1),
@@ -92,6 +95,7 @@ const CHANNELS: [ChannelInfo; 18] = [
     info(Channel::Material, "material", PixelType::I32, 1),
     info(Channel::Coverage, "coverage", PixelType::F32, 1),
     info(Channel::Alpha, "alpha", PixelType::F32, 1),
+    info(Channel::Shadow, "shadow", PixelType::F32, 3),
     info(Channel::Error, "error", PixelType::F32, 1),
 ];
 
@@ -123,7 +127,7 @@ impl Channel {
 
     /// True if the channel needs the exact ray through the pixel centre.
     pub(crate) fn is_ground_truth(self) -> bool {
-        !matches!(self, Channel::Color | Channel::Alpha | Channel::Error)
+        !matches!(self, Channel::Color | Channel::Alpha | Channel::Shadow | Channel::Error)
     }
 
     /// Returns the bytes per pixel.

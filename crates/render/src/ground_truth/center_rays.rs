@@ -12,7 +12,7 @@ use crate::ground_truth::triangle_cache::TriangleCache;
 use crate::interaction::vector::{face_forward, unit, unit_normal};
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
-use crate::settings::Settings;
+use crate::settings::{Catchers, Settings};
 
 /// World-space normals of a surface, on the viewer's side; 0 for the background.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ pub(crate) struct CenterRays {
     pub rays: Vec<ExactRay>,
     /// First hits.
     pub hits: Vec<ExactHit>,
-    /// Hits behind surfaces that can be seen through, if the ground truth describes those; otherwise empty.
+    /// Hits that the ground truth describes, if it skips some surfaces; otherwise empty.
     hits_behind: Vec<ExactHit>,
     normals: Vec<Normals>,
 }
@@ -108,11 +108,18 @@ impl CenterRays {
         for (rays, hits) in batches {
             world.closest_exact(rays, hits);
             let mut truth = &*hits;
-            if passing {
+            if passing || settings.catchers != Catchers::Show {
                 let first = self.hits_behind.len();
                 self.hits_behind.extend_from_slice(hits);
-                world.skip_transparent(rays, &mut self.hits_behind[first..]);
-                truth = &self.hits_behind[first..];
+                let behind = &mut self.hits_behind[first..];
+                if passing {
+                    world.skip_transparent(rays, behind);
+                }
+                let seen = behind.iter_mut().filter(|hit| hit.instance != INVALID_ID);
+                for hit in seen.filter(|hit| world.is_left_out(settings.catchers, hit.instance)) {
+                    *hit = ExactHit::MISS;
+                }
+                truth = behind;
             }
             if let Some(smooth) = smooth {
                 let truth = rays.iter().zip(truth);

@@ -28,7 +28,7 @@ pub(super) fn radiance(
         radiance[i] = Vec3::ZERO;
         let interaction = SurfaceInteraction::new(&world.geometry, batch.directions[i], hit, 0.0);
         let random = batch.samplers[i].get_2d(Dimension::AmbientOcclusion);
-        let direction = to_world_around(interaction.geometric_normal, sample_cosine_hemisphere(random));
+        let direction = to_world_around(interaction.side_normal, sample_cosine_hemisphere(random));
         queue.push(interaction.spawn_ray(direction, distance), i, Vec3::ONE);
     }
     queue.trace(&world.geometry, batch.scene, Coherence::Incoherent, radiance);

@@ -89,7 +89,7 @@ impl PathTracer<'_> {
             Some(distance) => {
                 let sampler = &self.samplers[path.ray_index];
                 let local = sample_cosine_hemisphere(sampler.get_2d(Dimension::AmbientOcclusion));
-                let direction = to_world_around(point.interaction.geometric_normal, local);
+                let direction = to_world_around(point.interaction.side_normal, local);
                 let ray = point.interaction.spawn_ray(direction, distance);
                 queues.bsdf_shadow_rays.push(ray, path.ray_index, ambient);
             }

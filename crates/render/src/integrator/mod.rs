@@ -36,7 +36,7 @@ use glam::Vec3;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::integrator::camera_ray_batch::CameraRayBatch;
+use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::path::PathScratch;
 use crate::integrator::path_tracer::PathSettings;
 use crate::light::light_sampling::LightSampling;
@@ -74,9 +74,10 @@ pub(crate) fn radiance(
         }
     }
     if settings.transparent && matches!(integrator, Integrator::Flat | Integrator::Ao) {
-        let rays = radiance.iter_mut().zip(&*is_background);
-        for (radiance, _) in rays.filter(|(_, is_background)| **is_background) {
-            *radiance = Vec3::ZERO;
+        let rays = batch.hits.iter().zip(radiance.iter_mut().zip(is_background));
+        for (hit, (radiance, is_background)) in rays {
+            *is_background |= !is_miss(hit) && world.geometry.is_left_out(settings.catchers, hit.instance);
+            *radiance = if *is_background { Vec3::ZERO } else { *radiance };
         }
     }
     Ok(())
@@ -92,6 +93,7 @@ fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a
         split_lights: true,
         ambient_term: None,
         hide_environment: settings.transparent,
+        catchers: settings.catchers,
     }
 }
 
@@ -115,6 +117,7 @@ fn direct_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<
             Some(distance) => Some(Some(distance as f32)),
         },
         hide_environment: settings.transparent,
+        catchers: settings.catchers,
     }
 }
 

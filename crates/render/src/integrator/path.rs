@@ -16,6 +16,7 @@ use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::interaction::LightSampleContext;
 use crate::prepare::world::PreparedWorld;
+use crate::settings::Catchers;
 use crate::soa::LANES;
 
 /// Memory of the paths of a batch, reused from batch to batch.
@@ -47,7 +48,7 @@ pub(crate) fn radiance(
     while !scratch.active.is_empty() {
         control.check()?;
         scratch.handle_escaped_rays(&tracer, radiance, is_background);
-        scratch.evaluate_materials(&tracer, radiance);
+        scratch.evaluate_materials(&tracer, radiance, is_background);
         scratch.trace_rays(&tracer, batch, radiance);
         tracer.bounce += 1;
     }
@@ -111,19 +112,27 @@ impl PathScratch {
     }
 
     /// Shades all hits: queues shadow rays, and the rays of the paths that continue.
-    fn evaluate_materials(&mut self, tracer: &PathTracer, radiance: &mut [Vec3]) {
+    fn evaluate_materials(&mut self, tracer: &PathTracer, radiance: &mut [Vec3], is_background: &mut [bool]) {
         let Self { paths, active, next_active, hits, kind_sort, hit_batch, queues, .. } = self;
         if tracer.modes.has_many_kinds {
             kind_sort.sort(tracer.geometry, active, hits);
         }
         hit_batch.begin_bounce(tracer, paths, active, hits);
         next_active.clear();
+        let leaves_out = tracer.settings.catchers != Catchers::Show;
         let chunks = hits.chunks(LANES).zip(active.chunks(LANES)).enumerate();
         for (index, (hits, indices)) in chunks {
             let chunk = Chunk { index, hits, paths: indices };
             hit_batch.evaluate_chunk(tracer, chunk, paths);
             for (lane, &index) in indices.iter().enumerate() {
                 let path = &mut paths[index as usize];
+                if leaves_out && hit_batch.is_solid(tracer, path, (&hits[lane], lane)) {
+                    let position = hit_batch.interactions.position(lane);
+                    if tracer.ends_before(path, &hits[lane], position, &mut radiance[path.ray_index]) {
+                        is_background[path.ray_index] = true;
+                        continue;
+                    }
+                }
                 if tracer.shade_lane(path, (hit_batch, chunk, lane), queues, radiance) {
                     next_active.push(index);
                 }

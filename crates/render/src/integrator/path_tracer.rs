@@ -20,6 +20,7 @@ use crate::prepare::material::PreparedMaterial;
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
+use crate::settings::Catchers;
 
 /// Segments before Russian roulette may end a path.
 const MIN_ROULETTE_DEPTH: u32 = 6;
@@ -50,6 +51,8 @@ pub(crate) struct PathSettings<'a> {
     pub ambient_term: Option<Option<f32>>,
     /// Hides the environment from camera rays.
     pub hide_environment: bool,
+    /// Part that shadow catchers take.
+    pub catchers: Catchers,
 }
 
 /// The choice that light sampling makes at a point.
@@ -196,6 +199,16 @@ impl PathTracer<'_> {
         path.depth == 1 && path.specular_bounce && !front && !material.double_sided
     }
 
+    /// True if a camera ray sees the background in place of the instance that it hits; adds the lights before it.
+    #[inline]
+    pub fn ends_before(&self, path: &PathState, hit: &Hit, position: DVec3, out: &mut Vec3) -> bool {
+        let is_left_out = path.is_camera_ray && self.geometry.is_left_out(self.settings.catchers, hit.instance);
+        if is_left_out {
+            self.add_intersected_lights(path, path.distance_to(position), out);
+        }
+        is_left_out
+    }
+
     /// True if a ray passes a surface by its opacity, at random for alpha blending (glTF 2.0, 3.9.4).
     #[inline]
     pub fn fails_alpha_test(&self, path: &PathState, material: &Material, hit: &Hit) -> bool {
@@ -230,6 +243,9 @@ impl PathTracer<'_> {
 
     /// Adds lights without a mesh that the ray crosses before `distance`, but those before a thin wall that it passed.
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
+        if path.is_camera_ray && self.settings.catchers == Catchers::Only {
+            return;
+        }
         self.lights.intersect_visible(
             &path.prev_context,
             path.light_sampling,

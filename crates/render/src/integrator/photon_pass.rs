@@ -169,7 +169,7 @@ impl Photon {
         let transition = InterfaceTransition::at_hit(&world.geometry, media, hit, is_front, None);
         if transition.is_false_intersection {
             self.interior_list = transition.far_side;
-            return Some(interaction.spawn_ray(self.direction, f32::INFINITY));
+            return Some(interaction.ray_beyond(self.direction, f32::INFINITY));
         }
         let material_hit =
             MaterialHit::new(&world.geometry, hit, &interaction, self.direction).seen_by(None, transition.outside_ior);

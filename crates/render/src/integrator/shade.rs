@@ -76,7 +76,7 @@ impl PathTracer<'_> {
         } else {
             self.fails_alpha_test(path, material, hit)
         };
-        let beyond = point.interaction.spawn_ray(path.direction, f32::INFINITY);
+        let beyond = point.interaction.ray_beyond(path.direction, f32::INFINITY);
         if is_skipped {
             queues.next_rays.push(beyond);
             return true;

@@ -82,7 +82,7 @@ impl ShadowRayQueue {
                     continue;
                 }
                 let left = (ray.t_max - hit.t) * length;
-                self.rays[count] = interaction.spawn_ray(direction / length, left);
+                self.rays[count] = interaction.ray_beyond(direction / length, left);
                 self.contribution[count] = (index, light);
                 count += 1;
             }

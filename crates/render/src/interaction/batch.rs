@@ -21,6 +21,8 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     vertex_normals: [Vec3xN<f64, N>; 3],
     /// True for lanes with vertex normals, and for batches with such a lane.
     has_normals: [bool; N],
+    /// True for lanes of materials that only reflect.
+    reflects_only: [bool; N],
     any_has_normals: bool,
     /// Weights of the second and third vertex.
     barycentrics: [[f64; N]; 2],
@@ -33,7 +35,7 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     unoriented_normal: Vec3xN<f64, N>,
     /// Fields of [`SurfaceInteraction`].
     position: Vec3xN<f64, N>,
-    geometric_normal: Vec3xN<f32, N>,
+    side_normal: Vec3xN<f32, N>,
     shading_normal: Vec3xN<f32, N>,
     is_front: [bool; N],
     offset_front: Vec3xN<f32, N>,
@@ -47,6 +49,7 @@ impl<const N: usize> Default for SurfaceInteractions<N> {
             scene_origin: DVec3::ZERO,
             vertex_normals: [[[0.0; N]; 3]; 3],
             has_normals: [false; N],
+            reflects_only: [false; N],
             any_has_normals: false,
             barycentrics: [[0.0; N]; 2],
             direction: [[0.0; N]; 3],
@@ -55,7 +58,7 @@ impl<const N: usize> Default for SurfaceInteractions<N> {
             footprint: [Footprint::default(); N],
             unoriented_normal: [[0.0; N]; 3],
             position: [[0.0; N]; 3],
-            geometric_normal: [[0.0; N]; 3],
+            side_normal: [[0.0; N]; 3],
             shading_normal: [[0.0; N]; 3],
             is_front: [false; N],
             offset_front: [[0.0; N]; 3],
@@ -88,6 +91,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         let normals = geometry.vertex_normals(hit.instance, hit.triangle);
         self.has_normals[lane] = normals.is_some();
         if let Some(normals) = normals {
+            self.reflects_only[lane] = geometry.material(hit).reflects_only;
             self.any_has_normals = true;
             for (lanes, normal) in self.vertex_normals.iter_mut().zip(normals) {
                 set_lane(lanes, lane, normal.to_array());
@@ -104,7 +108,7 @@ impl<const N: usize> SurfaceInteractions<N> {
     pub fn lane(&self, lane: usize) -> SurfaceInteraction {
         SurfaceInteraction {
             position: self.position(lane),
-            geometric_normal: self.geometric_normal(lane),
+            side_normal: self.side_normal(lane),
             shading_normal: self.shading_normal(lane),
             is_front: self.is_front[lane],
             offset_front: get_lane(&self.offset_front, lane).into(),
@@ -118,15 +122,15 @@ impl<const N: usize> SurfaceInteractions<N> {
         &self.position
     }
 
-    /// [`SurfaceInteraction::geometric_normal`] of a lane.
+    /// [`SurfaceInteraction::side_normal`] of a lane.
     #[inline(always)]
-    pub fn geometric_normal(&self, lane: usize) -> Vec3 {
-        get_lane(&self.geometric_normal, lane).into()
+    pub fn side_normal(&self, lane: usize) -> Vec3 {
+        get_lane(&self.side_normal, lane).into()
     }
 
-    /// Geometric normals on the viewers' side.
-    pub fn geometric_normals(&self) -> &Vec3xN<f32, N> {
-        &self.geometric_normal
+    /// Side normals on the viewers' side.
+    pub fn side_normals(&self) -> &Vec3xN<f32, N> {
+        &self.side_normal
     }
 
     /// Shading normal of a lane.
@@ -156,7 +160,7 @@ impl<const N: usize> SurfaceInteractions<N> {
     /// [`SurfaceInteraction::offset_ray_origin`] of a lane.
     #[inline(always)]
     pub fn offset_ray_origin(&self, lane: usize, direction: Vec3) -> DVec3 {
-        let below = self.geometric_normal(lane).dot(direction) < 0.0;
+        let below = self.side_normal(lane).dot(direction) < 0.0;
         let (above, beneath) = (get_lane(&self.offset_front, lane), get_lane(&self.offset_back, lane));
         let beyond = Vec3::from(if below { beneath } else { above });
         self.position(lane) + beyond.as_dvec3()
@@ -166,7 +170,7 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     pub fn shading_frame(&self, lane: usize) -> ShadingFrame {
         let direction = Vec3::from(get_lane(&self.direction, lane));
-        ShadingFrame::new(self.geometric_normal(lane), self.shading_normal(lane), -direction)
+        ShadingFrame::new(self.side_normal(lane), self.shading_normal(lane), -direction)
     }
 
     /// Ray directions.
@@ -234,7 +238,7 @@ impl<const N: usize> SurfaceInteractions<N> {
             self.is_front[lane] = outside != self.flips_orientation[lane];
             set_lane(&mut self.position, lane, position.to_array());
             set_lane(&mut self.unoriented_normal, lane, geometric.to_array());
-            set_lane(&mut self.geometric_normal, lane, geometric.as_vec3().to_array());
+            set_lane(&mut self.side_normal, lane, geometric.as_vec3().to_array());
             set_lane(&mut self.shading_normal, lane, geometric.as_vec3().to_array());
             set_lane(&mut self.offset_front, lane, beyond.as_vec3().to_array());
             set_lane(&mut self.offset_back, lane, (-beyond).as_vec3().to_array());
@@ -242,7 +246,8 @@ impl<const N: usize> SurfaceInteractions<N> {
     }
 
     /// Interpolates vertex normals on the geometric normal's side, and lifts ray origins to the smooth surface that
-    /// they describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking the Shadow Terminator", Ray
+    /// they describe, so that a coarse mesh does not shadow itself; the sides of what only reflects are those of that
+    /// surface (J. Hanika, "Hacking the Shadow Terminator", Ray
     /// Tracing Gems II, 2021, chapter 4).
     #[inline(always)]
     fn interpolate_normals(&mut self) {
@@ -266,6 +271,8 @@ impl<const N: usize> SurfaceInteractions<N> {
                 let smooth = self.has_normals[lane];
                 let (n, a) = (&mut self.shading_normal[axis][lane], &mut self.offset_front[axis][lane]);
                 *n = if smooth { normal[axis] } else { *n };
+                let side = &mut self.side_normal[axis][lane];
+                *side = if smooth & self.reflects_only[lane] { normal[axis] } else { *side };
                 *a = if smooth { above[axis] } else { *a };
             }
         }
@@ -355,7 +362,7 @@ mod tests {
             for (lane, (direction, hit)) in some.iter().enumerate() {
                 let alone = SurfaceInteraction::new(&world.geometry, *direction, hit, 0.0);
                 assert_eq!(format!("{:?}", interactions.lane(lane)), format!("{alone:?}"));
-                smooth += usize::from(alone.shading_normal != alone.geometric_normal);
+                smooth += usize::from(alone.shading_normal != alone.side_normal);
             }
         }
         assert_eq!(smooth, 160);

@@ -19,8 +19,10 @@ use crate::lobes::shading_frame::ShadingFrame;
 pub(crate) struct SurfaceInteraction {
     /// Scene-local.
     pub position: DVec3,
-    /// Triangle's unit normal, on the viewer's side.
-    pub geometric_normal: Vec3,
+    /// Unit normal that separates reflection from transmission, on the viewer's side: the triangle's, or the interpolated
+    /// one of a material that only reflects. Light that reaches the smooth surface from below a triangle's plane is then
+    /// cut off by what is in the way, not by the plane.
+    pub side_normal: Vec3,
     /// Interpolated unit normal, on the viewer's side.
     shading_normal: Vec3,
     /// True if the viewer sees the vertices in counter-clockwise order.
@@ -36,14 +38,21 @@ impl SurfaceInteraction {
     /// Shading frame for the viewer of a ray with this direction.
     #[inline]
     pub fn shading_frame(&self, direction: Vec3) -> ShadingFrame {
-        ShadingFrame::new(self.geometric_normal, self.shading_normal, -direction)
+        ShadingFrame::new(self.side_normal, self.shading_normal, -direction)
     }
 
     /// Scene-local origin of a ray that leaves the point in this direction.
     #[inline]
     pub fn offset_ray_origin(&self, direction: Vec3) -> DVec3 {
-        let below = self.geometric_normal.dot(direction) < 0.0;
+        let below = self.side_normal.dot(direction) < 0.0;
         self.position + if below { self.offset_back } else { self.offset_front }.as_dvec3()
+    }
+
+    /// Ray that goes on behind the point, where nothing scatters it.
+    #[inline]
+    pub fn ray_beyond(&self, direction: Vec3, t_max: f32) -> Ray {
+        let origin = self.position + self.offset_back.as_dvec3();
+        Ray { origin: origin.as_vec3().to_array(), direction: direction.to_array(), t_max }
     }
 
     /// Ray that leaves the point.

@@ -89,6 +89,15 @@ pub(crate) fn is_straight(material: &Material) -> bool {
     is_thin && BatchKind::from_material(material) == BatchKind::Specular
 }
 
+/// True if no light passes a material's surface but by opacity.
+pub(crate) fn reflects_only(material: &Material) -> bool {
+    match &material.model {
+        MaterialModel::Principled(p) => p.transmission.value == 0.0 && p.diffuse_transmission.value == 0.0,
+        MaterialModel::Glass(_) => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => true,
+    }
+}
+
 /// True if a material refracts colours differently.
 pub(crate) fn is_dispersive(material: &Material) -> bool {
     match &material.model {

@@ -33,11 +33,13 @@ impl Geometry {
     /// Scene that a frame of this many samples is traced against. Depends on the world and that number alone: the
     /// same frame has the same bits.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
-        let pays = |triangles| {
-            let enough = |each| samples / each >= triangles;
-            enough(SAMPLES_TO_PAY_SPARSE) || (enough(SAMPLES_TO_PAY) && self.instances_are_close())
-        };
-        self.flattened_if_worth(pays).unwrap_or(&self.scene)
+        self.flattened_if_worth(|_| self.flattening_pays(samples)).unwrap_or(&self.scene)
+    }
+
+    /// True if a frame of this many samples pays for the flattened scene.
+    pub(crate) fn flattening_pays(&self, samples: u64) -> bool {
+        let enough = |each| samples / each >= self.triangle_count() as u64;
+        enough(SAMPLES_TO_PAY_SPARSE) || (enough(SAMPLES_TO_PAY) && self.instances_are_close())
     }
 
     /// Flattened scene, built if `pays` for the number of triangles.

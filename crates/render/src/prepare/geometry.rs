@@ -13,6 +13,7 @@ use crate::prepare::instance::{PreparedInstance, transformed_bounds};
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::mesh::PreparedMesh;
 use crate::prepare::texture::PreparedTexture;
+use crate::settings::Catchers;
 
 /// Distance from the scene's centre, in radii, beyond which a ray's origin is moved towards the scene: float32 would
 /// round the origin too coarsely.
@@ -104,6 +105,16 @@ impl Geometry {
         // Computed outside of the cell: threads must not wait for it.
         let bounds = closed_dielectric_bounds(&self.instances, &self.materials, self.origin);
         self.dielectric_bounds.get_or_init(|| bounds)
+    }
+
+    /// True if camera rays see the background in place of an instance.
+    #[inline]
+    pub fn is_left_out(&self, catchers: Catchers, instance: u32) -> bool {
+        match catchers {
+            Catchers::Show => false,
+            Catchers::Hide => self.instances[instance as usize].is_catcher,
+            Catchers::Only => !self.instances[instance as usize].is_catcher,
+        }
     }
 
     /// The camera with ray origins outside of the scene, where its rays come from infinity.

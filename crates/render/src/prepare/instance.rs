@@ -29,6 +29,8 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
     /// False for an instance that nothing hits.
     pub is_visible: bool,
+    /// True for an instance of which compositions show the shadows alone.
+    pub is_catcher: bool,
 }
 
 /// Upper bound on the float32 roundings of the largest coordinates between a surface and a ray that leaves it:
@@ -81,6 +83,7 @@ impl PreparedInstance {
             materials: object.materials.clone(),
             category,
             is_visible: object.visible,
+            is_catcher: object.shadow_catcher,
             mesh,
         }
     }

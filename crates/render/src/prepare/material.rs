@@ -7,7 +7,7 @@ use glam::Vec3;
 use raycam_scene::{Alpha, Material};
 
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
-use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, is_straight};
+use crate::lobes::classify::{BatchKind, dielectric_tables, interior_absorption, is_straight, reflects_only};
 use crate::lobes::phong_lobe::PhongLobe;
 
 /// Material and the data that depends on it alone.
@@ -20,6 +20,8 @@ pub(crate) struct PreparedMaterial {
     pub kind: BatchKind,
     /// True if light passes straight on through its surface: a smooth wall without an interior.
     pub is_straight: bool,
+    /// True if no light passes its surface but by opacity.
+    pub reflects_only: bool,
     /// Absorption per metre of its interior, where it has one.
     pub absorption: Option<Vec3>,
     /// Albedo tables of its interface, where it refracts.
@@ -55,6 +57,7 @@ pub(crate) fn prepare_materials(
             phong_lobe: lobe(material),
             kind: BatchKind::from_material(material),
             is_straight: is_straight(material),
+            reflects_only: reflects_only(material),
             absorption: interior_absorption(material),
             dielectric_tables: dielectric_tables(material).into(),
         },

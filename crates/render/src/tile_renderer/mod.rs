@@ -19,7 +19,7 @@ pub(crate) mod stats;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Ray, Scene};
+use raycam_bvh::{Hit, INVALID_ID, Ray, Scene};
 use raycam_scene::Camera;
 
 use crate::control::Control;
@@ -155,6 +155,16 @@ impl<'a> TileRenderer<'a> {
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
         let pixels = u64::from(width) * u64::from(height);
         self.stats.notices(self.settings, pixels, notices);
+    }
+
+    /// True if a frame of this many samples has the same texture filter and scene.
+    pub fn is_frame_of(&self, samples: u32) -> bool {
+        let planned = self.settings.samples;
+        let [width, height] = self.camera.size().map(u64::from);
+        let pays = |samples| self.world.geometry.flattening_pays(width * height * u64::from(samples));
+        let is_flat = !std::ptr::eq(self.scene, &self.world.geometry.scene);
+        let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
+        same_scene && RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned)
     }
 
     /// Scene that rays of a world are traced against: the renderer's for its own world, otherwise the world's
@@ -328,6 +338,8 @@ impl<'a> TileRenderer<'a> {
         let truth = scratch.truth.center_rays.ground_truth_hits();
         for (at, (&(pixel, _), hit)) in scratch.lists.batch.iter().zip(hits).enumerate() {
             let seen = behind.get(at).unwrap_or(&hit.instance);
+            let is_out = *seen != INVALID_ID && world.geometry.is_left_out(self.settings.catchers, *seen);
+            let seen = if is_out { &INVALID_ID } else { seen };
             // A single sample is the centre ray itself.
             let same = !samples || truth.get(pixel).is_some_and(|hit| hit.instance == *seen);
             scratch.estimator.add_sample(pixel, same);

@@ -62,6 +62,7 @@ impl TileRenderer<'_> {
                 C::Material => rows.write(|i| [truth.material(i)]),
                 C::Coverage => rows.write(|i| [estimator.coverage(i)]),
                 C::Alpha => rows.write(|i| [estimator.alpha(i)]),
+                C::Shadow => rows.write(|_| [1.0_f32; 3]),
                 C::Error => rows.write(|i| [estimator.error(i)]),
             }
         };

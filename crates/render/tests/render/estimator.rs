@@ -1,9 +1,13 @@
 //! The estimated error, and pictures that end by it or by the clock.
 
+use std::sync::Arc;
+
 use crate::common::*;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Frame, Integrator, Settings};
-use raycam_scene::{Camera, World};
+use raycam_scene::mesh::primitive;
+use raycam_scene::texture::{Image, Texels, TextureSampler, TextureSlot};
+use raycam_scene::{Camera, Texture, World};
 
 fn settings(samples: u32) -> Settings {
     Settings {
@@ -18,6 +22,19 @@ fn settings(samples: u32) -> Settings {
 fn scene() -> (World, Camera) {
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [24, 16]);
     (still_life(), camera)
+}
+
+/// The still life on a floor with an image of fine squares.
+fn checkered() -> World {
+    let mut world = still_life();
+    let texels = (0..64 * 64).map(|i| if (i % 64 + i / 64) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }).collect();
+    let image = Image { name: "squares".into(), size: [64, 64], texels: Texels::Srgb8(texels) };
+    let texture = world.add_texture(Texture { image: Arc::new(image), sampler: TextureSampler::default() });
+    let mut stuff = material([1.0; 3], 1.0, 0.0, 1.0);
+    stuff.texture = Some(TextureSlot::plain(texture));
+    let floor = primitive::plane([9.0, 9.0]).unwrap();
+    add(&mut world, floor, stuff, DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.01)));
+    world
 }
 
 fn luminance(frame: &Frame) -> Vec<f64> {
@@ -70,13 +87,22 @@ fn pixels_end_when_they_are_good_enough() {
 
 #[test]
 fn a_picture_that_ends_by_the_clock_can_be_made_again() {
-    let (world, camera) = scene();
-    let timed = Settings { time: Some(0.2), ..settings(1 << 14) };
-    let frame = render(&world, &camera, &timed);
-    let samples: u32 = frame.notices[0].split(' ').next().unwrap().parse().unwrap();
-    assert!(samples >= 2);
-    let again = render(&world, &camera, &settings(samples));
-    assert_eq!(bits(&frame), bits(&again));
+    // Texture filter (below 16 samples), scene (flattened from some number of samples on) and the single ray through
+    // the centre depend on the number of samples.
+    let (still, camera) = scene();
+    for world in [still, checkered()] {
+        let start = std::time::Instant::now();
+        render(&world, &camera, &settings(2));
+        let each = start.elapsed().as_secs_f64() / 2.0;
+        for share in [0.0, 2.0, 4.0, 9.0, 20.0, 60.0] {
+            let timed = Settings { time: Some((each * share).max(1e-9)), ..settings(1 << 14) };
+            let frame = render(&world, &camera, &timed);
+            let samples: u32 = frame.notices[0].split(' ').next().unwrap().parse().unwrap();
+            assert!(share > 0.0 || samples == 1, "{samples}");
+            let again = render(&world, &camera, &settings(samples));
+            assert_eq!(bits(&frame), bits(&again), "{samples} samples");
+        }
+    }
 }
 
 #[test]

@@ -98,6 +98,7 @@ impl Camera {
             vignetting: None,
             motion: None,
             ray_start_depth: 0.0,
+            background: None,
         }
     }
 

@@ -2,6 +2,7 @@
 //! chapter 6), with what their lens, aperture and shutter do.
 
 mod aperture;
+mod background_fit;
 mod center;
 mod constructors;
 mod decompose;
@@ -17,6 +18,7 @@ mod validate;
 mod vignetting;
 
 pub use self::aperture::Aperture;
+pub use self::background_fit::BackgroundFit;
 pub use self::center::Center;
 pub use self::intrinsics::{intrinsics_from_extent, intrinsics_from_focal, intrinsics_from_fov};
 pub use self::lens::{
@@ -29,6 +31,8 @@ pub use self::rig::{NamedCamera, Rig};
 pub use self::shutter::{Pose, ReadoutDirection, ShutterMotion};
 pub use self::validate::{MAX_PIXELS, MAX_SIDE};
 pub use self::vignetting::Vignetting;
+
+use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -60,9 +64,27 @@ pub struct Camera {
     /// Depth at which the rays of [`Center::Infinity`] start.
     #[serde(rename = "start")]
     ray_start_depth: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    background: Option<Arc<Background>>,
+}
+
+/// The picture behind what a camera sees: a photograph that it took, or any other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Background {
+    /// The image file.
+    pub image: String,
+    /// How the picture is laid behind.
+    pub fit: BackgroundFit,
+    /// The camera that took it, by its intrinsics and lens; `None` for the camera that has it.
+    pub camera: Option<Arc<Camera>>,
 }
 
 impl Camera {
+    /// The picture behind what it sees.
+    pub fn background(&self) -> Option<&Background> {
+        self.background.as_deref()
+    }
+
     /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels. Of parallel rays, focal lengths are in pixels per unit of
     /// the world; of a matrix with its centre at infinity that is not affine, K is any homography.
     pub fn k(&self) -> DMat3 {

@@ -1,12 +1,14 @@
 //! Lens, aperture, vignetting and shutter of a camera, and the same camera at other poses.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use crate::camera::intrinsics::validated_intrinsics;
 use crate::camera::lens::Lens;
 use crate::camera::undistort_table::UndistortTable;
 use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
-use crate::camera::{Aperture, Camera, Center, Pose, ShutterMotion, Vignetting};
+use crate::camera::{Aperture, Background, Camera, Center, Pose, ShutterMotion, Vignetting};
 use crate::error::SceneError;
 
 impl Camera {
@@ -30,6 +32,11 @@ impl Camera {
             return Err(parallel_rays_error("an aperture"));
         }
         Ok(Self { aperture, ..self })
+    }
+
+    /// The same camera with a picture behind what it sees, or without.
+    pub fn with_background(self, background: Option<Background>) -> Self {
+        Self { background: background.map(Arc::new), ..self }
     }
 
     /// The same camera with vignetting, or without.
@@ -75,7 +82,7 @@ impl Camera {
         if self.center == Center::Infinity {
             let p = camera_matrix(self.k, r, c, self.center)?;
             let moved = Self::from_matrix(p, self.size, self.pixel_center)?;
-            return Ok(moved);
+            return Ok(moved.with_background(self.background().cloned()));
         }
         if !c.is_finite() {
             return Err(SceneError::Camera(format!("the camera centre {c} is not finite")));

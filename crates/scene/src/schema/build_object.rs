@@ -54,7 +54,7 @@ impl ObjectSpec {
         self.check_material(&keys, self.mesh.is_some() || self.instance_of.is_some())?;
         let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
         let name = self.object_name(kind)?;
-        let visible = self.visible.unwrap_or(true);
+        let (visible, shadow_catcher) = (self.visible.unwrap_or(true), self.shadow_catcher.unwrap_or(false));
         let mut category = self.category.take().map(|Category(name)| name);
 
         let (mesh, materials) = match self.instance_of.take() {
@@ -95,6 +95,7 @@ impl ObjectSpec {
             world_from_mesh,
             scale_shear: shape,
             visible,
+            shadow_catcher,
         })?)
     }
 

@@ -30,11 +30,17 @@ impl WorldFile {
             light.read(files).map_err(|error| F::in_context(error, &format!("light[{i}].{key}")))?;
             world.add_light(light).map_err(|error| error.in_context(&format!("light[{i}]")))?;
         }
-        for (i, spec) in self.camera.iter().enumerate() {
+        for (i, mut spec) in self.camera.into_iter().enumerate() {
+            let missing = |error| F::in_context(error, &format!("camera[{i}].background"));
+            spec.find_background(files).map_err(missing)?;
             let camera = spec.build(self.up).map_err(|error| error.in_context(&format!("camera[{i}]")))?;
             world.add_camera(spec.name.as_deref().unwrap_or("camera"), camera);
         }
-        for (i, spec) in self.rig.iter().enumerate() {
+        for (i, mut spec) in self.rig.into_iter().enumerate() {
+            for (j, camera) in spec.camera.iter_mut().enumerate() {
+                let missing = |error| F::in_context(error, &format!("rig[{i}].camera[{j}].background"));
+                camera.find_background(files).map_err(missing)?;
+            }
             let within = |error: SceneError| error.in_context(&format!("rig[{i}]"));
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;

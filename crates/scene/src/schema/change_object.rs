@@ -96,6 +96,7 @@ impl ObjectSpec {
             object.category = Some(category);
         }
         object.visible = self.visible.unwrap_or(object.visible);
+        object.shadow_catcher = self.shadow_catcher.unwrap_or(object.shadow_catcher);
         if let Some((world_from_mesh, scale_shear)) = place {
             (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
             world.release_object(id);

@@ -51,6 +51,9 @@ pub struct Object {
     /// False for an object that is in no picture, shadow, light or query; its number stays.
     #[serde(default = "visible")]
     pub visible: bool,
+    /// True for an object of which compositions show the shadows alone.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub shadow_catcher: bool,
 }
 
 fn visible() -> bool {
@@ -68,6 +71,7 @@ impl Object {
             world_from_mesh,
             scale_shear: world_from_mesh.matrix3,
             visible: true,
+            shadow_catcher: false,
         }
     }
 }

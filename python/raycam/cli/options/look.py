@@ -61,7 +61,13 @@ def add_look(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--background",
         metavar="COLOR|FILE",
-        help="transparent, a colour (white, #e8eef4), or a .png or .jpg picture to lay it over",
+        help="transparent, a colour (white, #e8eef4), or a .png or .jpg picture to lay it over: one of the camera's "
+        "size is used pixel by pixel",
+    )
+    group.add_argument(
+        "--background-camera",
+        metavar="FILE[:NAME]",
+        help="the camera that took --background, where that is another one: the photograph is warped",
     )
 
 

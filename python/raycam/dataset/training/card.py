@@ -15,10 +15,24 @@ __all__ = ["card_files"]
 
 
 def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Index:
-    """Makes `dataset_card.json` and `dataset_card.md`; the same data set has the same bytes."""
+    """Makes `dataset_card.json` and `dataset_card.md`, and `backgrounds.json` where a recipe draws backgrounds.
+
+    The same data set has the same bytes.
+    """
     table = card(format, plan, records, licence)
     yield "dataset_card.json", [json.dumps(table, indent=2, default=str).encode() + b"\n"]
     yield "dataset_card.md", [markdown(table).encode()]
+    if plan.recipe is not None and plan.recipe.backgrounds is not None:
+        yield "backgrounds.json", backgrounds(plan)
+
+
+def backgrounds(plan: Plan) -> Iterator[bytes]:
+    """Iterates over the text of the manifest of backgrounds: a row for each view."""
+    for number, view in enumerate(plan.shots):
+        shot = plan.shot(number)
+        row = {"view": number, "world": view.world, "camera": view.name, "background": shot.background_name}
+        yield (b",\n" if number else b"[\n") + json.dumps(row).encode()
+    yield b"\n]\n"
 
 
 def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Record:

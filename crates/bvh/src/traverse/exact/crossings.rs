@@ -45,7 +45,7 @@ pub fn crossings_batch<I: Isa>(
     }
 }
 
-/// What is wanted of the crossings of a ray.
+/// The answer that is wanted of the crossings of a ray.
 #[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     Count,

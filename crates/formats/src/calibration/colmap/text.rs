@@ -141,8 +141,11 @@ impl RecordReader for LineTokens<'_> {
     /// The line of points may be empty. A file whose last newline is missing ends without it.
     fn skip_points2d(&mut self) -> Result<(), FormatError> {
         if self.next_line().is_some() && !self.words.clone().count().is_multiple_of(3) {
-            let message = "expected X Y POINT3D_ID, three numbers for each point";
-            return Err(self.fail(message.into()));
+            let mut message = "expected X Y POINT3D_ID, three numbers for each point".to_owned();
+            if self.words.clone().nth(9).is_some_and(|name| name.parse::<f64>().is_err()) {
+                message.push_str(", which may be none: this is the line of an image, and each has a second line");
+            }
+            return Err(self.fail(message));
         }
         Ok(())
     }

@@ -96,7 +96,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
                 *unread.entry(key).or_default() += 1;
             }
         }
-        let file = frame.get("file_path").map(|at| at.word()).transpose()?;
+        // Windows writes its own slashes.
+        let file = frame.get("file_path").map(|at| at.word()).transpose()?.map(|file| file.replace('\\', "/"));
+        let file = file.as_deref();
         let count = calibration.records.len();
         let mut name = file.map_or_else(|| count.to_string(), |file| file.trim_start_matches("./").to_owned());
         if !names.insert(name.clone()) {

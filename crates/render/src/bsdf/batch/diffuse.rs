@@ -42,7 +42,7 @@ impl BatchModel for DiffuseModel {
         for (lane, cosine) in cosines.iter_mut().enumerate() {
             let wi = lane_vec3(&self.directions, lane);
             *cosine = interactions.shading_normal(lane).dot(wi);
-            samples.is_valid[lane] = interactions.geometric_normal(lane).dot(wi) > 0.0;
+            samples.is_valid[lane] = interactions.side_normal(lane).dot(wi) > 0.0;
             samples.set_direction(context, lane, wi);
         }
         samples.pdf = self.guiding.pdfs(&self.directions, &cosines);
@@ -67,7 +67,7 @@ impl BatchModel for DiffuseModel {
         let pdfs = self.guiding.pdfs(wi, &cosines);
         for lane in 0..LANES {
             let (wi, cosine): (Vec3, f32) = (lane_vec3(wi, lane), cosines[lane]);
-            let is_back = (interactions.geometric_normal(lane).dot(wi) <= 0.0) | (cosine <= 0.0);
+            let is_back = (interactions.side_normal(lane).dot(wi) <= 0.0) | (cosine <= 0.0);
             let eval = BsdfEval { value: lambert(lane_vec3(&self.albedo, lane), cosine), pdf: pdfs[lane] };
             evals.set(lane, !is_back, eval);
         }

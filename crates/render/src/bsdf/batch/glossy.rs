@@ -321,7 +321,7 @@ impl BatchModel for GlossyModel {
         for (lane, is_above) in is_above.iter_mut().enumerate() {
             let direction = lane_vec3(wi_world, lane);
             let local = view.local.frame(context, lane).to_local(direction);
-            let geometric = context.interactions.geometric_normal(lane);
+            let geometric = context.interactions.side_normal(lane);
             *is_above = (geometric.dot(direction) > 0.0) & (local.z > 0.0);
             set_lane(&mut wi, lane, local.to_array());
         }

@@ -347,7 +347,7 @@ impl BatchModel for RoughDielectricModel {
                 -diffuse
             };
             let wi = view.local.frame(context, lane).to_world(wi);
-            let is_transmission = context.interactions.geometric_normal(lane).dot(wi) < 0.0;
+            let is_transmission = context.interactions.side_normal(lane).dot(wi) < 0.0;
             samples.is_valid[lane] = !is_single | (is_valid & (single > 0.0));
             samples.eta_scale[lane] = if is_transmission { eta * eta } else { 1.0 };
             samples.set_direction(context, lane, wi);
@@ -370,7 +370,7 @@ impl BatchModel for RoughDielectricModel {
         for lane in 0..LANES {
             let direction = lane_vec3(wi_world, lane);
             let local = view.local.frame(context, lane).to_local(direction);
-            let geometric = context.interactions.geometric_normal(lane);
+            let geometric = context.interactions.side_normal(lane);
             is_reflection[lane] = geometric.dot(direction) > 0.0;
             is_lit[lane] = (is_reflection[lane] == (local.z > 0.0)) & (local.z != 0.0);
             set_lane(&mut wi, lane, local.to_array());

@@ -45,7 +45,7 @@ impl BatchBsdf {
 
     /// The normals of [`crate::light::LightSampleContext`].
     pub fn light_sample_normals(&self, context: LaneContext) -> Vec3xN<f32, LANES> {
-        let mut normals = *context.interactions.geometric_normals();
+        let mut normals = *context.interactions.side_normals();
         for lane in (0..LANES).filter(|&lane| self.rough_dielectric.is_active(lane)) {
             set_lane(&mut normals, lane, [0.0; 3]);
         }

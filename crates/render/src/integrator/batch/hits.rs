@@ -248,6 +248,12 @@ impl HitBatch {
         }
     }
 
+    /// True if the ray of a lane does not pass its hit as if nothing were there.
+    pub fn is_solid(&self, tracer: &PathTracer, path: &PathState, (hit, lane): (&Hit, usize)) -> bool {
+        let material = &tracer.geometry.material(hit).material;
+        !self.alpha_rejected[lane] && !tracer.is_culled_back_face(path, material, self.interactions.is_front(lane))
+    }
+
     /// The hit of a lane, for shading alone.
     #[inline]
     pub fn view<'a>(&self, tracer: &PathTracer<'a>, chunk: Chunk<'a>, lane: usize) -> HitView<'a> {

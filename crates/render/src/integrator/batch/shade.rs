@@ -32,7 +32,7 @@ impl PathTracer<'_> {
         let bsdf = &hits.bsdf;
         if hits.alpha_rejected[lane] {
             let interaction = hits.interactions.lane(lane);
-            let ray = interaction.spawn_ray(path.direction, f32::INFINITY);
+            let ray = interaction.ray_beyond(path.direction, f32::INFINITY);
             queues.next_rays.push(ray);
             true
         } else if bsdf.diffuse.is_active(lane) {
@@ -59,7 +59,7 @@ impl PathTracer<'_> {
         radiance: &mut [Vec3],
     ) -> bool {
         let ChunkLane { hits, chunk, lane } = at;
-        let geometric = hits.interactions.geometric_normal(lane);
+        let geometric = hits.interactions.side_normal(lane);
         let context = LightSampleContext {
             position: hits.interactions.position(lane),
             normal: if bsdf.model.is_transmissive(lane) { Vec3::ZERO } else { geometric },
@@ -133,7 +133,7 @@ impl PathTracer<'_> {
                 ..InterfaceTransition::no_interface(path.interior_list)
             };
             let transmittance = |wi, p_light| {
-                let media = transition.medium_towards(interactions.geometric_normal(lane), wi);
+                let media = transition.medium_towards(interactions.side_normal(lane), wi);
                 let origin = interactions.offset_ray_origin(lane, wi);
                 self.shadow_transmittance(path.ray_index, media, origin, p_light)
             };

@@ -1,13 +1,19 @@
 //! `[camera]`.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec2};
 use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{
-    Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal, intrinsics_from_fov,
+    Background, BackgroundFit, Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
+    intrinsics_from_fov,
 };
 use crate::error::SceneError;
+use crate::model::AssetLoader;
 use crate::schema::keys::Keys;
 use crate::schema::shorthand::Splat;
 use crate::schema::spec::optics::{ApertureSpec, ShutterSpec};
@@ -82,6 +88,9 @@ with_pose! {
         /// Exposure, rolling shutter, and how the camera moves meanwhile; it stands where not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shutter: Option<ShutterSpec>,
+        /// The photograph that it took, behind what is rendered: a PNG or JPEG file, or a table { image, camera, fit }.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub background: Option<BackgroundSpec>,
     }
 }
 
@@ -100,6 +109,7 @@ impl CameraSpec {
             aperture: camera.aperture().map(ApertureSpec::from_aperture),
             vignetting: camera.vignetting().cloned(),
             shutter: camera.motion().map(ShutterSpec::from_motion),
+            background: camera.background().map(BackgroundSpec::from_background),
             ..Self::default()
         };
         let matrix = match camera.center() {
@@ -143,7 +153,19 @@ impl CameraSpec {
             }
             camera = camera.with_motion(motion)?;
         }
-        Ok(camera)
+        let background = self.background.as_ref().map(|spec| spec.build(up)).transpose();
+        Ok(camera.with_background(background.map_err(|error| error.in_context("background"))?))
+    }
+
+    /// Finds the picture behind what it sees.
+    ///
+    /// # Errors
+    /// Whatever `files` says.
+    pub fn find_background<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
+        if let Some(BackgroundSpec(background)) = &mut self.background {
+            background.image = files.picture(&background.image)?;
+        }
+        Ok(())
     }
 
     /// The camera before it moves.
@@ -254,5 +276,83 @@ impl CameraSpec {
             ("distortion", self.distortion.is_some()),
             ("lens", self.lens.is_some()),
         ])
+    }
+}
+
+/// The picture behind what a camera sees: its file alone, or a table.
+#[derive(Clone, Debug, Serialize)]
+#[serde(transparent)]
+pub struct BackgroundSpec(pub BackgroundTable);
+
+/// A picture behind what a camera sees, in full.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BackgroundTable {
+    /// A PNG or JPEG file beside the world file.
+    pub image: String,
+    /// "exact": a photograph of the camera's size, or of `camera`; "cover": any picture, enlarged and cut to the frame.
+    #[serde(default)]
+    pub fit: BackgroundFit,
+    /// The camera that took the photograph, where that is another one: its size, intrinsics and lens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Box<CameraSpec>>,
+}
+
+impl BackgroundSpec {
+    /// The description of a background.
+    pub fn from_background(background: &Background) -> Self {
+        Self(BackgroundTable {
+            image: background.image.clone(),
+            fit: background.fit,
+            camera: background.camera.as_deref().map(CameraSpec::from_camera).map(Box::new),
+        })
+    }
+
+    /// The background it describes.
+    ///
+    /// # Errors
+    /// Those of [`CameraSpec::build`], and a camera of a picture that covers the frame.
+    pub fn build(&self, up: Up) -> Result<Background, SceneError> {
+        let BackgroundTable { image, fit, camera } = &self.0;
+        if *fit == BackgroundFit::Cover && camera.is_some() {
+            let message = "\"fit\" is \"cover\", of a picture that no camera took: give one of them";
+            return Err(SceneError::schema("camera", message));
+        }
+        let built = camera.as_ref().map(|spec| spec.build(up)).transpose();
+        let built = built.map_err(|error| error.in_context("camera"))?;
+        Ok(Background { image: image.clone(), fit: *fit, camera: built.map(Arc::new) })
+    }
+}
+
+impl<'de> Deserialize<'de> for BackgroundSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct BackgroundVisitor;
+        impl<'de> Visitor<'de> for BackgroundVisitor {
+            type Value = BackgroundSpec;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("the name of an image file or a table { image, camera, fit }")
+            }
+
+            fn visit_str<E: Error>(self, v: &str) -> Result<BackgroundSpec, E> {
+                Ok(BackgroundSpec(BackgroundTable { image: v.into(), fit: BackgroundFit::default(), camera: None }))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BackgroundSpec, A::Error> {
+                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(BackgroundSpec)
+            }
+        }
+        deserializer.deserialize_any(BackgroundVisitor)
+    }
+}
+
+impl JsonSchema for BackgroundSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Background".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let table = generator.subschema_for::<BackgroundTable>();
+        schemars::json_schema!({ "anyOf": [{ "type": "string" }, table] })
     }
 }

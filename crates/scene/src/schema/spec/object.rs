@@ -21,6 +21,9 @@ pub struct ObjectSpec {
 
     /// False hides it: it is in no picture, shadow, light or query, and its number stays. True where not given.
     pub visible: Option<bool>,
+    /// True if pictures with a transparent background, or a camera's own, show its shadows and not the object itself, as of
+    /// a ground that a photograph shows already. False where not given.
+    pub shadow_catcher: Option<bool>,
 
     /// A box centred at the origin.
     #[serde(rename = "box")]
@@ -147,7 +150,7 @@ pub struct ObjectSpec {
     pub diffuse_transmission_color: Option<Color>,
 }
 
-/// How many optional keys [`ObjectSpec`] has, besides name, category and visible.
+/// How many optional keys [`ObjectSpec`] has, besides name, category, visible and shadow_catcher.
 pub(crate) const KEYS: usize = 55;
 
 impl ObjectSpec {

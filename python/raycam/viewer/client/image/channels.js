@@ -29,6 +29,7 @@ const STYLES = {
   uv: { kind: "weights" },
   coverage: { kind: "share" },
   alpha: { kind: "share" },
+  shadow: { kind: "light" },
   error: { kind: "scalar" },
   flow: { kind: "flow", unit: "pixels" },
 };

@@ -1,0 +1,73 @@
+"""Backgrounds of randomised worlds, drawn from a folder of pictures."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..camera import Background
+from ..camera._background import Fit
+from ..errors import CameraError, WorldError
+from .draws import RandomStream, known_keys
+
+__all__ = ["BackgroundFolder"]
+
+ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
+
+
+class BackgroundFolder:
+    """The pictures of a folder, of which each camera of each world has one behind it.
+
+    `given` is the key `background` of a recipe in `folder`: the name of a folder in it, or a table {folder, fit}; with
+    `fit = "cover"`, which is the default, pictures are cut to the frame. Folders in it are searched too.
+
+    Raises `WorldError` for other keys, for a folder outside, and for one without pictures.
+    """
+
+    def __init__(self, given: Any, folder: Path) -> None:
+        table = {"folder": given} if isinstance(given, str) else given
+        if not isinstance(table, Mapping):
+            raise WorldError(f"background must be the name of a folder or a table, not {given!r}")
+        known_keys("background", table, ("folder", "fit"))
+        name = table.get("folder")
+        fit: Any = table.get("fit", "cover")
+        if not isinstance(name, str):
+            raise WorldError(f"background.folder must be the name of a folder, not {name!r}")
+        try:
+            Background("", fit=fit)
+        except CameraError as fault:
+            raise WorldError(f"background.{fault}") from None
+        self.name = name
+        """The name of the folder in the recipe."""
+        self._fit: Fit = fit
+        self._root = (folder / name).resolve()
+        if not self._root.is_relative_to(folder.resolve()):
+            raise WorldError(
+                f"background.folder = {name!r} is not in the recipe's folder; only files in it are opened"
+            )
+        if not self._root.is_dir():
+            raise WorldError(f"background.folder = {name!r}: there is no such folder in {folder}")
+        paths = (path for path in self._root.rglob("*") if path.suffix.lower() in ENDINGS)
+        inside = [
+            path for path in paths if path.is_file() and path.resolve().is_relative_to(folder.resolve())
+        ]
+        self.files = sorted(path.relative_to(self._root).as_posix() for path in inside)
+        """The names of the pictures in the folder, sorted."""
+        if not self.files:
+            raise WorldError(f"background.folder = {name!r} has no pictures: expected {', '.join(ENDINGS)}")
+
+    @property
+    def stamp(self) -> str:
+        """The SHA-256 of the names and sizes of the pictures."""
+        sizes = (f"{name} {(self._root / name).stat().st_size}\n" for name in self.files)
+        return hashlib.sha256("".join(sizes).encode()).hexdigest()
+
+    def name_of(self, draw: RandomStream) -> str:
+        """The name of the picture of a random stream, in the folder."""
+        return self.files[draw.integer(0, len(self.files) - 1)]
+
+    def background(self, draw: RandomStream) -> Background:
+        """The background of a random stream."""
+        return Background(str(self._root / self.name_of(draw)), fit=self._fit)

@@ -1,0 +1,226 @@
+"""Pictures behind frames: photographs seen through a camera, pictures that cover a frame, and colours."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..arrays import Bools, Floats
+from ..camera import Background, Camera
+from ..errors import FormatError, SettingsError, WorldError
+
+__all__ = ["picture_behind"]
+
+Colors = npt.NDArray[np.float32]
+PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff", ".exr", ".hdr")
+MAX_SUBPIXELS = 8
+"""Points along each side of a pixel at which a larger picture is looked up, at most."""
+
+
+def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
+    """The picture behind a frame of `size` (width, height): [h, w, 3] in linear light, and notices.
+
+    `given` is a colour, the path of a picture, an array [h, w, 3] of that size (bytes are sRGB), or a `Background`. A
+    path is that of a photograph where it has the size of the frame, and of a picture that covers the frame otherwise.
+
+    Raises `SettingsError` for what is none of these and for photographs of another size, `FormatError` and `OSError`.
+    """
+    width, height = size
+    if isinstance(given, str) and Path(given).suffix.lower() not in PICTURES:
+        return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
+    if isinstance(given, str | os.PathLike):
+        pixels, notices = _read(given)
+        if pixels.shape == (height, width, 3):
+            return pixels, notices
+        notices.append(
+            f"{os.fspath(given)} of {_size(pixels)} is enlarged and cut to cover the frame of {width} x {height}: only "
+            "a photograph of the camera's size, or a raycam.Background with its own camera, lines up with the world"
+        )
+        return _covering(pixels, size), notices
+    if isinstance(given, Background):
+        return _behind(given, camera, size)
+    if isinstance(given, np.ndarray) and given.ndim == 3:
+        pixels = _linear(given)
+        if pixels.shape != (height, width, 3):
+            raise SettingsError(
+                f"background has the shape {list(given.shape)}: expected [{height}, {width}, 3], the frame's"
+            )
+        return pixels, []
+    return np.broadcast_to(_color(given), (height, width, 3)).astype(np.float32), []
+
+
+def _behind(given: Background, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[str]]:
+    """A `Background` in linear light, and notices."""
+    array = isinstance(given.image, np.ndarray)
+    pixels, notices = (_linear(given.image), []) if array else _read(given.image)
+    name, own = "the background" if array else os.fspath(given.image), (pixels.shape[1], pixels.shape[0])
+    if given.fit == "cover":
+        return (pixels if own == size else _covering(pixels, size)), notices
+    taker = given.camera
+    if taker is None:
+        if own == size:
+            return pixels, notices
+        if (
+            abs(own[0] * size[1] - own[1] * size[0]) > max(size) * max(1.0, own[0] / size[0])
+            or camera is None
+        ):
+            raise SettingsError(
+                f"{name} has {_size(pixels)} pixels and the camera {size[0]} x {size[1]}: expected a photograph that "
+                "the camera took. raycam.Background(image, camera=...) names the camera that took it, and "
+                'fit="cover" cuts it'
+            )
+        taker = camera.resized(own)
+        notices.append(f"{name} of {_size(pixels)} is resampled to the camera's {size[0]} x {size[1]} pixels")
+    if own != taker.size:
+        raise SettingsError(
+            f"{name} has {_size(pixels)} pixels and the camera that took it {taker.size[0]} x {taker.size[1]}: "
+            "expected the same; camera.resized((width, height)) is the camera of a scaled photograph"
+        )
+    if camera is None:
+        raise SettingsError(
+            "a photograph of another camera is behind a frame with a camera, and this frame has none"
+        )
+    if taker.with_background(None) == camera.with_background(None):
+        return pixels, notices
+    return _warped(pixels, _lying(taker), _lying(camera), name, notices)
+
+
+def _lying(camera: Camera) -> Camera:
+    """The camera at rest at the origin, unturned."""
+    return camera.with_background(None).still().at_pose(np.eye(3), np.zeros(3))
+
+
+def _warped(
+    pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[str]
+) -> tuple[Colors, list[str]]:
+    """The picture of `taker` as `camera` sees it, black beside it, and the notices with the share of that.
+
+    Between pixels, stored values are interpolated linearly, as OpenCV's `remap` has it.
+    """
+    if camera.is_parallel or taker.is_parallel:
+        raise SettingsError(
+            "a photograph of another size or camera is behind cameras with a centre, and rays are parallel"
+        )
+    width, height = camera.size
+    shown = _stored(pixels)
+    centers = camera._centers().reshape(-1, 2)
+
+    def mapped(offset: Floats) -> Floats:
+        origins, directions = camera.rays(centers + offset)
+        known: Bools = np.asarray(np.isfinite(directions).all(axis=1))
+        found, seen = taker.project(np.where(known[:, None], origins + directions, [0.0, 0.0, 1.0]))
+        return np.where((known & seen)[:, None], found, np.nan) - (taker.corner + 0.5)
+
+    middle = mapped(np.zeros(2))
+    steps = np.abs(np.diff(middle.reshape(height, width, 2), axis=1)).max(axis=2, initial=0)
+    step = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.0
+    total, weight = _sampled(shown, mapped, middle, _subpixels(step))
+    outside = int(np.count_nonzero(weight == 0))
+    if outside:
+        share = 100 * outside / weight.size
+        notices.append(
+            f"{name}: {outside} pixels ({share:.3g} %) of the frame are beside the photograph: black"
+        )
+    seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
+    return _linear_from_stored(seen), notices
+
+
+def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[Floats, Floats]:
+    """Sums [n, 3] of stored values at `points` x `points` places in each pixel, and their numbers [n]."""
+    total, weight = np.zeros((len(middle), 3)), np.zeros(len(middle))
+    for i in range(points * points):
+        offset = (np.array([i % points, i // points]) + 0.5) / points - 0.5
+        values, there = _interpolated(shown, middle if points == 1 else mapped(offset))
+        total += values
+        weight += there
+    return total, weight
+
+
+def _covering(pixels: Colors, size: tuple[int, int]) -> Colors:
+    """A picture that covers a frame of `size`, cut evenly at the sides that are too long."""
+    own_height, own_width = pixels.shape[:2]
+    width, height = size
+    scale = max(width / own_width, height / own_height)
+    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    places = np.stack([columns.ravel() - width / 2, rows.ravel() - height / 2], axis=1)
+    half = np.array([own_width, own_height]) / 2 - 0.5
+
+    def mapped(offset: Floats) -> Floats:
+        found: Floats = (places + offset) / scale + half
+        return found
+
+    total, weight = _sampled(_stored(pixels), mapped, mapped(np.zeros(2)), _subpixels(1 / scale))
+    seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
+    return _linear_from_stored(seen)
+
+
+def _subpixels(step: float) -> int:
+    """Points along each side of a pixel that a picture is looked up at, of which `step` pixels make one."""
+    return min(MAX_SUBPIXELS, max(1, math.ceil(step - 0.05)))
+
+
+def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
+    """Values [n, 3] between the pixels of a picture, 0 beside it, and True [n] inside."""
+    height, width = shown.shape[:2]
+    with np.errstate(invalid="ignore"):
+        within = (places >= -0.5 - 1e-9) & (places <= np.array([width, height]) - 0.5 + 1e-9)
+    inside: Bools = np.asarray(within.all(axis=1))
+    x, y = np.where(inside[:, None], np.clip(places, 0, [width - 1, height - 1]), 0).T
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, bottom = np.minimum(left + 1, width - 1), np.minimum(top + 1, height - 1)
+    u, v = (x - left)[:, None], (y - top)[:, None]
+    above = shown[top, left] * (1 - u) + shown[top, right] * u
+    below = shown[bottom, left] * (1 - u) + shown[bottom, right] * u
+    return np.where(inside[:, None], above * (1 - v) + below * v, 0.0), inside
+
+
+def _read(path: str | os.PathLike[str]) -> tuple[Colors, list[str]]:
+    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`."""
+    try:
+        pixels, notices = _core.read_picture(path)
+    except FormatError as fault:
+        raise FormatError(f"{fault}; expected a PNG or JPEG picture as a background") from None
+    return pixels, list(notices)
+
+
+def _linear(array: npt.NDArray[Any]) -> Colors:
+    if array.ndim != 3 or array.shape[2] != 3:
+        raise SettingsError(f"background has the shape {list(array.shape)}: expected [height, width, 3]")
+    if array.dtype == np.uint8:
+        return _core.linear_from_srgb8(np.ascontiguousarray(array))
+    return array.astype(np.float32)
+
+
+def _stored(linear: Colors) -> Colors:
+    """sRGB values of linear ones, 1 for white (IEC 61966-2-1)."""
+    high = 1.055 * np.power(np.maximum(linear, 0.0031308), 1 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, 12.92 * linear, high).astype(np.float32)
+
+
+def _linear_from_stored(stored: Colors) -> Colors:
+    """The inverse of `_stored`."""
+    high = np.power((np.maximum(stored, 0.04045) + 0.055) / 1.055, 2.4)
+    return np.where(stored <= 0.04045, stored / 12.92, high).astype(np.float32)
+
+
+def _size(pixels: Colors) -> str:
+    return f"{pixels.shape[1]} x {pixels.shape[0]}"
+
+
+def _color(color: Any) -> Colors:
+    """A colour as linear red, green, blue."""
+    probe = _core.World("z", "", None)
+    try:
+        _core.world_add_object(probe, {"box": {}, "color": color}, None)
+    except WorldError as fault:
+        raise SettingsError(
+            f"background {color!r} is no colour and no .png or .jpg picture: {str(fault).splitlines()[0]}"
+        ) from None
+    found: Colors = probe.triangle_colors()[0]
+    return found

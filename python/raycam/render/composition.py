@@ -1,0 +1,102 @@
+"""Compositions: frames laid over pictures, with the shadows that fall on what a picture shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..errors import SettingsError
+from ..notices import warn_all
+from .background import picture_behind
+from .frame import Frame
+
+__all__ = ["FLOOR", "over", "shadow_ratio", "studio_shadow"]
+
+Colors = npt.NDArray[np.float32]
+FLOOR = 0.62
+"""The albedo of the studio's floor, and the radiance of floor and background where no shadow falls."""
+SHADE_NOISE = 0.04
+"""The part of the light that a shadow in the studio takes at least: less is the noise of the samples."""
+DARK = 1e-9
+"""The radiance of a shadow catcher up to which nothing lights it."""
+
+
+def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
+    """The frame, rendered with `transparent_background=True`, in front of a background; see `Frame.over`.
+
+    The result shows the frame as its exposure and view have it, and the picture as it is. `keep` names channels of
+    `alpha` and `shadow` that the result has too. Raises `SettingsError` for a frame without opacity, and the errors of
+    `picture_behind`.
+    """
+    if not (frame.transparent and "color" in frame and "alpha" in frame):
+        raise SettingsError(
+            "no opacity: render the frame with transparent_background=True and the channel color"
+        )
+    x, y, width, height = frame.region
+    part = isinstance(background, np.ndarray) and background.shape[:2] == (height, width)
+    size = (width, height) if part else frame.size
+    behind, notices = picture_behind(background, frame.camera, size)
+    warn_all(notices)
+    if not part:
+        behind = behind[y : y + height, x : x + width]
+    alpha = frame["alpha"][..., np.newaxis]
+    light = frame["shadow"] if "shadow" in frame else np.float32(1)
+    laid = _shown(frame) + (1 - alpha) * (light * behind)
+    gone = {"color", *({"alpha", "shadow"} - set(keep))}
+    channels = {name: frame[name] for name in frame if name not in gone}
+    return Frame(
+        {"color": np.maximum(laid, 0).astype(np.float32)} | channels,
+        camera=frame.camera,
+        size=frame.size,
+        region=frame.region,
+        notices=[*frame.notices, *notices],
+    )
+
+
+def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) -> Colors:
+    """The channel `shadow` [h, w, 3]: the light that shadow catchers leave to the background that the objects show.
+
+    `alpha` is that of the objects; `caught` and `free` have colour and alpha of the catchers alone, lit with the
+    objects and without them.
+    """
+    share, whole = caught["alpha"][..., np.newaxis], free["alpha"][..., np.newaxis]
+    left = 1 - alpha[..., np.newaxis]
+    lit = caught["color"] / np.where(share > 0, share, 1)
+    unlit = free["color"] / np.where(whole > 0, whole, 1)
+    ratio = np.where(unlit > DARK, lit / np.where(unlit > DARK, unlit, 1), 1)
+    shadow = 1 + share * (ratio - 1) / np.where(left > 0, left, 1)
+    return np.where(left > 0, np.maximum(shadow, 0), 1).astype(np.float32)
+
+
+def studio_shadow(frame: Frame, shadowed: Frame) -> Frame:
+    """The frame with the shadow of the studio's floor; `shadowed` is the same picture with that floor."""
+    color, left, lit = frame["color"], 1 - frame["alpha"][..., np.newaxis], shadowed["color"]
+    floor = np.clip(lit - color, 0, left * FLOOR)
+    share = floor / np.maximum(left * np.float32(FLOOR), np.float32(1e-6))
+    share = np.minimum(share / np.float32(1 - SHADE_NOISE), 1)
+    return Frame(
+        dict(frame) | {"color": lit - floor, "shadow": share},
+        camera=frame.camera,
+        size=frame.size,
+        region=frame.region,
+        exposure=frame.exposure,
+        view=frame.view,
+        transparent=True,
+        notices=shadowed.notices,
+    )
+
+
+def _shown(frame: Frame) -> Colors:
+    """The colour, premultiplied, in the linear light of the display: as exposure and view show it."""
+    color = frame["color"]
+    if frame.view == "standard":
+        return np.asarray(color * np.float32(2.0**frame.exposure))
+    alpha = frame["alpha"][..., np.newaxis]
+    opacity = np.where(alpha > 0, alpha, 1)
+    plain = np.ascontiguousarray(color / opacity, dtype=np.float32)
+    shown = _core.shown_from_linear(plain, 2.0**frame.exposure, frame.view) * opacity
+    return np.where((alpha > 0) | (color > 0).any(axis=2, keepdims=True), shown, 0)

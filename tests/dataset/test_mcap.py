@@ -1,0 +1,115 @@
+"""MCAP bags, read by the decoder of the mcap project."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.dataset import write
+from raycam.dataset.training.mcap import quaternion
+
+SIZE = (32, 24)
+
+
+def world() -> raycam.World:
+    found = raycam.World()
+    found.add_object(sphere={}, color="tomato")
+    found.add_light("sun", direction=[1, 1, -1], irradiance=2)
+    return found
+
+
+def cameras() -> list[raycam.Camera]:
+    eyes = [[3, 0, 0.5], [0, -3, 1], [-2, 2, 2]]
+    lens = [-0.2, 0.05, 0.001, 0.002]
+    return [raycam.Camera.look_at(eye, [0, 0, 0], fov=50, size=SIZE).replace(distortion=lens) for eye in eyes]
+
+
+def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
+    pytest.importorskip("mcap_ros2")
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    write(world(), tmp_path / "a", "mcap", cameras=cameras(), times=[0.0, 0.25, 1.5], samples=1)
+    write(world(), tmp_path / "b", "mcap", cameras=cameras(), times=[0.0, 0.25, 1.5], samples=1, workers=2)
+    assert (tmp_path / "a" / "raycam.mcap").read_bytes() == (tmp_path / "b" / "raycam.mcap").read_bytes()
+    found: dict[str, list[Any]] = {}
+    with (tmp_path / "a" / "raycam.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, channel, message, decoded in reader.iter_decoded_messages():
+            found.setdefault(channel.topic, []).append((message.log_time, decoded))
+    assert sorted(found) == [
+        "/camera/camera_info",
+        "/camera/depth",
+        "/camera/image/compressed",
+        "/camera/pose",
+    ]
+    for number, camera in enumerate(cameras()):
+        frame = raycam.render(world(), camera, samples=1)
+        stamp, info = found["/camera/camera_info"][number]
+        assert stamp == [0, 250_000_000, 1_500_000_000][number]
+        assert info.header.stamp.sec * 10**9 + info.header.stamp.nanosec == stamp
+        assert (info.width, info.height, info.distortion_model) == (*SIZE, "plumb_bob")
+        np.testing.assert_array_equal(info.k, camera.K.ravel())
+        np.testing.assert_array_equal(info.d, [-0.2, 0.05, 0.001, 0.002, 0])
+        np.testing.assert_array_equal(np.reshape(info.p, (3, 4))[:, :3], camera.K)
+        picture = found["/camera/image/compressed"][number][1]
+        pixels = np.asarray(Image.open(io.BytesIO(bytes(picture.data))))
+        np.testing.assert_array_equal(pixels, frame.to_srgb8())
+        depth = found["/camera/depth"][number][1]
+        metres = np.frombuffer(bytes(depth.data), "<f4").reshape(depth.height, depth.width)
+        np.testing.assert_array_equal(np.where(np.isnan(metres), np.inf, metres), frame["depth"])
+        pose = found["/camera/pose"][number][1].pose
+        assert [pose.position.x, pose.position.y, pose.position.z] == camera.C.tolist()
+        x, y, z, w = (getattr(pose.orientation, axis) for axis in "xyzw")
+        matrix = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        np.testing.assert_allclose(matrix, camera.R.T, atol=1e-12)
+    text = (tmp_path / "a" / "metadata.yaml").read_text()
+    assert "message_count: 12" in text
+    assert "nanoseconds: 1500000000" in text
+
+
+def test_quaternions_of_all_turns() -> None:
+    generator = np.random.default_rng(2)
+    for _ in range(200):
+        q = generator.normal(size=4)
+        q /= np.linalg.norm(q) * (1 if q[3] >= 0 else -1)
+        x, y, z, w = q
+        matrix = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        np.testing.assert_allclose(quaternion(matrix), q, atol=1e-12)
+
+
+def test_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("mcap")
+    lens = cameras()[0].replace(distortion=[0.1], model="division")
+    for options, words in (
+        ({"cameras": [lens]}, "division"),
+        ({"cameras": cameras(), "fps": 0}, "fps"),
+        ({"cameras": cameras(), "topic": "camera"}, "begins with /"),
+    ):
+        with pytest.raises(raycam.SettingsError, match=words):
+            write(world(), tmp_path / "x", "mcap", **options)
+    assert not (tmp_path / "x").exists()
+
+
+def test_without_the_package_the_way_on_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "mcap", None)
+    monkeypatch.setitem(__import__("sys").modules, "mcap.writer", None)
+    with pytest.raises(raycam.SettingsError, match=r"raycam\[mcap\]"):
+        write(world(), tmp_path / "x", "mcap", cameras=cameras())
