@@ -164,6 +164,6 @@ def test_other_names_are_understood_with_a_notice() -> None:
         raycam.load_cameras(raycam.data.path("fisheye.yaml"), model="fisheye")  # type: ignore[call-arg]
     with pytest.raises(raycam.SettingsError, match="one argument"):
         raycam.load_cameras(raycam.data.path("fisheye.yaml"), model="fisheye", lens="fisheye")  # type: ignore[call-arg]
-    for word, way in {"size": "resized", "spp": "samples", "background": "over"}.items():
+    for word, way in {"size": "resized", "spp": "samples"}.items():
         with pytest.raises(raycam.SettingsError, match=way):
             raycam.render(raycam.data.spot(), **{word: 1})  # type: ignore[arg-type]

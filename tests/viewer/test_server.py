@@ -283,7 +283,7 @@ def test_every_channel_comes_exactly(client: Client, small_world: raycam.World) 
     camera = small_world.camera("front")
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"]]
-    assert {*names, "error"} == set(CHANNELS)
+    assert {*names, "error", "shadow"} == set(CHANNELS)
     expected = raycam.render(small_world, camera, samples=16, channels=names)
     for channel in names:
         client.say("channel", name=channel)

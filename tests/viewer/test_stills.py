@@ -9,7 +9,7 @@ from raycam.viewer.stills import COLORS, TRUTH, FromScratch, truth
 
 
 def test_every_channel_is_of_samples_or_of_truth() -> None:
-    assert sorted([*COLORS, *TRUTH, "error"]) == sorted(CHANNELS)
+    assert sorted([*COLORS, *TRUTH, "error", "shadow"]) == sorted(CHANNELS)
 
 
 def test_each_step_is_the_picture_of_its_samples(small_world: raycam.World) -> None:

@@ -17,7 +17,7 @@ ELSEWHERE = {
     **dict.fromkeys(("size", "resolution", "width", "height"), SIZE),
     **dict.fromkeys(("spp", "sample_count", "num_samples"), "the number of rays per pixel is samples"),
     **dict.fromkeys(("light", "lights"), "lights are the world's: world.add_light(...)"),
-    **dict.fromkeys(("background", "background_color"), "transparent_background=True, and frame.over(color)"),
+    "background_color": "background=color",
     "output": "frame.save(path) writes the picture",
 }
 """What is an option of rendering in other programs, and where it is here."""
