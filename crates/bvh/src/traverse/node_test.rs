@@ -1,6 +1,6 @@
 //! The ray-node test (slabs of eight AABBs), and the setup of rays for TLAS and BLAS.
 
-use crate::node::WideNode;
+use crate::node::{NodeBlock, NodeRef, WideNode};
 use crate::ray::Ray;
 use crate::scene::{InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
@@ -30,6 +30,15 @@ fn t_at<I: Isa>(node: &WideNode, side: &SlabPlanes, axis: usize, row: u32) -> I:
     // SAFETY: `row` begins one of the six, each of 8 floats; a bit chooses between the two of an axis.
     let bound = unsafe { I::F32x8::load(node.bounds.as_ptr().cast::<f32>().add(row as usize)) };
     bound.mul_sub(I::F32x8::splat(side.reciprocal[axis]), I::F32x8::splat(side.offset[axis]))
+}
+
+/// Prefetches a block.
+#[inline(always)]
+pub fn prefetch_block<I: Isa>(blocks: &[NodeBlock], at: NodeRef) {
+    let start = blocks.as_ptr().wrapping_add(at.index()).cast::<u8>();
+    for line in 0..4 {
+        I::prefetch(start.wrapping_add(64 * line));
+    }
 }
 
 /// Sets up a ray of the scene in tree coordinates of an instance, as [`TravRay::setup`] does.

@@ -9,7 +9,7 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{ClippedRay, coordinate_error, max_abs, to_mesh_space};
 use crate::traverse::exact::leaf::{SureCrossings, candidates, sure_crossings};
-use crate::traverse::node_test::intersect_children;
+use crate::traverse::node_test::{intersect_children, prefetch_block};
 use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
 use crate::traverse::trav_ray::{TravRay, scale_t};
@@ -203,14 +203,6 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         self.stack.cull(1, scale_t(self.outer_t_max(), self.tlas_t_scale).next_up());
         self.pop_tlas(scene)
     }
-
-    #[inline(always)]
-    fn prefetch<I: Isa>(&self) {
-        let at = self.blocks.as_ptr().wrapping_add(self.node.index()).cast::<u8>();
-        for line in 0..4 {
-            I::prefetch(at.wrapping_add(64 * line));
-        }
-    }
 }
 
 impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
@@ -229,7 +221,7 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
         let node = node(self.blocks, self.node);
         let (mask, enter) = intersect_children::<I>(node, &self.ray, self.t_max);
         self.node = self.stack.push_children_or_pop::<I, true>(node, enter, mask);
-        self.prefetch::<I>();
+        prefetch_block::<I>(self.blocks, self.node);
     }
 
     #[inline(always)]
@@ -240,7 +232,7 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
             mesh.prefetch_prim_id::<I>(leaf.first_prim);
         }
         self.node = self.stack.pop_if(self.candidates == 0, self.node);
-        self.prefetch::<I>();
+        prefetch_block::<I>(self.blocks, self.node);
         self.candidates != 0
     }
 
@@ -288,7 +280,7 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
             self.stack.cull(self.stack_base as usize, t_max);
         }
         self.node = self.stack.pop_unchecked();
-        self.prefetch::<I>();
+        prefetch_block::<I>(self.blocks, self.node);
     }
 
     #[inline(always)]

@@ -2,8 +2,9 @@
 //! against each ray.
 
 use crate::blas::Bvh;
-use crate::node::{LeafNode, NodeBlock, NodeRef, leaf, node};
+use crate::node::{LeafNode, NodeRef, leaf, node};
 use crate::simd::Isa;
+use crate::traverse::node_test::prefetch_block;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::PacketStack;
 
@@ -72,14 +73,5 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(mesh: &Bvh, start: NodeRef, packe
             }
             None => return,
         }
-    }
-}
-
-/// Prefetches a block.
-#[inline(always)]
-pub fn prefetch_block<I: Isa>(blocks: &[NodeBlock], at: NodeRef) {
-    let start = blocks.as_ptr().wrapping_add(at.index()).cast::<u8>();
-    for line in 0..4 {
-        I::prefetch(start.wrapping_add(64 * line));
     }
 }

@@ -5,7 +5,7 @@ use crate::node::{NodeBlock, NodeRef, leaf, node};
 use crate::ray::{Hit, INVALID_ID, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
-use crate::traverse::node_test::{intersect_children, setup_instance_ray};
+use crate::traverse::node_test::{intersect_children, prefetch_block, setup_instance_ray};
 use crate::traverse::single::closest_hit::{ClosestHit, NO_PRIM, any_hit};
 use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
@@ -219,14 +219,6 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         }
         self.pop_tlas(scene)
     }
-
-    #[inline(always)]
-    fn prefetch<I: Isa>(&self) {
-        let at = self.blocks.as_ptr().wrapping_add(self.node.index()).cast::<u8>();
-        for line in 0..4 {
-            I::prefetch(at.wrapping_add(64 * line));
-        }
-    }
 }
 
 impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
@@ -249,7 +241,7 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
         } else {
             self.stack.push_children_or_pop::<I, true>(node, enter, mask)
         };
-        self.prefetch::<I>();
+        prefetch_block::<I>(self.blocks, self.node);
     }
 
     /// Tests the edges of the triangles, branch-free, since candidates are unpredictable; without one, pops the next node.
@@ -269,7 +261,7 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
             self.candidates = candidates;
             self.node = self.stack.pop_if(candidates == 0, self.node);
         }
-        self.prefetch::<I>();
+        prefetch_block::<I>(self.blocks, self.node);
         !ANY_HIT && candidates != 0
     }
 
@@ -283,7 +275,7 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
             mesh.prefetch_prim_id::<I>(leaf.first_prim);
         }
         self.node = self.stack.pop_unchecked();
-        self.prefetch::<I>();
+        prefetch_block::<I>(self.blocks, self.node);
     }
 
     #[inline(always)]
