@@ -116,6 +116,32 @@ def fresh() -> list[str]:
     return notes
 
 
+def many(rounds: int) -> list[str]:
+    """A thousand poses in one call beside the time of their rays: pictures without the fixed cost of a call."""
+    notes = []
+    one = raycam.Camera.look_at([6, -6, 3], [0, 0, 0.5], [0, 0, 1], size=(1, 1), fov=40)
+    matrices = np.tile(np.eye(4), (1000, 1, 1))
+    matrices[:, :3, 3] = [place(i) for i in range(1000)]
+
+    def depth(world: raycam.World, eye: raycam.Camera) -> float:
+        return cpu(lambda _: raycam.render(world, eye, channels="depth"), 200, rounds)
+
+    def all_poses(world: raycam.World) -> float:
+        poses = {"cup": matrices}
+        return (
+            cpu(lambda _: raycam.render_many(world, camera(), poses=poses, channels="depth"), 1, rounds)
+            / 1000
+        )
+
+    for name, world in {"5,120": scene(4, 0), "81,920": scene(6, 0)}.items():
+        together, apart, fixed = all_poses(world), depth(world, camera()), depth(world, one)
+        notes.append(
+            f"A thousand poses by render_many, ball of {name}: {together:.0f} a picture; its rays {apart - fixed:.0f} "
+            f"(a picture {apart:.0f} less one of 1 x 1, {fixed:.0f}); ratio {together / (apart - fixed):.2f}."
+        )
+    return notes
+
+
 def small() -> list[str]:
     world = scene(2, 0)
     one = raycam.Camera.look_at([6, -6, 3], [0, 0, 0.5], [0, 0, 1], size=(1, 1), fov=40)
@@ -133,7 +159,7 @@ def main() -> None:
     parser.add_argument("--calls", type=int, default=100)
     parser.add_argument("--rounds", type=int, default=5)
     arguments = parser.parse_args()
-    notes = [*fresh(), *small()]
+    notes = [*fresh(), *small(), *many(arguments.rounds)]
     head = ["scene", "camera moved", "world.at(t)", "ratio", "set_object", "ratio"]
     report.write("edit", "An object moved", notes, head, rows(arguments.rounds, arguments.calls))
 

@@ -9,6 +9,7 @@ and a torus unless files are named. Peers that are not installed are left out.
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
 import time
 from collections.abc import Callable
 from typing import Any
@@ -25,6 +26,10 @@ try:
     import trimesh
 except ImportError:
     trimesh = None
+try:
+    import igl
+except ImportError:
+    igl = None
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Peers = dict[str, Callable[[], Any]]
@@ -148,6 +153,16 @@ def rates(meshes: dict[str, Mesh], count: int, rounds: int) -> None:
     )
 
 
+def libigl_insides(mesh: Mesh, points: np.ndarray) -> list[np.ndarray | None]:
+    """Insides by libigl's signs: pseudonormals, and fast winding numbers."""
+    if igl is None:
+        return [None, None]
+    kinds = igl.SignedDistanceType
+    kind = (kinds.SIGNED_DISTANCE_TYPE_PSEUDONORMAL, kinds.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)
+    faces = mesh[1].astype(np.int64)
+    return [igl.signed_distance(points, mesh[0], faces, sign_type=one)[0] < 0 for one in kind]
+
+
 def wrong_insides(mesh: Mesh, points: np.ndarray, expected: np.ndarray) -> list[str]:
     """How many of the points each engine puts on the wrong side."""
     engines = Engines(mesh)
@@ -156,6 +171,7 @@ def wrong_insides(mesh: Mesh, points: np.ndarray, expected: np.ndarray) -> list[
         answers[1] = engines.scene.compute_occupancy(points.astype(np.float32)).numpy() > 0.5
     if engines.mesh is not None:
         answers[2] = engines.mesh.contains(points)
+    answers += libigl_insides(mesh, points)
     return ["-" if answer is None else str(int((answer != expected).sum())) for answer in answers]
 
 
@@ -169,8 +185,15 @@ def wrong_counts(mesh: Mesh, origins: np.ndarray, directions: np.ndarray, expect
     if engines.mesh is not None:
         ray = engines.mesh.ray.intersects_id(origins, directions)[1]
         counts[2] = np.bincount(ray, minlength=len(origins))
+    if igl is not None:
+        faces = mesh[1].astype(np.int64)
+        hits = [
+            igl.ray_mesh_intersect(o, d, mesh[0], faces) for o, d in zip(origins, directions, strict=True)
+        ]
+        counts.append(np.array([len(one or []) for one in hits]))
     wrong = [None if c is None else (c % 2 != 0 if expected is None else c != expected) for c in counts]
-    return ["-" if answer is None else str(int(answer.sum())) for answer in wrong]
+    cells = ["-" if answer is None else str(int(answer.sum())) for answer in wrong]
+    return cells + ["-"] * (5 - len(cells))
 
 
 def right() -> None:
@@ -215,13 +238,23 @@ def right() -> None:
     counts = wrong_counts((v1, f1), outside, (edges - outside), None)
     rows.append(["rays through the edges of a cube: odd counts", str(len(edges)), *counts])
     versions = [f"{m.__name__} {m.__version__}" for m in (open3d, trimesh) if m is not None]
+    if igl is not None:
+        versions.append(f"libigl {importlib.metadata.version('libigl')}")
     report.write(
         "queries-right",
         "Who gets it right",
         [
             f"Wrong answers; points on surfaces are left out. raycam {raycam.__version__}, {', '.join(versions)}."
         ],
-        ["", "queries", "raycam", "Open3D", "trimesh"],
+        [
+            "",
+            "queries",
+            "raycam",
+            "Open3D",
+            "trimesh",
+            "libigl (pseudonormals, rays)",
+            "libigl (fast winding)",
+        ],
         rows,
     )
 
