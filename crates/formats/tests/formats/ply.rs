@@ -248,7 +248,10 @@ fn bad_files_are_told_with_line_or_byte() {
             ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"),
             "a.ply: all faces have vertices that are not finite: nothing to see",
         ),
-        (ascii(rows), "a.ply:13: ends before the rows that its header declares"),
+        (
+            ascii(rows),
+            "a.ply:13: ends before the rows that its header declares: it is cut off, or the header counts too many",
+        ),
         (ascii("").replace("face 1", "face 0") + rows, "a.ply: no faces, only 4 vertices: nothing to see"),
         (
             ascii(rows).replace("vertex 4", "vertex 99999999999"),
@@ -275,7 +278,7 @@ fn bad_files_are_told_with_line_or_byte() {
     }
     let binary = tetrahedron("binary_little_endian");
     let cut = &binary[..binary.len() - 5];
-    assert!(error("a.ply", cut).ends_with("ends before the rows that its header declares"));
+    assert!(error("a.ply", cut).contains("ends before the rows that its header declares: it is cut off"));
     let path = data("crash.ply");
     assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).starts_with("crash.ply:"));
 }

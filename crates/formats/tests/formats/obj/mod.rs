@@ -251,7 +251,7 @@ fn bad_files_are_told_with_line_and_index() {
         ("f 1 2 3/1/1/1\n", "a.obj:4: f: corner \"3/1/1/1\" has more than 3 indices"),
         ("f 1 2 x\n", "a.obj:4: f: \"x\" is not an index"),
         ("f /1 /1 /1\nvt 0 0\n", "a.obj:4: f: corner \"/1\" has no vertex"),
-        ("v 1,5 0 0\n", "a.obj:4: v: \"1,5\" is not a number"),
+        ("v 1,5 0 0\n", "a.obj:4: v: \"1,5\" is not a number: it has a decimal comma, expected a point"),
         ("v nan 0 0\nf 1 2 4\n", "a.obj: all faces have vertices that are not finite: nothing to see"),
         ("v 1 2\n", "a.obj:4: v has 2 numbers, expected 3, or 6 with a colour"),
         ("vt\n", "a.obj:4: vt has 0 numbers, expected 1"),
