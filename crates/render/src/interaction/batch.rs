@@ -21,8 +21,8 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     vertex_normals: [Vec3xN<f64, N>; 3],
     /// True for lanes with vertex normals, and for batches with such a lane.
     has_normals: [bool; N],
-    /// True for lanes of materials that only reflect.
-    reflects_only: [bool; N],
+    /// True for lanes of curved surfaces that only reflect.
+    side_is_smooth: [bool; N],
     any_has_normals: bool,
     /// Weights of the second and third vertex.
     barycentrics: [[f64; N]; 2],
@@ -49,7 +49,7 @@ impl<const N: usize> Default for SurfaceInteractions<N> {
             scene_origin: DVec3::ZERO,
             vertex_normals: [[[0.0; N]; 3]; 3],
             has_normals: [false; N],
-            reflects_only: [false; N],
+            side_is_smooth: [false; N],
             any_has_normals: false,
             barycentrics: [[0.0; N]; 2],
             direction: [[0.0; N]; 3],
@@ -91,7 +91,9 @@ impl<const N: usize> SurfaceInteractions<N> {
         let normals = geometry.vertex_normals(hit.instance, hit.triangle);
         self.has_normals[lane] = normals.is_some();
         if let Some(normals) = normals {
-            self.reflects_only[lane] = geometry.material(hit).reflects_only;
+            // Normals that are all the same describe no surface but the triangle.
+            let is_curved = normals[0] != normals[1] || normals[1] != normals[2];
+            self.side_is_smooth[lane] = is_curved && geometry.material(hit).reflects_only;
             self.any_has_normals = true;
             for (lanes, normal) in self.vertex_normals.iter_mut().zip(normals) {
                 set_lane(lanes, lane, normal.to_array());
@@ -272,7 +274,7 @@ impl<const N: usize> SurfaceInteractions<N> {
                 let (n, a) = (&mut self.shading_normal[axis][lane], &mut self.offset_front[axis][lane]);
                 *n = if smooth { normal[axis] } else { *n };
                 let side = &mut self.side_normal[axis][lane];
-                *side = if smooth & self.reflects_only[lane] { normal[axis] } else { *side };
+                *side = if smooth & self.side_is_smooth[lane] { normal[axis] } else { *side };
                 *a = if smooth { above[axis] } else { *a };
             }
         }
