@@ -1,4 +1,4 @@
-"""What it costs that the same triangles are many meshes which interlock, as in models that have one for each material.
+"""The cost of the same triangles as many meshes that interlock, as in models that have one for each material.
 
 A generated town of 400,000 triangles is dealt out, 500 in a row at a time, to 1, 10, 50 and 200 meshes: each of them
 is all over the town. Path traced under an even sky by raycam and by Mitsuba 3 (`--mitsuba PYTHON`, llvm), in turn.

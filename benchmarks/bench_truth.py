@@ -1,4 +1,4 @@
-"""What ground truth costs beside the flat picture, over generated worlds of one mesh and of many."""
+"""The cost of ground truth beside the flat picture, over generated worlds of one mesh and of many."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ OPENERS: dict[str, Callable[..., Any]] = {}
 
 
 UNPOSED = "the camera is at the origin, amid the world, as a calibration without a pose leaves it"
-"""What is said of a camera for which `is_unposed_within`."""
+"""The notice of a camera for which `is_unposed_within`."""
 
 
 def is_unposed_within(world: World, camera: Camera) -> bool:

@@ -20,7 +20,7 @@ ELSEWHERE = {
     "background_color": "background=color",
     "output": "frame.save(path) writes the picture",
 }
-"""What is an option of rendering in other programs, and where it is here."""
+"""Options of rendering in other programs, and their place here."""
 
 
 def current_names(settings: Mapping[str, Any]) -> dict[str, Any]:

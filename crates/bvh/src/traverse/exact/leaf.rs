@@ -41,17 +41,17 @@ fn edge_functions<I: Isa, const HALF: usize>([px, py]: [I::F32x16; 2], leaf: &Le
 
 /// Bit i: the ray may hit triangle i if ray and corners are off by at most `off`.
 #[inline(always)]
-pub fn candidates<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> u32 {
+pub fn candidate_triangles<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> u32 {
     let (points, slack) = sheared::<I>(leaf, ray, off);
-    let mut near = candidates_half::<I, 0>(points, leaf, slack);
+    let mut near = candidate_half::<I, 0>(points, leaf, slack);
     if leaf.count > 8 {
-        near |= candidates_half::<I, 1>(points, leaf, slack) << 8;
+        near |= candidate_half::<I, 1>(points, leaf, slack) << 8;
     }
     near & ((1u32 << leaf.count) - 1)
 }
 
 #[inline(always)]
-fn candidates_half<I: Isa, const HALF: usize>(points: [I::F32x16; 2], leaf: &LeafNode, slack: f32) -> u32 {
+fn candidate_half<I: Isa, const HALF: usize>(points: [I::F32x16; 2], leaf: &LeafNode, slack: f32) -> u32 {
     let EdgeRange { least, greatest } = edge_functions::<I, HALF>(points, leaf);
     let (low, high) = (I::F32x8::splat(-slack), I::F32x8::splat(slack));
     <I::F32x8 as Vector>::to_bitmask(<I::F32x8 as Vector>::or(low.le(least), greatest.le(high)))
@@ -74,8 +74,7 @@ pub fn sure_crossings<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32, t_ma
     let depths = vertices_minus::<I>(leaf, z, ray.origin(z)).mul(I::F32x16::splat(reciprocal));
     let pad = 2.0 * off * reciprocal.abs();
     let range = [pad, t_max * (1.0 - T_ERROR) - pad];
-    let (crossed, positive) = sure_half::<I, 0>((points, depths), leaf, slack, range);
-    let (mut crossed, mut positive) = (crossed, positive);
+    let (mut crossed, mut positive) = sure_half::<I, 0>((points, depths), leaf, slack, range);
     if leaf.count > 8 {
         let upper = sure_half::<I, 1>((points, depths), leaf, slack, range);
         (crossed, positive) = (crossed | upper.0 << 8, positive | upper.1 << 8);

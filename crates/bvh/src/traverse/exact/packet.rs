@@ -8,7 +8,7 @@ use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{coordinate_error, to_mesh_space};
-use crate::traverse::exact::leaf::candidates as candidates_of;
+use crate::traverse::exact::leaf::candidate_triangles;
 use crate::traverse::exact::ray_state::ExactRayState;
 use crate::traverse::exact::rays::{OriginClass, RaySoa64};
 use crate::traverse::exact::single::{HitSearch, trace_alone};
@@ -224,7 +224,7 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & (PACKET_SIZE - 1);
                 left &= left - 1;
-                near[lane] = candidates_of::<I>(leaf, PacketRay(packet, lane), off);
+                near[lane] = candidate_triangles::<I>(leaf, PacketRay(packet, lane), off);
                 some |= u64::from(near[lane] != 0) << lane;
                 candidates |= near[lane];
             }

@@ -8,7 +8,7 @@ use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{ClippedRay, coordinate_error, max_abs, to_mesh_space};
-use crate::traverse::exact::leaf::{SureCrossings, candidates, sure_crossings};
+use crate::traverse::exact::leaf::{SureCrossings, candidate_triangles, sure_crossings};
 use crate::traverse::node_test::{intersect_children, prefetch_block};
 use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
@@ -227,7 +227,7 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
     #[inline(always)]
     fn step_leaf<I: Isa>(&mut self) -> bool {
         let leaf = leaf(self.blocks, self.node);
-        self.candidates = candidates::<I>(leaf, &self.ray, self.off);
+        self.candidates = candidate_triangles::<I>(leaf, &self.ray, self.off);
         if let Some(mesh) = self.mesh {
             mesh.prefetch_prim_id::<I>(leaf.first_prim);
         }
