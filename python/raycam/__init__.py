@@ -16,13 +16,14 @@ from .annotations.labels import Box3D, Label, box3d, label
 from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Background, Camera
 from .camera.asked import OPENERS
-from .errors import CameraError, Error, FormatError, JobError, Notice, SettingsError, WorldError
+from .errors import CameraError, Cancelled, Error, FormatError, JobError, Notice, SettingsError, WorldError
 from .interop.open3d import from_open3d
 from .interop.trimesh import from_trimesh
 from .notices import strict
 from .render import render
 from .render.frame import PAGES, Frame
 from .render.many import Frames, render_many
+from .render.progressive import Cancel, Progressive, progressive
 from .rig import Rig
 from .world import Animation, Object, Topology, Video, World
 from .world.load import load
@@ -42,6 +43,8 @@ __all__ = [
     "Camera",
     "CameraError",
     "Cameras",
+    "Cancel",
+    "Cancelled",
     "Error",
     "Explanation",
     "FormatError",
@@ -52,6 +55,7 @@ __all__ = [
     "Label",
     "Notice",
     "Object",
+    "Progressive",
     "Recipe",
     "Rig",
     "SelfCheck",
@@ -73,6 +77,7 @@ __all__ = [
     "label",
     "load",
     "load_cameras",
+    "progressive",
     "render",
     "render_many",
     "sample",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = [
     "CameraError",
+    "Cancelled",
     "Error",
     "FormatError",
     "JobError",
@@ -24,6 +25,10 @@ class Error(Exception):
 
 class Notice(UserWarning):
     """The category of what raycam has to say without stopping; the filters of `warnings` apply."""
+
+
+class Cancelled(Error):
+    """A call that `Cancel.cancel` has ended."""
 
 
 class WorldError(Error, ValueError):

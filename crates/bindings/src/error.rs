@@ -12,6 +12,7 @@ use raycam_render::RenderError;
 use raycam_scene::SceneError;
 
 mod python {
+    pyo3::import_exception!(raycam.errors, Cancelled);
     pyo3::import_exception!(raycam.errors, Error);
     pyo3::import_exception!(raycam.errors, WorldError);
     pyo3::import_exception!(raycam.errors, CameraError);
@@ -126,7 +127,7 @@ impl IntoPyErr for RenderError {
             RenderError::Threads { .. } => PyOSError::new_err(message),
             RenderError::Textures(error) => error.into_py_err(),
             RenderError::OutOfMemory { .. } => PyMemoryError::new_err(message),
-            RenderError::Cancelled => raycam_error(message),
+            RenderError::Cancelled => python::Cancelled::new_err(message),
         }
     }
 }

@@ -15,24 +15,40 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 pub(crate) fn run_for_work<T: Send>(
     py: Python<'_>,
     is_brief: bool,
+    cancel: Option<&Control>,
     work: impl FnOnce(&Control) -> Result<T, RenderError> + Send,
 ) -> PyResult<T> {
     if !is_brief {
-        return run_interruptible(py, None, work);
+        return run_cancellable(py, None, cancel, work);
     }
-    let result = py.detach(|| catch_panic(|| work(&Control::new())))?;
+    let result = py.detach(|| catch_panic(|| work(&control_of(cancel))))?;
     py.check_signals()?;
     result.map_err(IntoPyErr::into_py_err)
 }
 
-/// Runs `work` while looking for signals and telling `progress(done, total)` how far it is. An exception of either
-/// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised.
+/// The control of a call that `cancel` ends, if it is given.
+fn control_of(cancel: Option<&Control>) -> Control {
+    cancel.map_or_else(Control::new, Control::of_call)
+}
+
+/// [`run_cancellable`] without a switch.
 pub(crate) fn run_interruptible<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
     work: impl FnOnce(&Control) -> Result<T, RenderError> + Send,
 ) -> PyResult<T> {
-    let control = Control::new();
+    run_cancellable(py, progress, None, work)
+}
+
+/// Runs `work` while looking for signals and telling `progress(done, total)` how far it is. An exception of either
+/// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised; `cancel` stops it as well.
+pub(crate) fn run_cancellable<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    cancel: Option<&Control>,
+    work: impl FnOnce(&Control) -> Result<T, RenderError> + Send,
+) -> PyResult<T> {
+    let control = control_of(cancel);
     let poll = || {
         Python::attach(|py| {
             py.check_signals()?;

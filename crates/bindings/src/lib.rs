@@ -6,6 +6,7 @@
 mod arrays;
 mod buffer_pool;
 mod camera;
+mod cancel;
 mod error;
 mod interruptible;
 mod py_value;
@@ -27,6 +28,8 @@ mod core {
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]
+    use crate::cancel::Cancel;
+    #[pymodule_export]
     use crate::queries::points::{
         world_closest_points, world_distance, world_inside, world_signed_distance, world_topology, world_visible,
         world_winding_number,
@@ -39,11 +42,13 @@ mod core {
     use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
     #[pymodule_export]
     use crate::render::encode::{
-        encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs, read_picture,
+        encode_exr, encode_hdr, encode_jpeg, encode_png, linear_from_srgb8, mask_polygons, mask_runs, read_picture,
         shown_from_linear, srgb_from_linear,
     };
     #[pymodule_export]
     use crate::render::frame::{channels, merge};
+    #[pymodule_export]
+    use crate::render::progressive::Progressive;
     #[pymodule_export]
     use crate::world::bundle::{world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras};
     #[pymodule_export]

@@ -10,6 +10,8 @@ use crate::error::RenderError;
 #[derive(Debug, Default)]
 pub struct Control {
     cancelled: Arc<AtomicBool>,
+    /// Flag of a control whose cancellation ends this work too.
+    outside: Option<Arc<AtomicBool>>,
     done: AtomicUsize,
     total: AtomicUsize,
 }
@@ -20,9 +22,14 @@ impl Control {
         Self::default()
     }
 
+    /// Returns the control of work that ends with `self` too, and whose own cancellation leaves `self` as it is.
+    pub fn of_call(&self) -> Self {
+        Self { outside: Some(self.cancelled.clone()), ..Self::default() }
+    }
+
     /// Returns the control of a part of the work, which is cancelled with it and counts for itself.
     pub(crate) fn part(&self) -> Self {
-        Self { cancelled: self.cancelled.clone(), ..Self::default() }
+        Self { cancelled: self.cancelled.clone(), outside: self.outside.clone(), ..Self::default() }
     }
 
     /// Requests cancellation. The work ends within milliseconds with [`RenderError::Cancelled`].
@@ -32,7 +39,8 @@ impl Control {
 
     /// True after [`Control::cancel`].
     pub fn is_cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
+        let is_set = |flag: &Arc<AtomicBool>| flag.load(Ordering::Relaxed);
+        is_set(&self.cancelled) || self.outside.as_ref().is_some_and(is_set)
     }
 
     /// Number of finished units of work (batches of rays, or meshes).

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use crate::error::RenderError;
 
@@ -10,7 +11,29 @@ use crate::error::RenderError;
 /// process id.
 struct PoolCache {
     process: u32,
-    by_threads: HashMap<usize, Arc<rayon::ThreadPool>>,
+    by_threads: HashMap<usize, Arc<SharedPool>>,
+}
+
+/// Thread pool and the number of calls that it serves.
+pub(crate) struct SharedPool {
+    threads: rayon::ThreadPool,
+    calls: AtomicUsize,
+}
+
+impl SharedPool {
+    /// Counts a call until the result is dropped.
+    fn enter(&self) -> CountedCall<'_> {
+        self.calls.fetch_add(1, Ordering::Relaxed);
+        CountedCall(&self.calls)
+    }
+}
+
+struct CountedCall<'a>(&'a AtomicUsize);
+
+impl Drop for CountedCall<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
@@ -23,7 +46,9 @@ pub const MAX_THREADS: usize = 1024;
 ///
 /// A forked child builds pools of its own.
 pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
-    Ok(pool(checked_threads(threads)?)?.install(f))
+    let pool = pool(checked_threads(threads)?)?;
+    let _call = pool.enter();
+    Ok(pool.threads.install(f))
 }
 
 /// Threads that a call runs on. Results are the same.
@@ -31,13 +56,15 @@ pub(crate) enum Workers {
     /// The calling thread alone. Nothing that runs here may use rayon, whose own pool would not survive a fork.
     Here,
     /// A pool, of which this many threads take part.
-    Pool(Arc<rayon::ThreadPool>, usize),
+    Pool(Arc<SharedPool>, usize),
 }
 
 /// Work in nanoseconds up to which the calling thread does it alone: waking others would take as long.
 pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
 /// Work in nanoseconds that is worth a thread.
 const WORK_PER_THREAD: f64 = 0.2e6;
+/// Time after which a call gives way to others that wait for the same threads: a small picture beside a long one.
+const TURN: Duration = Duration::from_millis(10);
 
 impl Workers {
     /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use), and
@@ -66,12 +93,15 @@ impl Workers {
     pub fn run<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
         match self {
             Self::Here => f(),
-            Self::Pool(pool, _) => pool.install(f),
+            Self::Pool(pool, _) => {
+                let _call = pool.enter();
+                pool.threads.install(f)
+            }
         }
     }
 
     /// Does each part on the next free thread, with a scratch for each thread; rayon's iterators would assign consecutive
-    /// parts to one thread. An error stops the others.
+    /// parts to one thread. An error stops the others. Calls that want the same threads take turns.
     ///
     /// # Errors
     /// The first error of `work`.
@@ -81,32 +111,41 @@ impl Workers {
         work: impl Fn(&mut S, &P) -> Result<(), RenderError> + Sync,
     ) -> Result<(), RenderError> {
         let next = AtomicUsize::new(0);
-        let run_thread = || {
+        let run_thread = |gives_way: &(dyn Fn() -> bool + Sync)| {
             let mut scratch = S::default();
-            while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
+            while !gives_way()
+                && let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed))
+            {
                 work(&mut scratch, part).inspect_err(|_| next.store(parts.len(), Ordering::Relaxed))?;
             }
             Ok(())
         };
         let Self::Pool(pool, threads) = self else {
-            return run_thread();
+            return run_thread(&|| false);
         };
-        if *threads == pool.current_num_threads() {
-            return pool.broadcast(|_| run_thread()).into_iter().collect();
+        let _call = pool.enter();
+        while next.load(Ordering::Relaxed) < parts.len() {
+            let start = Instant::now();
+            let gives_way = || pool.calls.load(Ordering::Relaxed) > 1 && start.elapsed() > TURN;
+            if *threads == pool.threads.current_num_threads() {
+                pool.threads.broadcast(|_| run_thread(&gives_way)).into_iter().collect::<Result<(), _>>()?;
+                continue;
+            }
+            let failure = Mutex::new(Ok(()));
+            let run_one = || {
+                if let Err(error) = run_thread(&gives_way) {
+                    *failure.lock().unwrap_or_else(PoisonError::into_inner) = Err(error);
+                }
+            };
+            pool.threads.scope(|scope| {
+                for _ in 1..*threads {
+                    scope.spawn(|_| run_one());
+                }
+                run_one();
+            });
+            failure.into_inner().unwrap_or_else(PoisonError::into_inner)?;
         }
-        let failure = Mutex::new(Ok(()));
-        let run_one = || {
-            if let Err(error) = run_thread() {
-                *failure.lock().unwrap_or_else(PoisonError::into_inner) = Err(error);
-            }
-        };
-        pool.scope(|scope| {
-            for _ in 1..*threads {
-                scope.spawn(|_| run_one());
-            }
-            run_one();
-        });
-        failure.into_inner().unwrap_or_else(PoisonError::into_inner)
+        Ok(())
     }
 }
 
@@ -124,7 +163,7 @@ fn checked_threads(threads: Option<usize>) -> Result<usize, RenderError> {
     Ok(threads)
 }
 
-fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
+fn pool(threads: usize) -> Result<Arc<SharedPool>, RenderError> {
     let process = std::process::id();
     {
         let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -145,5 +184,43 @@ fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
         .map_err(|e| RenderError::Threads { threads, message: e.to_string() })?;
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_with(|| PoolCache { process, by_threads: HashMap::new() });
-    Ok(pools.by_threads.entry(threads).or_insert_with(|| Arc::new(built)).clone())
+    Ok(pools
+        .by_threads
+        .entry(threads)
+        .or_insert_with(|| Arc::new(SharedPool { threads: built, calls: AtomicUsize::new(0) }))
+        .clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+
+    #[test]
+    fn little_work_does_not_wait_for_much() {
+        for threads in [1, 2] {
+            let started = AtomicBool::new(false);
+            let order = Mutex::new(vec![]);
+            std::thread::scope(|scope| {
+                let run = |name, parts: usize| {
+                    let workers = Workers::for_work(Some(threads), f64::INFINITY, false).unwrap();
+                    let parts: Vec<usize> = (0..parts).collect();
+                    let work = |_: &mut (), _: &usize| {
+                        started.store(true, Ordering::Relaxed);
+                        std::thread::sleep(Duration::from_millis(2));
+                        Ok(())
+                    };
+                    workers.for_each_dynamic(&parts, work).unwrap();
+                    order.lock().unwrap().push(name);
+                };
+                scope.spawn(move || run("much", 400));
+                while !started.load(Ordering::Relaxed) {
+                    std::thread::yield_now();
+                }
+                run("little", 4);
+            });
+            assert_eq!(*order.lock().unwrap(), ["little", "much"]);
+        }
+    }
 }

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+from .._core import Cancel
 from ..arrays import whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
@@ -78,6 +79,7 @@ def render(
     catcher_truth: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
+    cancel: Cancel | None = None,
     **old_names: Any,
 ) -> Frame:
     """Renders `world`, seen by `camera` (default: the world's first camera, or one that frames the whole world).
@@ -123,7 +125,8 @@ def render(
       the display: where nothing is rendered, the photograph's values stay as they are. Shadow catchers darken it.
     * `catcher_truth` (off): ground truth describes shadow catchers as well, where they are left out of the colour.
     * `progress(done, total)` is called about 50 times per second; an exception that it raises stops the rendering, as
-      Ctrl-C does.
+      Ctrl-C does. `cancel` is a `raycam.Cancel`, whose `cancel()` ends the rendering from another thread, in
+      milliseconds, with `Cancelled`.
     * `old_names`: `noise`, `time` and `transparent`, the names of three options until 0.2, each with a `Notice`.
 
     Raises `SettingsError` for invalid arguments, with the nearest valid name, `WorldError`, and `CameraError` if the
@@ -159,7 +162,9 @@ def render(
         "view": view,
     }
     chosen = {name: value for name, value in given.items() if value is not None}
-    one = _Picture(world, camera, framed, chosen, surface, frame, region, denoise, catcher_truth, progress)
+    one = _Picture(
+        world, camera, framed, chosen, surface, frame, region, denoise, catcher_truth, progress, cancel
+    )
     names = channel_names(channels)
     clear = bool(renamed["transparent_background"])
     if background is not None and clear:
@@ -188,6 +193,7 @@ class _Picture:
     denoised: bool
     catcher_truth: bool
     progress: Progress | None
+    cancel: Cancel | None
 
     def frame(self, names: list[str], clear: bool) -> Frame:
         """The frame, with a transparent background if `clear`."""
@@ -214,6 +220,7 @@ class _Picture:
             transparent_background=clear,
             region=self.region,
         )
+        request["cancel"] = self.cancel
         if catching:
             planes, area, notices = _caught(world, camera, request, self.progress, self.catcher_truth)
         else:

@@ -11,8 +11,8 @@ from .. import _core
 
 __all__ = ["channel_picture", "encode_jpeg"]
 
-JPEG_QUANTIZER = 3
-"""The quantizer of FFmpeg's MJPEG encoder, 2 (best) to 31."""
+JPEG_QUALITY = 92
+"""The quality of JPEG files, 1 to 100."""
 VIRIDIS = (
     *(0x440154, 0x481B6D, 0x46327E, 0x3F4788, 0x365C8D, 0x2E6E8E, 0x277F8E, 0x21918C, 0x1FA187, 0x2DB27D),
     *(0x4AC16D, 0x73D056, 0xA0DA39, 0xD0E11C, 0xFDE725),
@@ -88,19 +88,9 @@ def _ids(plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(colors[index.reshape(plane.shape)])
 
 
-def encode_jpeg(rgb: npt.NDArray[np.uint8]) -> bytes:
-    """The bytes of a JPEG file of sRGB [h, w, 3]."""
-    from fractions import Fraction
+def encode_jpeg(rgb: npt.NDArray[np.uint8], quality: int = JPEG_QUALITY) -> bytes:
+    """The bytes of a JPEG file of sRGB [h, w, 3]; 1 <= `quality` <= 100.
 
-    import av
-
-    height, width = rgb.shape[:2]
-    codec: Any = av.CodecContext.create("mjpeg", "w")
-    codec.width, codec.height, codec.pix_fmt = width, height, "yuvj420p"
-    codec.time_base = Fraction(1, 25)
-    codec.qmin = codec.qmax = JPEG_QUANTIZER
-    picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24").reformat(
-        format="yuvj420p", dst_colorspace="ITU601", dst_color_range="JPEG"
-    )
-    picture.pts = 0
-    return b"".join(bytes(packet) for packet in (*codec.encode(picture), *codec.encode(None)))
+    Raises `FormatError` above 65,535 pixels a side.
+    """
+    return _core.encode_jpeg(np.ascontiguousarray(rgb), quality)

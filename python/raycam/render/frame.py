@@ -265,7 +265,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def to_jpeg(
         self, exposure: float | None = None, view: str | None = None, channel: str | None = None
     ) -> bytes:
-        """The bytes of a JPEG file (baseline, 4:2:0) of what `to_png` shows with 8 bits, without opacity."""
+        """The bytes of a JPEG file (baseline, quality 92) of what `to_png` shows with 8 bits, without opacity."""
         shown = self._shown(channel)
         if shown == "color":
             return encode_jpeg(self.to_srgb8(exposure, view))

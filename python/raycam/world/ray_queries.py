@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._core import Cancel
 from ..arrays import Bools, limits, numbers, paired, rows_of, triples, whole
 from ..errors import SettingsError, nearest
 from ..io.fork_guard import no_fork
@@ -47,6 +48,7 @@ class RayQueries:
         exact: bool = True,
         coherent: bool | None = None,
         threads: int | None = None,
+        cancel: Cancel | None = None,
     ) -> Arrays:
         """The closest hit of each ray `origin + t * direction`, `t_min` <= t <= `t_max`.
 
@@ -87,7 +89,8 @@ class RayQueries:
         `exact=False` decides in float32 instead: about twice as fast for rays that share nothing, but a hit nearer
         than 1e-6 of the world's size to an edge, to the start or to another surface may be missed or taken for the
         other. It starts all rays at t = 0 and takes all surfaces; `coherent` tells it whether neighbouring rays are
-        similar (None: detected), for speed only.
+        similar (None: detected), for speed only. `cancel` is a `raycam.Cancel`, which ends the call from another thread
+        with `Cancelled`.
 
         Raises `SettingsError` for other shapes, limits that are NaN and unknown fields, with the nearest, and
         `WorldError` for unknown objects.
@@ -106,7 +109,7 @@ class RayQueries:
             exact=exact,
             coherent=coherent,
         )
-        found = _core.world_cast_rays(self._core, query, _fields(fields))
+        found = _core.world_cast_rays(self._core, query, _fields(fields), cancel)
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
     def occluded(

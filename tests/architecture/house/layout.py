@@ -22,10 +22,11 @@ ORDER = {
     """,
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
-        prepare/world motion ground_truth integrator tile_renderer annotations render render_many lib
+        prepare/world motion ground_truth integrator tile_renderer annotations render render_many
+        progressive lib
     """,
     "bindings": """
-        error interruptible arrays py_value buffer_pool camera world/state queries render world lib
+        error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
         errors notices progress arrays _serialization io camera reference render annotations/flow rig usd world

@@ -10,6 +10,7 @@ use raycam_render::annotations::queries::rays::{self, Kernel, RayArrays};
 use raycam_render::annotations::queries::selection::{Facing, Selection};
 
 use crate::arrays::{Floats, array, rows};
+use crate::cancel::Cancel;
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
 use crate::queries::answer;
@@ -122,11 +123,14 @@ pub(crate) fn world_cast_rays<'py>(
     world: PyRef<'py, World>,
     query: RayArguments<'py>,
     names: Vec<String>,
+    cancel: Option<PyRef<'py, Cancel>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
     let prepared = world.prepared(py, threads)?;
     let is_brief = rays::is_brief(arrays.origins.len());
-    let found = run_for_work(py, is_brief, |control| rays::cast_rays(&prepared, &arrays, &fields, threads, control))?;
+    let cancel = cancel.as_deref().map(|cancel| &cancel.control);
+    let found =
+        run_for_work(py, is_brief, cancel, |control| rays::cast_rays(&prepared, &arrays, &fields, threads, control))?;
     columns_to_dict(py, found)
 }
 
@@ -140,7 +144,7 @@ pub(crate) fn world_occluded<'py>(
     let (arrays, threads) = (query.arrays()?, query.threads);
     let prepared = world.prepared(py, threads)?;
     let is_brief = rays::is_brief(arrays.origins.len());
-    let occluded = run_for_work(py, is_brief, |control| rays::occluded(&prepared, &arrays, threads, control))?;
+    let occluded = run_for_work(py, is_brief, None, |control| rays::occluded(&prepared, &arrays, threads, control))?;
     array(py, occluded, &[arrays.origins.len()])
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use raycam_formats::encode::{exr, hdr, mask, png};
+use raycam_formats::encode::{exr, hdr, jpeg, mask, png};
 use raycam_formats::{Budget, ColorUse, FormatError, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
@@ -114,6 +114,19 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResu
     let (size, channels) = size_of(shape)?;
     check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
     let bytes = py.detach(|| catch_panic(|| png::encode(size, channels, samples)))?;
+    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+}
+
+/// A JPEG file of an array [height, width, 3] of uint8 in sRGB.
+#[pyfunction]
+pub(crate) fn encode_jpeg<'py>(
+    py: Python<'py>,
+    rgb: PyReadonlyArrayDyn<'py, u8>,
+    quality: u8,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let ([columns, rows], pixels) = (size_of(rgb.shape())?.0, contiguous(&rgb)?);
+    check_memory("a JPEG file", 2 * pixels.len())?;
+    let bytes = py.detach(|| catch_panic(|| jpeg::encode([columns, rows], pixels, quality)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
 }
 

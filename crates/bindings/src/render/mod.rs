@@ -3,6 +3,7 @@
 pub(crate) mod annotations;
 pub(crate) mod encode;
 pub(crate) mod frame;
+pub(crate) mod progressive;
 pub(crate) mod settings;
 
 use pyo3::prelude::*;
@@ -11,7 +12,7 @@ use raycam_render::{Control, checked_region, is_brief, render_into};
 use crate::buffer_pool::OutputPlanes;
 use crate::camera::Camera;
 use crate::error::IntoPyErr;
-use crate::interruptible::{run_for_work, run_interruptible};
+use crate::interruptible::{run_cancellable, run_for_work};
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
@@ -25,6 +26,7 @@ pub(crate) fn render<'py>(
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<FrameParts<'py>> {
     let settings = arguments.settings()?;
+    let cancel = arguments.cancel.as_ref().map(|cancel| &cancel.get().control);
     let (world, prepared) = world.prepared_world(py, settings.threads)?;
     let region = checked_region(&camera.inner, &settings);
     let ([_, _, width, height], pixels) = region.map_err(IntoPyErr::into_py_err)?;
@@ -33,8 +35,8 @@ pub(crate) fn render<'py>(
         let camera = &camera.inner;
         let work = |control: &Control| render_into(&world, &prepared, camera, &settings, control, targets);
         match progress {
-            None => run_for_work(py, is_brief(&world, &prepared, camera, &settings), work),
-            Some(_) => run_interruptible(py, progress, work),
+            None => run_for_work(py, is_brief(&world, &prepared, camera, &settings), cancel, work),
+            Some(_) => run_cancellable(py, progress, cancel, work),
         }
     })?;
     let planes = planes.into_arrays(py, [height as usize, width as usize])?;

@@ -6,6 +6,7 @@ use raycam_render::{Catchers, Filter, Integrator, Settings, TruthSurface};
 use raycam_scene::ViewTransform;
 use raycam_scene::render_options::{AmbientOcclusion, FilterName, IntegratorName, RenderOptions};
 
+use crate::cancel::Cancel;
 use crate::error::settings_error;
 use crate::render::frame::channel;
 
@@ -40,6 +41,9 @@ pub(crate) struct RenderArguments {
     ambient_occlusion: Option<f64>,
     region: Option<[u32; 4]>,
     threads: Option<usize>,
+    /// The switch that ends the render.
+    #[pyo3(default)]
+    pub(crate) cancel: Option<Py<Cancel>>,
 }
 
 impl RenderArguments {

@@ -131,7 +131,7 @@ impl World {
             return Ok((world, prepared));
         }
         let is_brief = PreparedWorld::is_brief_to_prepare(&world, &family);
-        let built = run_for_work(py, is_brief, |control| {
+        let built = run_for_work(py, is_brief, None, |control| {
             PreparedWorld::in_family(&world, &family, prepared.as_deref(), threads, control)
         })?;
         let built = Arc::new(built);

@@ -2,5 +2,6 @@
 
 pub mod exr;
 pub mod hdr;
+pub mod jpeg;
 pub mod mask;
 pub mod png;

@@ -63,6 +63,12 @@ impl Tile {
         tiles
     }
 
+    /// True if the tile shares a pixel with a rectangle (x, y, width, height).
+    pub fn overlaps(&self, [x, y, width, height]: [u32; 4]) -> bool {
+        let meet = |a: u32, a_size: u32, b: u32, b_size: u32| a < b.saturating_add(b_size) && b < a + a_size;
+        meet(self.x, self.width, x, width) && meet(self.y, self.height, y, height)
+    }
+
     /// Writes the tile's pixels, block by block.
     pub fn pixels(&self, pixels: &mut Vec<[u32; 2]>) {
         pixels.clear();

@@ -57,7 +57,7 @@ pub(crate) struct TileRenderer<'a> {
     filter: FilterSampler,
     /// Ray cone of a sample through the image centre.
     cone: RayCone,
-    stats: RenderStats,
+    pub stats: RenderStats,
     /// Blocks that any object can project to, and the pixel of all other blocks; `None` if every block is traced.
     screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
 }
@@ -165,6 +165,12 @@ impl<'a> TileRenderer<'a> {
         let is_flat = !std::ptr::eq(self.scene, &self.world.geometry.scene);
         let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
         same_scene && RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned)
+    }
+
+    /// True if a tile of this many samples goes on to the renderer's number: its samples are those of such a frame.
+    pub fn continues(&self, samples: u32) -> bool {
+        let is_single = |samples| samples == 1;
+        is_single(samples) == is_single(self.settings.samples) && self.is_frame_of(samples)
     }
 
     /// Scene that rays of a world are traced against: the renderer's for its own world, otherwise the world's

@@ -3,6 +3,7 @@
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::channel::Channel;
+use crate::film::estimator::PixelEstimator;
 use crate::film::film::Film;
 use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::{self, OutputPlane};
@@ -67,6 +68,13 @@ impl TileRenderer<'_> {
             }
         };
         film.write(tile, &scratch.lists.blocks, background, write);
+    }
+
+    /// Writes the pixels of a tile whose samples are kept elsewhere.
+    pub fn resolve_samples(&self, tile: &Tile, samples: &PixelEstimator, scratch: &mut ThreadScratch, film: &Film) {
+        self.collect_pixels(tile, scratch);
+        scratch.estimator.clone_from(samples);
+        self.resolve(tile, scratch, film);
     }
 
     /// Tasks of a frame: tiles that any object can project to first, since they take longest, then background tiles

@@ -25,6 +25,13 @@ impl RenderStats {
         self.clamped.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Adds the counts of another render.
+    pub fn add(&self, other: &Self) {
+        for (mine, theirs) in [(&self.rejected, &other.rejected), (&self.clamped, &other.clamped)] {
+            mine.fetch_add(theirs.load(Ordering::Relaxed), Ordering::Relaxed);
+        }
+    }
+
     /// Adds the samples of some pixels, and the number of pixels above the noise target.
     pub fn add_samples(&self, samples: u64, unfinished: u64) {
         self.samples.fetch_add(samples, Ordering::Relaxed);

@@ -1,0 +1,234 @@
+//! Progressive frame: samples are added in slices, as long as somebody looks.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use raycam_scene::{Camera, World};
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::channel::Channel;
+use crate::film::estimator::PixelEstimator;
+use crate::film::film::Film;
+use crate::film::output_plane::OutputPlane;
+use crate::film::tile::Tile;
+use crate::motion::shutter::ShutterSlices;
+use crate::prepare::world::PreparedWorld;
+use crate::settings::{Catchers, Settings};
+use crate::thread_pool::Workers;
+use crate::tile_renderer::stats::RenderStats;
+use crate::tile_renderer::{ThreadScratch, TileRenderer};
+
+/// Samples of the first rounds of [`Progressive::add_for`].
+const FIRST_ROUNDS: [u32; 2] = [4, 16];
+/// Samples that each later round adds.
+const ROUND: u32 = 16;
+
+/// Frame to which samples are added. Each tile keeps its own number: its pixels are at any time those of
+/// [`render`](crate::render()) with so many samples, to the bit, for any slices, regions, cancellations and threads.
+pub struct Progressive {
+    world: Arc<World>,
+    prepared: Arc<PreparedWorld>,
+    camera: Camera,
+    settings: Settings,
+    region: [u32; 4],
+    /// From the middle outwards.
+    tiles: Vec<Mutex<ProgressiveTile>>,
+    stats: RenderStats,
+}
+
+/// Tile and its samples.
+struct ProgressiveTile {
+    tile: Tile,
+    samples: u32,
+    estimator: PixelEstimator,
+}
+
+impl Progressive {
+    /// Returns a frame without samples. `settings.samples` is the number at which [`Progressive::add_for`] ends.
+    ///
+    /// # Errors
+    /// [`RenderError::Settings`] for invalid settings, for those that end by themselves, and for ground truth, which
+    /// does not change with samples.
+    pub fn new(
+        world: Arc<World>,
+        prepared: Arc<PreparedWorld>,
+        camera: &Camera,
+        settings: Settings,
+    ) -> Result<Self, RenderError> {
+        let fail = |message: &str| Err(RenderError::Settings(message.into()));
+        let region = settings.check(camera.size())?;
+        if settings.noise.is_some() || settings.time.is_some() {
+            return fail("noise_threshold and time_limit are for render: a progressive picture ends when you stop");
+        }
+        if settings.catchers != Catchers::Show {
+            return fail("a progressive picture shows shadow catchers as surfaces: render leaves them out");
+        }
+        for channel in &settings.channels {
+            if !matches!(channel, Channel::Color | Channel::Alpha | Channel::Coverage | Channel::Error) {
+                let name = channel.name();
+                return fail(&format!("channel {name:?} does not change with samples: render it once"));
+            }
+        }
+        let camera = prepared.geometry.camera_outside(camera);
+        let workers = Workers::for_work(settings.threads, f64::INFINITY, false)?;
+        let mut tiles = Tile::for_threads(region, workers.count());
+        let [x, y, width, height] = region;
+        let middle = [2 * x + width, 2 * y + height];
+        tiles.sort_by_key(|tile| {
+            let [dx, dy] = [2 * tile.x + tile.width, 2 * tile.y + tile.height].map(u64::from);
+            dx.abs_diff(u64::from(middle[0])).pow(2) + dy.abs_diff(u64::from(middle[1])).pow(2)
+        });
+        let empty = |tile| Mutex::new(ProgressiveTile { tile, samples: 0, estimator: PixelEstimator::default() });
+        let tiles = tiles.into_iter().map(empty).collect();
+        Ok(Self { world, prepared, camera, settings, region, tiles, stats: RenderStats::default() })
+    }
+
+    /// Rectangle of the picture that is rendered: x, y, width, height.
+    pub fn region(&self) -> [u32; 4] {
+        self.region
+    }
+
+    /// Channels of the frame.
+    pub fn channels(&self) -> &[Channel] {
+        &self.settings.channels
+    }
+
+    /// Samples of the pixel of a region (default: the whole picture) that has the fewest.
+    pub fn samples(&self, region: Option<[u32; 4]>) -> u32 {
+        self.tiles_in(region).map(|one| one.samples).min().unwrap_or(0)
+    }
+
+    fn tiles_in(&self, region: Option<[u32; 4]>) -> impl Iterator<Item = MutexGuard<'_, ProgressiveTile>> {
+        let tiles = self.tiles.iter().map(|one| one.lock().unwrap_or_else(PoisonError::into_inner));
+        tiles.filter(move |one| region.is_none_or(|region| one.tile.overlaps(region)))
+    }
+
+    /// Adds samples to every tile of a region (default: the whole picture) that has fewer than `until`.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`], which leaves each tile with the samples that it has; those of [`crate::render()`].
+    pub fn add(&mut self, until: u32, region: Option<[u32; 4]>, control: &Control) -> Result<(), RenderError> {
+        Settings { samples: until.max(1), ..self.settings.clone() }.check(self.camera.size())?;
+        self.add_until(until, region, None, control)
+    }
+
+    /// Adds samples for about this time, to those tiles first that have the fewest; ends at a tile, and at the
+    /// settings' number. Returns the samples of the tile that has the fewest.
+    ///
+    /// # Errors
+    /// Errors of [`Progressive::add`].
+    pub fn add_for(&mut self, time: Duration, control: &Control) -> Result<u32, RenderError> {
+        let end = Instant::now().checked_add(time);
+        loop {
+            let least = self.samples(None);
+            if least >= self.settings.samples {
+                return Ok(least);
+            }
+            let first = FIRST_ROUNDS.into_iter().find(|&round| round > least);
+            let until = first.unwrap_or(least.saturating_add(ROUND)).min(self.settings.samples);
+            self.add_until(until, None, end, control)?;
+            if end.is_some_and(|end| Instant::now() >= end) {
+                return Ok(self.samples(None));
+            }
+        }
+    }
+
+    fn add_until(
+        &mut self,
+        until: u32,
+        region: Option<[u32; 4]>,
+        end: Option<Instant>,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let wanted =
+            |one: &ProgressiveTile| one.samples < until && region.is_none_or(|region| one.tile.overlaps(region));
+        let locked = |one: &Mutex<ProgressiveTile>| wanted(&one.lock().unwrap_or_else(PoisonError::into_inner));
+        let tiles: Vec<&Mutex<ProgressiveTile>> = self.tiles.iter().filter(|one| locked(one)).collect();
+        if tiles.is_empty() {
+            return Ok(());
+        }
+        let settings = Settings { samples: until, ..self.settings.clone() };
+        let shutter = ShutterSlices::new(&self.world, &self.prepared, &self.camera);
+        let workers = Workers::for_work(settings.threads, f64::INFINITY, false)?;
+        let renderer = workers.run(|| {
+            self.prepared.prepare_light();
+            TileRenderer::new(&self.prepared, shutter.as_ref(), &self.camera, &settings, self.region)
+        });
+        // Each thread does one tile at least, so that a short time is progress too.
+        let begun = AtomicUsize::new(0);
+        let added = workers.for_each_dynamic(&tiles, |scratch: &mut ThreadScratch, one| {
+            let is_first = begun.fetch_add(1, Ordering::Relaxed) < workers.count();
+            match end {
+                Some(end) if !is_first && Instant::now() >= end => Ok(()),
+                _ => one.lock().unwrap_or_else(PoisonError::into_inner).add(&renderer, scratch, control),
+            }
+        });
+        self.stats.add(&renderer.stats);
+        added?;
+        self.prepared
+            .geometry
+            .texture_cache
+            .as_deref()
+            .map_or(Ok(()), |memory| memory.check().map_err(RenderError::Textures))
+    }
+
+    /// Writes the picture into the caller's memory: an output plane per channel, in order, as large as the region.
+    /// Returns the notices.
+    ///
+    /// # Errors
+    /// [`RenderError::Settings`] if a pixel has no sample, or the planes do not fit.
+    pub fn develop(&self, targets: Vec<OutputPlane<'_>>) -> Result<Vec<String>, RenderError> {
+        let fail = |message: &str| Err(RenderError::Settings(message.into()));
+        let samples = self.samples(None);
+        if samples == 0 {
+            return fail("a part of the picture has no samples yet: add some first");
+        }
+        let film = Film::new(self.region, targets.into_iter());
+        let Some(film) = film.filter(|film| film.has_channels(&self.settings.channels)) else {
+            return fail("the memory for a picture does not fit its region and channels");
+        };
+        let settings = Settings { samples, ..self.settings.clone() };
+        let shutter = ShutterSlices::new(&self.world, &self.prepared, &self.camera);
+        let workers = Workers::for_work(settings.threads, f64::INFINITY, false)?;
+        let renderer =
+            workers.run(|| TileRenderer::new(&self.prepared, shutter.as_ref(), &self.camera, &settings, self.region));
+        workers.for_each_dynamic(&self.tiles, |scratch: &mut ThreadScratch, one| {
+            let one = one.lock().unwrap_or_else(PoisonError::into_inner);
+            renderer.resolve_samples(&one.tile, &one.estimator, scratch, &film);
+            Ok(())
+        })?;
+        let lit = self.channels().iter().any(|channel| matches!(channel, Channel::Color | Channel::Error));
+        let mut notices = if lit { settings.integrator.notices(&self.prepared) } else { vec![] };
+        let [_, _, width, height] = self.region;
+        self.stats.notices(&settings, u64::from(width) * u64::from(height), &mut notices);
+        Ok(notices)
+    }
+}
+
+impl ProgressiveTile {
+    /// Adds samples up to the renderer's number. A tile whose samples are not those of such a frame starts anew: a
+    /// single sample is the centre ray, the texture filter of a few samples is wider, and a larger number may pay for
+    /// another tree. After an error the tile is as before.
+    fn add(
+        &mut self,
+        renderer: &TileRenderer,
+        scratch: &mut ThreadScratch,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let until = renderer.settings.samples;
+        let kept = if self.samples > 0 && renderer.continues(self.samples) { self.samples } else { 0 };
+        if kept > 0 {
+            renderer.continue_tile(&self.tile, scratch, &mut self.estimator.clone(), control)?;
+        } else {
+            renderer.begin_tile(&self.tile, scratch, control)?;
+        }
+        if renderer.needs.samples {
+            renderer.add_samples(scratch, kept..until, control)?;
+        }
+        self.estimator = std::mem::take(&mut scratch.estimator);
+        self.samples = until;
+        Ok(())
+    }
+}

@@ -1,0 +1,199 @@
+"""Progressive pictures: at any time they are those of `render` with as many samples."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+
+CHANNELS = ("color", "alpha", "coverage")
+
+
+@pytest.fixture(scope="module")
+def world() -> raycam.World:
+    checks = (np.indices((64, 64)).sum(axis=0) % 2 * 255).astype(np.uint8)
+    made = raycam.World()
+    made.add_object(plane={"size": [8, 8]}, texture=np.repeat(checks[..., None], 3, axis=2), name="floor")
+    made.add_object(sphere={"radius": 0.5}, location=[0, 0, 0.5], color="#c83c28", name="ball")
+    made.add_object(box={"size": 0.5}, location=[0.6, 0.4, 0.25], emission=[2, 2, 1], name="lamp")
+    made.add_light("sun", direction=[-1, 1, -2], irradiance=3)
+    return made
+
+
+@pytest.fixture(scope="module")
+def camera() -> raycam.Camera:
+    return raycam.Camera.look_at([3, -3, 2], [0, 0, 0.3], size=(50, 41), fov=40)
+
+
+def expected(world: raycam.World, camera: raycam.Camera, samples: int, **options: Any) -> dict[str, bytes]:
+    frame = raycam.render(world, camera, samples=samples, **{"channels": CHANNELS, **options})
+    return {name: array.tobytes() for name, array in frame.items()}
+
+
+def bytes_of(frame: raycam.Frame) -> dict[str, bytes]:
+    return {name: array.tobytes() for name, array in frame.items()}
+
+
+@pytest.mark.parametrize("integrator", ["flat", "direct", "path", "ao"])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_any_slices_give_the_picture_of_their_sum(
+    world: raycam.World, camera: raycam.Camera, integrator: Any, threads: int
+) -> None:
+    slices = np.random.default_rng(threads).integers(1, 9, 6)
+    picture = raycam.Progressive(world, camera, integrator=integrator, channels=CHANNELS, threads=threads)
+    for count in slices:
+        picture.add(int(count))
+        if picture.samples in (1, 2, 7, 16, 17) or picture.samples == slices.sum():
+            assert bytes_of(picture.frame()) == expected(
+                world, camera, picture.samples, integrator=integrator
+            )
+    assert picture.samples == slices.sum()
+
+
+def test_the_error_is_that_of_render(world: raycam.World, camera: raycam.Camera) -> None:
+    picture = raycam.Progressive(world, camera, channels=["color", "error"], seed=4)
+    picture.add(5)
+    picture.add(28)
+    assert bytes_of(picture.frame()) == expected(world, camera, 33, channels=["color", "error"], seed=4)
+
+
+def test_a_region_gets_more_and_the_rest_stays(world: raycam.World, camera: raycam.Camera) -> None:
+    picture = raycam.Progressive(world, camera, channels="color")
+    picture.add(17)
+    assert picture.add(4, region=(0, 0, 1, 1)) == 21
+    assert picture.samples == 17
+    mixed = picture.frame()["color"]
+    few, many = (raycam.render(world, camera, samples=n, channels="color")["color"] for n in (17, 21))
+    is_many = (mixed == many).all(axis=2)
+    assert ((mixed == few).all(axis=2) | is_many).all()
+    assert is_many[0, 0]
+    assert not is_many[-1].all()
+    picture.add(4)
+    assert (picture.frame()["color"] == many).all()
+
+
+@pytest.mark.parametrize("wait", [0.0, 0.002, 0.01, 0.05])
+def test_a_cancelled_picture_goes_on_to_the_same_bytes(
+    world: raycam.World, camera: raycam.Camera, wait: float
+) -> None:
+    picture = raycam.Progressive(
+        world, camera, integrator="path", channels=CHANNELS, threads=2, samples=1 << 24
+    )
+    picture.add(3)
+    cancel = raycam.Cancel()
+    watch = threading.Timer(wait, cancel.cancel)
+    watch.start()
+    with pytest.raises(raycam.Cancelled):
+        picture.add_for(600, cancel=cancel)
+    watch.join()
+    assert cancel.is_cancelled
+    reached = picture.samples + 7
+    picture.add(7)
+    assert bytes_of(picture.frame()) == expected(world, camera, reached, integrator="path")
+
+
+def test_time_ends_at_the_samples_asked_for(world: raycam.World, camera: raycam.Camera) -> None:
+    picture = raycam.Progressive(world, camera, channels=CHANNELS, samples=21)
+    assert picture.add_for(60) == 21
+    assert bytes_of(picture.frame()) == expected(world, camera, 21)
+    assert picture.add_for(60) == 21
+    again = raycam.Progressive(world, camera, samples=64)
+    steps = 0
+    while again.add_for(0) < 64:
+        steps += 1
+    assert steps > 1
+
+
+def test_moving_worlds_and_lenses_are_those_of_render(world: raycam.World, camera: raycam.Camera) -> None:
+    lens = camera.replace(distortion=[-0.2, 0.05, 0, 0], model="opencv").with_aperture(0.05, 3.0)
+    picture = raycam.Progressive(world, lens, channels=CHANNELS, region=(10, 7, 30, 22))
+    picture.add(2)
+    picture.add(6)
+    frame = picture.frame()
+    assert frame.region == (10, 7, 30, 22)
+    assert bytes_of(frame) == expected(world, lens, 8, region=(10, 7, 30, 22))
+
+
+def test_it_begins_anew(world: raycam.World, camera: raycam.Camera) -> None:
+    picture = raycam.Progressive(world, camera, channels="color", seed=3)
+    picture.add(4)
+    moved = camera.at_pose(camera.R, camera.location + 0.1)
+    assert picture.restart(camera=moved).samples == 0
+    picture.add(4)
+    assert bytes_of(picture.frame()) == expected(world, moved, 4, channels="color", seed=3)
+
+
+def test_the_loop_gives_frames_of_twice_as_many(world: raycam.World, camera: raycam.Camera) -> None:
+    frames = list(raycam.progressive(world, camera, channels="color", samples=6))
+    for frame, samples in zip(frames, (1, 2, 4, 6), strict=True):
+        assert bytes_of(frame) == expected(world, camera, samples, channels="color")
+    cancel = raycam.Cancel()
+    loop = raycam.progressive(world, camera, every=0.001, cancel=cancel)
+    next(loop)
+    cancel.cancel()
+    assert list(loop) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"channels": ["color", "depth"]}, "'depth' does not change with samples"),
+        ({"noise_threshold": 0.1}, "noise_threshold"),
+        ({"time_limit": 1}, "time_limit"),
+        ({"integrator": "reference"}, "has no samples"),
+        ({"sample": 3}, "did you mean"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    world: raycam.World, camera: raycam.Camera, options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises((raycam.SettingsError, TypeError), match=words):
+        raycam.Progressive(world, camera, **options)
+
+
+def test_nothing_is_shown_before_the_first_sample(world: raycam.World, camera: raycam.Camera) -> None:
+    picture = raycam.Progressive(world, camera)
+    with pytest.raises(raycam.SettingsError, match="no samples yet"):
+        picture.frame()
+    with pytest.raises(raycam.SettingsError, match="seconds"):
+        picture.add_for(float("nan"))
+    with pytest.raises(raycam.SettingsError, match="samples"):
+        picture.add(0)
+
+
+def test_render_and_rays_are_cancelled(world: raycam.World, camera: raycam.Camera) -> None:
+    cancel = raycam.Cancel()
+    timer = threading.Timer(0.05, cancel.cancel)
+    timer.start()
+    with pytest.raises(raycam.Cancelled):
+        raycam.render(world, camera.resized((640, 525)), integrator="path", samples=1 << 14, cancel=cancel)
+    timer.join()
+    rays = np.tile([0.0, 0.0, 5.0], (300_000, 1))
+    with pytest.raises(raycam.Cancelled):
+        world.cast_rays(rays, [0, 0, -1], cancel=cancel)
+    frame = raycam.render(world, camera, cancel=raycam.Cancel())
+    assert bytes_of(frame) == bytes_of(raycam.render(world, camera))
+
+
+def test_a_small_picture_does_not_wait_for_a_long_one(world: raycam.World, camera: raycam.Camera) -> None:
+    cancel, ended = raycam.Cancel(), threading.Event()
+
+    def long() -> None:
+        with pytest.raises(raycam.Cancelled):
+            raycam.render(
+                world, camera.resized((640, 525)), integrator="path", samples=1 << 14, cancel=cancel
+            )
+        ended.set()
+
+    thread = threading.Thread(target=long)
+    thread.start()
+    time.sleep(0.05)
+    raycam.render(world, camera.resized((320, 262)), samples=4)
+    assert not ended.is_set()
+    cancel.cancel()
+    thread.join()
+    assert ended.is_set()
