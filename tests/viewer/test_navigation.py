@@ -9,7 +9,7 @@ import pytest
 import raycam
 from hypothesis import given
 from hypothesis import strategies as st
-from raycam.viewer import navigation
+from raycam.viewer.scene import navigation
 
 PIVOT = np.array([0.2, -0.1, 0.4])
 PLACE = {"size": (64, 48), "fov": 50}

@@ -18,7 +18,7 @@ def test_a_png_is_that_of_the_frame(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"), title="a room.toml", samples=4)
     session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
     session.exposure, session.view = 1.0, "agx"
-    session.still = session.start_refinement().refine(lambda done, total: None)
+    session.still = session.start_refinement().refine(raycam.Cancel())
     name, media, data = snapshot(session, "png")
     assert (name, media) == ("a_room.png", "image/png")
     expected = raycam.render(small_world, small_world.camera("front"), samples=4, exposure=1.0, view="agx")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
 import pytest
 import raycam
 from raycam.viewer.messages import MESSAGES
-from raycam.viewer.session import LARGEST, Session
+from raycam.viewer.session import LARGEST, Session, lens_of
 
 
 @pytest.fixture
@@ -103,8 +104,11 @@ def test_light_channel_and_display(session: Session) -> None:
     )
     session.receive({"type": "quality", "integrator": "path"})
     assert (session.integrator, session.most_samples(), session.version) == ("path", 256, version + 1)
-    with pytest.raises(raycam.WorldError, match="error"):
-        session.receive({"type": "channel", "name": "error"})
+    with pytest.raises(raycam.WorldError, match="shadow"):
+        session.receive({"type": "channel", "name": "shadow"})
+    for name, anew in (("error", 1), ("error", 1), ("color", 2), ("depth", 2)):
+        session.receive({"type": "channel", "name": name})
+        assert session.version == version + 1 + anew  # the error takes samples of its own
 
 
 def test_acknowledgements_are_of_pictures_that_were_sent(session: Session) -> None:
@@ -118,7 +122,30 @@ def test_acknowledgements_are_of_pictures_that_were_sent(session: Session) -> No
 def test_every_message_is_for_the_session_or_the_server(session: Session) -> None:
     for kind in MESSAGES.keys() - {"hello", "probe", "explain", "snapshot", "copy", "nav", "camera"}:
         example = {"name": "depth", "exposure": 0.0, "view": "standard", "integrator": "direct", "picture": 0}
-        session.receive({"type": kind, "width": 9, "height": 6, "ratio": 1, "visible": True, **example})
+        more = {
+            "t": 0,
+            "animation": "",
+            "fx": 50,
+            "fy": 50,
+            "cx": 24,
+            "cy": 16,
+            "distortion": [],
+            "cameras": True,
+        }
+        with contextlib.suppress(raycam.Error):  # there is no variant, no edit and nothing to undo
+            edit = {"kind": "object", "number": 9, "key": "visible", "value": True}
+            session.receive(
+                {
+                    "width": 9,
+                    "height": 6,
+                    "ratio": 1,
+                    "visible": True,
+                    **example,
+                    **more,
+                    **edit,
+                    "type": kind,
+                }
+            )
 
 
 def test_settings_of_the_world_are_where_it_begins() -> None:
@@ -142,3 +169,59 @@ def test_cameras_are_copied_with_all_digits(session: Session, format: str) -> No
         import tomllib
 
         assert raycam.Camera.from_dict(tomllib.loads(text)["camera"]) == session.given
+
+
+def test_time_and_variant_change_the_world_and_the_camera_of_a_video(small_world: raycam.World) -> None:
+    description = {
+        "object": [{"name": "box", "box": {"size": 1}}],
+        "camera": {"size": [48, 32], "fov": 40, "location": [4, 0, 1], "target": [0, 0, 0]},
+    }
+    moving = raycam.World.from_dict(description)
+    moving.set_video(fps=10, seconds=2, orbit={"target": [0, 0, 0]})
+    session = Session(moving, next(iter(moving.cameras.values())))
+    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
+    version = session.version
+    assert session.welcome()["time"] == {"now": 0.0, "seconds": 2.0, "animation": ""}
+    session.receive({"type": "time", "t": 1.0, "animation": ""})
+    assert session.version == version + 1
+    camera = next(iter(moving.cameras.values()))
+    assert session.given == moving.camera_at(camera, 1.0) != camera
+    session.receive({"type": "time", "t": 1e6, "animation": ""})
+    assert session.time == 2.0
+    for kind in ({"type": "time", "t": 0, "animation": "walk"}, {"type": "variant", "name": "red"}):
+        with pytest.raises(raycam.WorldError, match="there is no"):
+            session.receive(kind)
+
+
+def test_the_lens_is_changed_by_numbers(session: Session) -> None:
+    lens = lens_of(session.given)
+    assert (lens["model"], lens["distortion"], lens["names"]) == ("pinhole", [], [])
+    session.receive({"type": "lens", "fx": 50.0, "fy": 60.0, "cx": 20.0, "cy": 16.0, "distortion": []})
+    assert session.given.K.tolist() == [[50, 0, 20], [0, 60, 16], [0, 0, 1]]
+    assert session.name == ""
+    session.given = session.given.replace(distortion=[0.1, 0, 0, 0], model="fisheye")
+    assert lens_of(session.given)["names"] == ["k1", "k2", "k3", "k4"]
+    session.receive({"type": "lens", "fx": 50, "fy": 60, "cx": 20, "cy": 16, "distortion": [0.2, 0.1, 0, 0]})
+    assert session.given.model == "fisheye"
+    assert session.given.distortion is not None
+    assert session.given.distortion.tolist() == [0.2, 0.1, 0, 0]
+    with pytest.raises(raycam.Error):
+        session.receive({"type": "lens", "fx": 50, "fy": 60, "cx": 20, "cy": 16, "distortion": [0.2]})
+
+
+@pytest.mark.parametrize("lens", ["pinhole", "fisheye"])
+def test_what_is_copied_is_the_camera(session: Session, lens: str) -> None:
+    import tomllib
+
+    if lens == "fisheye":
+        session.given = session.given.replace(distortion=[0.1, 0, 0, 0.25], model="fisheye")
+    names: dict[str, Any] = {"raycam": raycam}
+    exec(session.copied("python"), names)
+    assert names["camera"] == session.given
+    table = tomllib.loads(session.copied("toml"))["camera"]
+    assert raycam.Camera.from_dict(table, up=session.given.up) == session.given
+    session.name = ""
+    command = session.copied("command")
+    assert "--size 96x64 --integrator direct --samples 64 --camera camera.toml" in command
+    text = command.split("<<'EOF'\n")[1].split("EOF\n")[0]
+    assert tomllib.loads(text)["camera"] == table

@@ -2,40 +2,58 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import raycam
 from raycam.render.frame import CHANNELS
-from raycam.viewer.stills import COLORS, TRUTH, FromScratch, truth
+from raycam.viewer.stills import COLORS, TRUTH, FromScratch, Slices, refinement, truth
 
 
 def test_every_channel_is_of_samples_or_of_truth() -> None:
     assert sorted([*COLORS, *TRUTH, "error", "shadow"]) == sorted(CHANNELS)
 
 
-def test_each_step_is_the_picture_of_its_samples(small_world: raycam.World) -> None:
+@pytest.mark.parametrize("kind", [Slices, FromScratch])
+def test_each_step_is_the_picture_of_its_samples(
+    small_world: raycam.World, kind: type[Slices] | type[FromScratch]
+) -> None:
     camera = small_world.camera("front")
-    refinement = FromScratch(small_world, camera, "path", 20, 1)
-    counts = []
-    while frame := refinement.refine(lambda done, total: None):
-        counts.append(refinement.samples)
-        expected = raycam.render(small_world, camera, integrator="path", samples=counts[-1], channels=COLORS)
-        assert frame["color"].tobytes() == expected["color"].tobytes()
-    assert counts == [4, 16, 20]
+    refinement = kind(small_world, camera, "path", 20, 1)
+    while refinement.samples < 20:
+        frame = refinement.refine(raycam.Cancel())
+        if frame is not None and refinement.samples:
+            few = raycam.render(
+                small_world, camera, integrator="path", samples=refinement.samples, channels=COLORS
+            )
+            same = (frame["color"] == few["color"]).all(axis=2)
+            assert same.all() if refinement.samples == 20 else same.any()
+    assert refinement.refine(raycam.Cancel()) is None
 
 
-def test_a_stopped_step_is_taken_again(small_world: raycam.World) -> None:
-    class Stop(Exception):
+@pytest.mark.parametrize("kind", [Slices, FromScratch])
+def test_a_stopped_step_is_taken_again(
+    small_world: raycam.World, kind: type[Slices] | type[FromScratch]
+) -> None:
+    refinement = kind(small_world, small_world.camera("front"), "path", 16, 1)
+    stopped = raycam.Cancel()
+    stopped.cancel()
+    with pytest.raises(raycam.Cancelled):
+        refinement.refine(stopped)
+    assert refinement.samples == 0
+    while refinement.refine(raycam.Cancel()) is None or refinement.samples < 16:
         pass
+    assert refinement.samples == 16
 
-    def stop(done: int, total: int) -> None:
-        raise Stop
 
-    refinement = FromScratch(small_world, small_world.camera("front").resized((240, 160)), "path", 4096, 1)
-    refinement.refine(lambda done, total: None)
-    refinement.samples = 1024  # the next step is long enough to be stopped
-    with pytest.raises(Stop):
-        refinement.refine(stop)
-    assert refinement.samples == 1024
+def test_a_background_is_rendered_with_the_picture(small_world: raycam.World, tmp_path: Path) -> None:
+    raycam.render(small_world, small_world.camera("side")).save(tmp_path / "behind.png")
+    camera = small_world.camera("front").with_background(tmp_path / "behind.png")
+    made = refinement(small_world, camera, "direct", 4, 1)
+    frame = made.refine(raycam.Cancel())
+    assert frame is not None
+    assert (frame["color"] == raycam.render(small_world, camera, samples=4)["color"]).all()
+    assert isinstance(refinement(small_world, small_world.camera("front"), "direct", 4, 1), Slices)
 
 
 def test_truth_is_that_of_the_picture(small_world: raycam.World) -> None:

@@ -36,6 +36,10 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="a name of this server behind a proxy",
     )
     command.add_argument("--no-browser", action="store_true", help="print the address and open nothing")
+    command.add_argument(
+        "--no-edit", action="store_true", help="look alone: objects and lights stay as they are"
+    )
+    command.add_argument("--follow", action="store_true", help="all clients share one camera, as in teaching")
     command.add_argument("--exit-when-closed", action="store_true", help="end when the page is closed")
     command.set_defaults(run=_run)
 
@@ -78,6 +82,8 @@ def _view_world(options: argparse.Namespace) -> None:
         port=options.port,
         allow_hosts=options.allow_host,
         threads=options.threads,
+        edit=not options.no_edit,
+        follow=options.follow,
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
         if not open_browser(viewer.url, False if options.no_browser else None):

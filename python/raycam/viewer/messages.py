@@ -48,6 +48,17 @@ def _flag(value: Any) -> bool:
     return type(value) is bool
 
 
+def _numbers(most: int, low: float, high: float) -> Check:
+    each = _number(low, high)
+    return lambda value: type(value) is list and len(value) <= most and all(map(each, value))
+
+
+def _value(value: Any) -> bool:
+    """A switch, a number, a short text or up to four numbers."""
+    number = _number(-1e9, 1e9)
+    return _flag(value) or number(value) or _text(64)(value) or _numbers(4, -1e9, 1e9)(value)
+
+
 _seq = _whole(0, 2**53)
 _pixel = {"u": _whole(0, WIDEST[0] - 1), "v": _whole(0, WIDEST[1] - 1)}
 
@@ -70,13 +81,30 @@ MESSAGES: dict[str, dict[str, Check]] = {
         "v": _number(-1e4, 1e4),
     },
     "camera": {"name": _text(1000)},
+    "time": {"t": _number(0, 1e6), "animation": _text(1000)},
+    "variant": {"name": _text(1000)},
+    # Pixels of the camera's own size; coefficients as its lens model has them.
+    "lens": {
+        **dict.fromkeys(("fx", "fy"), _number(1e-3, 1e7)),
+        **dict.fromkeys(("cx", "cy"), _number(-1e7, 1e7)),
+        "distortion": _numbers(32, -1e6, 1e6),
+    },
+    "overlay": {"cameras": _flag},
+    "edit": {
+        "kind": _one_of("object", "light"),
+        "number": _whole(0, 10**6),
+        "key": _one_of("visible", "color", "move", "turn", "scale", "strength"),
+        "value": _value,
+    },
+    "undo": {},
+    "redo": {},
     "channel": {"name": _one_of(*CHANNELS)},
     "display": {"exposure": _number(-100, 100), "view": _one_of(*VIEWS)},
     "quality": {"integrator": _one_of("direct", "path")},
     "probe": {"id": _seq, **_pixel},
     "explain": {"id": _seq, **_pixel},
-    "snapshot": {"format": _one_of("png", "html", "npz")},
-    "copy": {"format": _one_of("python", "toml")},
+    "snapshot": {"format": _one_of("png", "html", "npz", "glb")},
+    "copy": {"format": _one_of("python", "toml", "command")},
     "ack": {"picture": _seq},
     "visible": {"visible": _flag},
 }

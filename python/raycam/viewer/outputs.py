@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .._core import world_to_gltf
 from ..errors import SettingsError
 from ..render.frame import Frame
 from .page import page
@@ -10,11 +11,21 @@ from .stills import truth
 
 __all__ = ["snapshot"]
 
-MEDIA = {"png": "image/png", "html": "text/html", "npz": "application/octet-stream"}
+MEDIA = {
+    "png": "image/png",
+    "html": "text/html",
+    "npz": "application/octet-stream",
+    "glb": "model/gltf-binary",
+}
 
 
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     """Name, media type and bytes of the picture that rests. Raises `SettingsError` where none does yet."""
+    if format == "glb":
+        data, notices = world_to_gltf(session.base._core)
+        for notice in notices:
+            session.send_message({"type": "notice", "text": notice})
+        return f"{_stem(session.title)}.glb", MEDIA[format], data
     with session.lock:
         still, camera, exposure, view = session.still, session.camera, session.exposure, session.view
         world, integrator = session.world, session.integrator

@@ -1,7 +1,7 @@
 """The render thread: moving pictures first, then what rests, and nothing that is out of date.
 
 Next work is a moving picture of the session with the oldest change; else the shown channel of a session that came to
-rest; else more samples. A change of the session that is being rendered ends its picture.
+rest; else a slice of more samples. A change of the session that is being rendered ends its picture.
 """
 
 from __future__ import annotations
@@ -11,27 +11,24 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from ..errors import Error
+from ..errors import Cancelled, Error
 from ..notices import collected
 from ..render import render
 from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
 from .session import Session
-from .stills import COLORS, truth
+from .stills import SAMPLED, truth
 from .wire import pack
 
 __all__ = ["IN_FLIGHT", "Scheduler"]
 
 IN_FLIGHT = 2
 """Pictures that a client may not have acknowledged yet."""
+MOVING_QUALITY = 80  # of JPEG
 REST = 0.15  # seconds without a change after which a view rests
 TICK = 0.03  # seconds between two looks for work where nothing wakes the thread
 
 Work = Callable[[], None]
-
-
-class Superseded(Exception):
-    """The view changed, and its picture is not wanted any more."""
 
 
 class Scheduler(threading.Thread):
@@ -50,6 +47,8 @@ class Scheduler(threading.Thread):
     def end(self) -> None:
         """Ends the thread, after the picture that it is at is stopped."""
         self._ends = True
+        for session in self._sessions():
+            session.cancel.cancel()
         self._wake.set()
 
     def run(self) -> None:
@@ -64,7 +63,7 @@ class Scheduler(threading.Thread):
             try:
                 with collected():  # the page shows the notices
                     work()
-            except Superseded:
+            except Cancelled:
                 continue
             except (Error, MemoryError) as error:
                 session.send_message({"type": "error", "text": str(error) or "out of memory"})
@@ -88,10 +87,10 @@ class Scheduler(threading.Thread):
         for session in sorted(ready, key=lambda each: -each.touched):
             if now - session.touched < REST:
                 continue
-            if session.channel not in COLORS and session.shown != (session.version, session.channel):
+            if session.channel not in SAMPLED and session.shown != (session.version, session.channel):
                 return session, lambda session=session: self._rest(session)
             if (
-                session.channel in COLORS
+                session.channel in SAMPLED
                 and session.still is not None
                 and session.shown[0] != session.version
             ):
@@ -100,30 +99,20 @@ class Scheduler(threading.Thread):
                 return session, lambda session=session: self._refine(session)
         return None
 
-    def _stopper(self, session: Session, version: int) -> Callable[[int, int], None]:
-        """A progress that stops a picture once it is out of date, or another session moves."""
-
-        def progress(done: int, total: int) -> None:
-            if self._ends or session.version != version:
-                raise Superseded
-            if any(each.moved != each.version and each.send and each.version for each in self._sessions()):
-                raise Superseded
-
-        return progress
-
     def _move(self, session: Session) -> None:
         """One moving picture, of one sample and the size that fits."""
         with session.lock:
             version, still, channel = session.version, session.size, session.channel
             camera, view, exposure = session.given, session.view, session.exposure
+            world = session.world
         size = session.pace.size(still)
         started = time.perf_counter()
         common: dict[str, Any] = {"ambient_occlusion": False, "threads": session.threads}
         frame = render(
-            session.world,
+            world,
             camera.resized(size),
-            integrator="direct" if channel == "color" else "flat",
-            samples=1,
+            integrator="direct" if channel in ("color", "error") else "flat",
+            samples=2 if channel == "error" else 1,
             channels=channel,
             **common,
         )
@@ -131,7 +120,7 @@ class Scheduler(threading.Thread):
         session.pace.measured(size, seconds)
         if channel == "color":
             fields: dict[str, Any] = {"encoding": "jpeg"}
-            buffers = [encode_jpeg(frame.to_srgb8(exposure, view))]
+            buffers = [encode_jpeg(frame.to_srgb8(exposure, view), MOVING_QUALITY)]
         else:
             header, data = pack(channel, frame[channel], level=1)
             fields, buffers = {"encoding": "plane", "plane": header}, [data]
@@ -141,14 +130,20 @@ class Scheduler(threading.Thread):
     def _rest(self, session: Session) -> None:
         """The shown channel of the exact rays, at full size."""
         with session.lock:
-            version, camera, channel = session.version, session.camera, session.channel
+            version, camera, channel, cancel = (
+                session.version,
+                session.camera,
+                session.channel,
+                session.cancel,
+            )
+            world = session.world
         started = time.perf_counter()
         frame = truth(
-            session.world,
+            world,
             camera,
             (channel,),
             threads=session.threads,
-            progress=self._stopper(session, version),
+            cancel=cancel,
         )
         session.shown = (version, channel)
         self._send_plane(session, version, frame, channel, 1, time.perf_counter() - started)
@@ -157,13 +152,14 @@ class Scheduler(threading.Thread):
         """More samples."""
         with session.lock:
             version, refinement, channel = session.version, session.start_refinement(), session.channel
+            cancel = session.cancel
         started = time.perf_counter()
-        frame = refinement.refine(self._stopper(session, version))
+        frame = refinement.refine(cancel)
         if frame is None or session.version != version:
             return
         session.still = frame
         session.send_message({"type": "about", **session.about()})
-        if channel in COLORS:
+        if channel in SAMPLED:
             session.shown = (version, channel)
             self._send_plane(
                 session, version, frame, channel, refinement.samples, time.perf_counter() - started
@@ -209,6 +205,7 @@ class Scheduler(threading.Thread):
         session.sent += 1
         message = {
             "type": "picture",
+            "overlay": session.overlay(session.given.resized(still)),
             "picture": session.sent,
             "version": version,
             "channel": session.channel if moving else fields["plane"]["name"],

@@ -24,7 +24,7 @@ from .probe import explained, values_at
 from .scheduler import Scheduler
 from .session import Session
 
-__all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "Server"]
+__all__ = ["MOST_CONNECTIONS", "MOST_SESSIONS", "PORTS", "QUEUED_SLOW", "SLOW", "Server", "answer", "probe"]
 
 PORTS = range(7421, 7431)
 """The ports that are tried where none is given."""
@@ -34,6 +34,10 @@ HANDSHAKE_TIME = 5.0  # seconds
 KEPT = 600.0  # seconds that a session waits for its client to come back
 QUEUED_IN = 8
 QUEUED_SLOW = 4
+SHARED = ("nav", "camera", "time", "variant", "lens")
+"""The messages that all clients follow, where they look together."""
+SLOW = ("explain", "snapshot", "copy")
+"""The messages whose answers take their time."""
 QUEUED_OUT = 64
 MOST_PROBES = 60  # a second
 STRIKES = 3
@@ -50,7 +54,9 @@ class Server:
         host: str = "127.0.0.1",
         port: int | None = None,
         allow_hosts: Collection[str] = (),
+        follow: bool = False,
     ) -> None:
+        self._follow = follow
         self.token = secrets.token_urlsafe(32)
         self._make_session = make_session
         self._allowed = [*allow_hosts, *([] if host in ("127.0.0.1", "localhost", "::1") else [host])]
@@ -203,6 +209,7 @@ class Server:
         session.send = send
         self.emptied = None
         session.send_message(session.welcome())
+        session.send_message(session.edits.about())
         session.receive({**hello, "type": "size"})
         self.scheduler.wake()
         return session
@@ -242,8 +249,8 @@ class Server:
                         now = time.monotonic()
                         if now - probes[0] > 1.0:
                             probes = [*probes[1:], now]
-                            await asyncio.to_thread(_probe, session, message)
-                    elif kind in ("explain", "snapshot", "copy"):
+                            await asyncio.to_thread(probe, session, message)
+                    elif kind in SLOW:
                         if slow.full():
                             session.send_message(
                                 {
@@ -255,6 +262,10 @@ class Server:
                             slow.put_nowait(message)
                     else:
                         session.receive(message)
+                        if self._follow and kind in SHARED:
+                            for other in self.sessions.values():
+                                if other is not session:
+                                    other.follow(session)
                         self.scheduler.wake()
                 except BadMessage as error:
                     strikes += 1
@@ -268,7 +279,7 @@ class Server:
             answering.cancel()
 
 
-def _probe(session: Session, message: dict[str, Any]) -> None:
+def probe(session: Session, message: dict[str, Any]) -> None:
     """Answers a probe."""
     with session.lock:
         camera, still = session.camera, session.still
@@ -282,10 +293,10 @@ def _probe(session: Session, message: dict[str, Any]) -> None:
 async def _answer_all(session: Session, slow: asyncio.Queue[dict[str, Any]]) -> None:
     """Answers what takes its time, one after the other."""
     while True:
-        await asyncio.to_thread(_answer, session, await slow.get())
+        await asyncio.to_thread(answer, session, await slow.get())
 
 
-def _answer(session: Session, message: dict[str, Any]) -> None:
+def answer(session: Session, message: dict[str, Any]) -> None:
     """Answers what takes its time."""
     try:
         with session.lock:

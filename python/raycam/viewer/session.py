@@ -16,18 +16,20 @@ from typing import Any
 
 import numpy as np
 
-from .._core import __version__
+from .._core import Cancel, __version__
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, Error, WorldError
 from ..render.frame import Frame
 from ..world import World
-from . import navigation
 from .pace import Pace
 from .probe import point_at
-from .stills import COLORS, TRUTH, FromScratch, Refinement
+from .scene import navigation
+from .scene.edits import Edits
+from .scene.overlay import frusta
+from .stills import COLORS, SAMPLED, TRUTH, Refinement, refinement
 
-__all__ = ["DEFAULT_SAMPLES", "Session"]
+__all__ = ["DEFAULT_SAMPLES", "Session", "lens_of"]
 
 LARGEST = (1280, 960)
 """The pixels of a still picture at most."""
@@ -42,7 +44,7 @@ class Session:
 
     def __init__(
         self,
-        world: World,
+        world: World | Edits,
         camera: Camera,
         *,
         integrator: str | None = None,
@@ -50,10 +52,18 @@ class Session:
         title: str = "raycam",
         threads: int | None = None,
     ) -> None:
+        self.edits = world if isinstance(world, Edits) else Edits(world)
+        """The world, which other sessions may share, and its changes."""
+        self.edits.listen(self)
+        world = self.edits.world
         settings = world.render_settings
         self.id = secrets.token_urlsafe(24)
         self.lock = threading.Lock()
         self.world = world
+        """The world that is shown."""
+        self.time = 0.0
+        self.animation = ""
+        self.variant = ""
         self.title = title
         self.home = camera
         self.name = next((name for name, each in world.cameras.items() if each == camera), "")
@@ -75,6 +85,8 @@ class Session:
         self.send: Send | None = None
         """Sends a message to the client; None while none is connected."""
         self.visible = True
+        self.shows_cameras = False
+        """True if the world's cameras are drawn over the picture."""
         self.version = 0
         self.touched = 0.0
         """The monotonic time of the last change."""
@@ -85,8 +97,15 @@ class Session:
         self.shown: tuple[int, str] = (-1, "")
         """Version and channel of the last still picture of a channel of truth."""
         self.refinement: Refinement | None = None
+        self.cancel = Cancel()
+        """Ends what is rendered of this version."""
         self.still: Frame | None = None
         """The newest picture of samples of this version."""
+
+    @property
+    def base(self) -> World:
+        """The world without a time and a variant."""
+        return self.edits.world
 
     # Pictures ----------------------------------------------------------------------------------------------
 
@@ -109,8 +128,13 @@ class Session:
     def start_refinement(self) -> Refinement:
         """The refinement of this version, begun where there is none."""
         if self.refinement is None:
-            self.refinement = FromScratch(
-                self.world, self.camera, self.integrator, self.most_samples(), self.threads
+            self.refinement = refinement(
+                self.world,
+                self.camera,
+                self.integrator,
+                self.most_samples(),
+                self.threads,
+                SAMPLED if self.channel == "error" else COLORS,
             )
         return self.refinement
 
@@ -118,6 +142,8 @@ class Session:
         """Begins a new version: the picture starts anew, with a moving one."""
         with self.lock:
             self.version += 1
+            self.cancel.cancel()
+            self.cancel = Cancel()
             self.touched = time.monotonic()
             self.refinement = None
             self.still = None
@@ -131,7 +157,7 @@ class Session:
             "version": __version__,
             "session": self.id,
             "title": self.title,
-            "channels": [{"name": name} for name in (*COLORS[:1], *TRUTH, *COLORS[1:])],
+            "channels": [{"name": name} for name in (*COLORS[:1], *TRUTH, *COLORS[1:], "error")],
             "cameras": list(self.world.cameras),
             "names": {
                 "instance": {each.id: each.name for each in self.world.objects},
@@ -142,6 +168,10 @@ class Session:
             "view": self.view,
             "integrator": self.integrator,
             "explanations": [],
+            "time": {"now": self.time, "seconds": self._seconds(), "animation": self.animation},
+            "animations": [each.name for each in self.base.animations],
+            "variants": self.base.variants,
+            "variant": self.variant,
             **self.about(),
         }
 
@@ -149,7 +179,12 @@ class Session:
         """The camera as text, and the world's notices."""
         counts = self.world.counts
         text = f"{counts['objects']:,} objects, {counts['triangles']:,} triangles\n\n{self.given!r}"
-        return {"about": text, "notices": self.world.notices, "camera": self.name}
+        return {
+            "about": text,
+            "notices": self.world.notices,
+            "camera": self.name,
+            "lens": lens_of(self.given),
+        }
 
     def receive(self, message: dict[str, Any]) -> None:
         """Does what a message of `messages.MESSAGES` says. Raises `raycam.Error` for names that are not there."""
@@ -159,6 +194,15 @@ class Session:
             "camera": self._camera,
             "channel": self._channel,
             "display": self._display,
+            "time": self._time,
+            "variant": self._variant,
+            "lens": self._lens,
+            "overlay": self._overlay,
+            "edit": lambda said: self.edits.edit(
+                *(said[name] for name in ("kind", "number", "key", "value"))
+            ),
+            "undo": lambda said: self.edits.undo(),
+            "redo": lambda said: self.edits.redo(),
             "quality": self._quality,
             "ack": self._ack,
             "visible": self._visible,
@@ -179,16 +223,87 @@ class Session:
         if name and name not in self.world.cameras:
             raise WorldError("there is no camera of this name")
         if name:
-            self.given = self.world.camera(name)
+            self.given = self._named(name)
         self.name = name
         self.changed()
 
+    def _named(self, name: str) -> Camera:
+        """A camera of the world, where it is at the time that is shown."""
+        if self.base.video is not None:
+            return self.base.camera_at(self.base.camera(name), self.time)
+        return self.world.camera(name)
+
+    def _seconds(self) -> float:
+        """The duration of the video and the animations; 0 for a world that does not move."""
+        video = self.base.video
+        return max(
+            [0.0 if video is None else video.seconds, *(each.duration for each in self.base.animations)]
+        )
+
+    def _time(self, message: dict[str, Any]) -> None:
+        if message["animation"] and message["animation"] not in [each.name for each in self.base.animations]:
+            raise WorldError("there is no animation of this name")
+        self.time, self.animation = min(float(message["t"]), self._seconds()), message["animation"]
+        self._evaluate()
+
+    def _variant(self, message: dict[str, Any]) -> None:
+        if message["name"] and message["name"] not in self.base.variants:
+            raise WorldError("there is no variant of this name")
+        self.variant = message["name"]
+        self._evaluate()
+
+    def _evaluate(self) -> None:
+        """The world of the time and the variant that are chosen, and the camera that is looked through."""
+        world = self.base.with_variant(self.variant) if self.variant else self.base
+        if self._seconds() > 0:
+            world = world.at(self.time, self.animation or None)
+        with self.lock:
+            self.world = world
+            if self.name:
+                self.given = self._named(self.name)
+        self.changed()
+
+    def rebase(self) -> None:
+        """Shows the world after an edit."""
+        self._evaluate()
+        self.send_message(self.edits.about())
+
+    def _overlay(self, message: dict[str, Any]) -> None:
+        self.shows_cameras = message["cameras"]
+        with self.lock:
+            self.shown = (-1, "")
+
+    def overlay(self, camera: Camera) -> list[dict[str, Any]]:
+        """The lines over a picture of `camera`."""
+        if not self.shows_cameras:
+            return []
+        length = 0.15 * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+        return frusta(self.world.cameras, camera, length, self.name)
+
+    def follow(self, other: Session) -> None:
+        """Looks at what another session of the same world looks at."""
+        with self.lock:
+            self.world, self.time = other.world, other.time
+            self.animation, self.variant = other.animation, other.variant
+            self.given, self.name, self.pivot = other.given, other.name, other.pivot
+        self.changed()
+
+    def _lens(self, message: dict[str, Any]) -> None:
+        K = self.given.K
+        K[0, 0], K[1, 1], K[0, 2], K[1, 2] = (float(message[name]) for name in ("fx", "fy", "cx", "cy"))
+        self.given = self.given.replace(K=K, distortion=message["distortion"] or None)
+        self.name = ""
+        self.changed()
+
     def _channel(self, message: dict[str, Any]) -> None:
-        if message["name"] not in (*COLORS, *TRUTH):
+        if message["name"] not in (*SAMPLED, *TRUTH):
             raise WorldError(f"the live view has no channel {message['name']}")
+        anew = (message["name"] == "error") != (self.channel == "error")
         with self.lock:
             self.channel = message["name"]
             self.shown = (-1, "")
+        if anew:  # the estimate of the error takes samples of its own
+            self.changed()
 
     def _display(self, message: dict[str, Any]) -> None:
         self.exposure, self.view = float(message["exposure"]), message["view"]
@@ -256,10 +371,33 @@ class Session:
     def copied(self, format: str) -> str:
         """The camera as text, with all digits."""
         description = self.given.to_dict()
+        if format == "command":
+            return self._command(description)
         if format == "python":
             return f"camera = raycam.Camera.from_dict({description!r}, up={self.given.up!r})"
         lines = [f"{key} = {json.dumps(value)}" for key, value in description.items()]
         return "\n".join(["[camera]", *lines])
+
+    def _command(self, description: dict[str, Any]) -> str:
+        """The command that renders what rests: by the camera's name, or by a calibration of its own."""
+        import shlex
+
+        width, height = self.size
+        options = [
+            f"--size {width}x{height}",
+            f"--integrator {self.integrator}",
+            f"--samples {self.most_samples()}",
+        ]
+        if self._seconds() > 0:
+            options.append(f"--at {self.time!r}")
+        if self.name:
+            options.append(f"--camera {shlex.quote(self.name)}")
+            camera = ""
+        else:
+            options.append("--camera camera.toml")
+            table = "\n".join(f"{key} = {json.dumps(value)}" for key, value in description.items())
+            camera = f"cat > camera.toml <<'EOF'\n[camera]\n{table}\nEOF\n"
+        return f"{camera}raycam render {shlex.quote(self.title)} -o picture.png {' '.join(options)}"
 
     def send_message(self, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
         """Sends a message, if a client is connected."""
@@ -270,3 +408,24 @@ class Session:
     def complain(self, error: Error) -> None:
         """Tells the client of an error."""
         self.send_message({"type": "error", "text": str(error)})
+
+
+COEFFICIENTS = {
+    "opencv": ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tx", "ty"],
+    "fisheye": ["k1", "k2", "k3", "k4"],
+}
+"""The names of coefficients by lens model; of others they are numbered."""
+
+
+def lens_of(camera: Camera) -> dict[str, Any]:
+    """Intrinsics and distortion of a camera in its own size, as the client's sliders have them."""
+    K = camera.K
+    coefficients = [] if camera.distortion is None else [float(value) for value in camera.distortion]
+    names = COEFFICIENTS.get(camera.model, [])
+    names = names if len(names) >= len(coefficients) else [str(i) for i in range(len(coefficients))]
+    return {
+        "model": camera.model,
+        **{"fx": K[0, 0], "fy": K[1, 1], "cx": K[0, 2], "cy": K[1, 2]},
+        "distortion": coefficients,
+        "names": names[: len(coefficients)],
+    }

@@ -2,58 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
 from typing import Any, Protocol
 
+from .._core import Cancel
 from ..camera import Camera
 from ..render import render
 from ..render.frame import CHANNELS, Frame
+from ..render.progressive import Progressive
 from ..world import World
 
-__all__ = ["COLORS", "TRUTH", "FromScratch", "Refinement", "truth"]
+__all__ = ["COLORS", "SAMPLED", "TRUTH", "FromScratch", "Refinement", "Slices", "refinement", "truth"]
 
 COLORS = ("color", "alpha", "coverage")
 """The channels that get better with samples."""
+SAMPLED = (*COLORS, "error")
+"""Those, and the estimate of their error, which is asked for alone: it costs samples."""
 TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "error"))
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4
-
-Progress = Callable[[int, int], object]
+SLICE = 0.03  # seconds that anybody else waits at most
+LONGEST_WAIT = 0.5  # seconds until a picture is shown although some of its pixels have no more samples
 
 
 class Refinement(Protocol):
     """A picture that gets better with each step."""
 
     samples: int
-    """The samples of the last step."""
+    """The samples of all pixels."""
 
-    def refine(self, progress: Progress) -> Frame | None:
-        """The frame after one more step, or None where it has the samples that were asked for.
+    def refine(self, cancel: Cancel) -> Frame | None:
+        """Takes a step; returns a frame where there is one to be shown. Raises `Cancelled`, which loses nothing."""
 
-        What `progress` raises ends the step, and the refinement stays as it was.
-        """
+
+class Slices:
+    """A refinement by slices of a progressive picture: no sample is thrown away, and nobody waits for long."""
+
+    def __init__(
+        self,
+        world: World,
+        camera: Camera,
+        integrator: str,
+        most: int,
+        threads: int | None,
+        channels: tuple[str, ...] = COLORS,
+    ) -> None:
+        self._of = (world, camera)
+        self._settings: dict[str, Any] = {
+            "integrator": integrator,
+            "samples": most,
+            "threads": threads,
+            "channels": channels,
+        }
+        self._picture: Progressive | None = None
+        self._most = most
+        self._told = time.monotonic()
+        self.samples = 0
+
+    def refine(self, cancel: Cancel) -> Frame | None:
+        """Adds samples for a slice; returns a frame of another number of samples, or of this one after a while."""
+        if self.samples >= self._most:
+            return None
+        if self._picture is None:  # not before: it may have to build a world's trees
+            self._picture = Progressive(*self._of, **self._settings)
+        before = self.samples
+        self.samples = self._picture.add_for(SLICE, cancel=cancel)
+        now = time.monotonic()
+        if self.samples == before and (before == 0 or now - self._told < LONGEST_WAIT):
+            return None
+        self._told = now
+        return self._picture.frame()
 
 
 class FromScratch:
-    """A refinement by pictures of 4, 16, 64, ... samples, each from scratch: the bytes of `raycam.render`."""
+    """A refinement by pictures of 4, 16, 64, ... samples, each from scratch, for a camera with a background."""
 
-    def __init__(self, world: World, camera: Camera, integrator: str, most: int, threads: int | None) -> None:
+    def __init__(
+        self,
+        world: World,
+        camera: Camera,
+        integrator: str,
+        most: int,
+        threads: int | None,
+        channels: tuple[str, ...] = COLORS,
+    ) -> None:
         self._world = world
         self._camera = camera
-        self._settings: dict[str, Any] = {"integrator": integrator, "threads": threads}
+        self._settings: dict[str, Any] = {"integrator": integrator, "threads": threads, "channels": channels}
         self._most = most
         self.samples = 0
 
-    def refine(self, progress: Progress) -> Frame | None:
+    def refine(self, cancel: Cancel) -> Frame | None:
         """The frame of four times as many samples."""
         if self.samples >= self._most:
             return None
         samples = min(self.samples * GROWTH or FIRST, self._most)
-        frame = render(
-            self._world, self._camera, samples=samples, channels=COLORS, progress=progress, **self._settings
-        )
+        frame = render(self._world, self._camera, samples=samples, cancel=cancel, **self._settings)
         self.samples = samples
         return frame
+
+
+def refinement(
+    world: World,
+    camera: Camera,
+    integrator: str,
+    most: int,
+    threads: int | None,
+    channels: tuple[str, ...] = COLORS,
+) -> Refinement:
+    """The refinement of a view, up to `most` samples."""
+    made = Slices if camera.background is None else FromScratch
+    return made(world, camera, integrator, most, threads, channels)
 
 
 def truth(world: World, camera: Camera, channels: tuple[str, ...] = TRUTH, **settings: Any) -> Frame:

@@ -14,6 +14,7 @@ from ..errors import SettingsError
 from ..render import _name
 from ..render.frame import Frame
 from ..world import World
+from .scene.edits import Edits
 from .server import Server
 from .session import DEFAULT_SAMPLES, Session
 
@@ -26,7 +27,7 @@ LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a vi
 
 
 class Viewer:
-    """A live view: a server in the background, with the sessions of its clients."""
+    """A live view: a server in the background or a widget in a cell, with the sessions of its clients."""
 
     def __init__(
         self,
@@ -40,13 +41,17 @@ class Viewer:
         port: int | None = None,
         allow_hosts: Collection[str] = (),
         threads: int | None = None,
+        follow: bool = False,
+        edit: bool = True,
+        cell: bool = False,
+        height: int = 560,
     ) -> None:
+        """Begins it; `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook]."""
         if integrator is not None:
             _name("integrator", integrator, list(DEFAULT_SAMPLES))
         if samples is not None and not (isinstance(samples, int) and 1 <= samples <= 1 << 16):
             raise SettingsError(f"samples must be a whole number from 1 to {1 << 16}, not {samples!r}")
-        self.world = world
-        """The world of sessions that begin from now on."""
+        self._edits = Edits(world, allowed=edit)
         self._camera = world.default_camera() if camera is None else camera
         self._options: dict[str, Any] = {
             "title": title,
@@ -54,37 +59,61 @@ class Viewer:
             "samples": samples,
             "threads": threads,
         }
-        self._server = Server(self._session, host=host, port=port, allow_hosts=allow_hosts)
+        self._server: Server | None = None
+        self._widget: Any = None
+        if cell:
+            from .widget import make_widget
+
+            self._widget = make_widget(self._session, title, height)
+        else:
+            self._server = Server(self._session, host=host, port=port, allow_hosts=allow_hosts, follow=follow)
 
     def _session(self) -> Session:
-        return Session(self.world, self._camera, **self._options)
+        return Session(self._edits, self._camera, **self._options)
+
+    @property
+    def world(self) -> World:
+        """The world, with the edits that were made in the browser. Setting it shows another one to all clients."""
+        return self._edits.world
+
+    @world.setter
+    def world(self, world: World) -> None:
+        self._edits.replace(world)
 
     @property
     def url(self) -> str:
-        """The address to open in a browser. Whoever has it may look."""
+        """The address to open in a browser. Whoever has it may look. Raises `SettingsError` in a cell."""
+        if self._server is None:
+            raise SettingsError(
+                "the view is in a cell and has no address: raycam.view(world, cell=False) has one"
+            )
         return self._server.url
+
+    def _sessions(self) -> list[Session]:
+        holder = self._widget.views if self._server is None else self._server
+        return list(holder.sessions.values())
 
     @property
     def camera(self) -> Camera:
         """The camera of the client that was used last, in its own size; the one given where there is none."""
-        sessions = list(self._server.sessions.values())
+        sessions = self._sessions()
         return max(sessions, key=lambda each: each.touched).given if sessions else self._camera
 
     def frame(self) -> Frame | None:
         """The newest still picture of the client that was used last: colour, alpha and coverage."""
-        sessions = list(self._server.sessions.values())
+        sessions = self._sessions()
         return max(sessions, key=lambda each: each.touched).still if sessions else None
 
     def wait(self, *, exit_when_closed: bool = False) -> None:
-        """Waits until it is closed, or until 5 seconds after its last client has left."""
-        while not self._server.join(0.2):
+        """Waits until it is closed, or until 5 seconds after its last client has left; not for a cell."""
+        while self._server is not None and not self._server.join(0.2):
             emptied = self._server.emptied
             if exit_when_closed and emptied is not None and time.monotonic() - emptied > LINGER:
                 return
 
     def close(self) -> None:
-        """Tells the clients, and ends the server."""
-        self._server.close()
+        """Tells the clients, and ends the server or the widget."""
+        (self._widget if self._server is None else self._server).close()
 
     def __enter__(self) -> Viewer:
         """The viewer, which is closed when the block ends."""
@@ -98,7 +127,13 @@ class Viewer:
 
     def __repr__(self) -> str:
         """The address, for people."""
-        return f"Viewer at {self.url}"
+        return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        """The widget at the end of a cell; of a view with a server, its address."""
+        if self._server is None:
+            return self._widget._repr_mimebundle_(**options)
+        return {"text/plain": repr(self)}
 
 
 def view(
@@ -107,13 +142,18 @@ def view(
     *,
     browser: bool | None = None,
     block: bool | None = None,
+    cell: bool | None = None,
     **options: Any,
 ) -> Any:
-    """Shows a world live in the browser: moved with the mouse, with the real light and the real lens.
+    """Shows a world live in the browser or a cell: moved with the mouse, with the real light and the real lens.
 
     `what` is a world, the path of one, or a frame, whose page is shown as `Frame.show` does. `camera` is looked
     through first (default: the world's first). `integrator` ("direct" or "path") and `samples` are those of the still
     picture; `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`.
+    `edit=False` is for looking alone, `follow=True` for clients that share one camera, as in teaching.
+
+    In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
+    `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.
 
     `browser` says whether to open one (default: where there is one and this is no SSH session). `block` waits until it
     is closed (default: in a script; a prompt or a notebook goes on). Returns the `Viewer`.
@@ -125,6 +165,8 @@ def view(
 
         options.setdefault("title", Path(what).name)
         what = load(what)
+    if _in_notebook() if cell is None else cell:
+        return Viewer(what, camera, cell=True, **options)
     viewer = Viewer(what, camera, **options)
     print(f"raycam view: {viewer.url}", file=sys.stderr, flush=True)
     open_browser(viewer.url, browser)
@@ -135,6 +177,14 @@ def view(
         finally:
             viewer.close()
     return viewer
+
+
+def _in_notebook() -> bool:
+    """True if a cell can show a widget."""
+    import importlib.util
+
+    is_there = "ipykernel" in sys.modules or "marimo" in sys.modules
+    return is_there and importlib.util.find_spec("anywidget") is not None
 
 
 def open_browser(url: str, wanted: bool | None = None) -> bool:

@@ -1,6 +1,9 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
+import { LensControls } from "./lens.js";
+import { Timeline } from "./timeline.js";
+import { WorldControls } from "./world.js";
 
 /** @typedef {import("./client.js").Client} Client */
 /** @typedef {import("./pointer.js").Point} Point */
@@ -21,6 +24,9 @@ export class LiveView {
   /** @param {Client} client */
   constructor(client) {
     this.client = client;
+    this.timeline = new Timeline(client);
+    this.lens = new LensControls(client);
+    this.world = new WorldControls(client);
     this.sequence = 0;
     this.flies = false;
     /** @type {Set<string>} codes of the keys that are down */
@@ -36,7 +42,9 @@ export class LiveView {
     for (const format of ["png", "html", "npz"]) {
       byId(`snapshot-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format }));
     }
-    byId("copy-camera", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format: "python" }));
+    for (const format of ["python", "toml", "command"]) {
+      byId(`copy-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format }));
+    }
     document.addEventListener("keydown", (event) => this.pressed(event), true);
     document.addEventListener("keyup", (event) => this.down.delete(event.code));
     addEventListener("blur", () => this.down.clear());
@@ -53,10 +61,17 @@ export class LiveView {
       this.cameras = message.cameras;
       fillSelect(this.camera, [["", "free"], ...message.cameras.map((/** @type {string} */ name) => [name, name])]);
       this.integrator.value = message.integrator;
-      this.camera.value = message.camera;
     }
-    if (message.type === "about") this.camera.value = message.camera;
+    if (message.type === "welcome") this.timeline.welcome(message);
+    if (message.type === "about" || message.type === "welcome") {
+      this.camera.value = message.camera;
+      this.lens.show(message.lens);
+    }
     if (message.type === "picture") this.showStatus(message);
+    if (message.type === "picture") this.timeline.next();
+    if (message.type === "picture") this.client.picture.show({ overlay: message.overlay });
+    if (message.type === "contents") this.world.show(message);
+    if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
     if (message.type === "closing") this.client.say(message.text, "error");
   }
@@ -71,7 +86,7 @@ export class LiveView {
   async copied(text) {
     try {
       await navigator.clipboard.writeText(text);
-      this.client.say("The camera is in the clipboard, as Python.", "notice");
+      this.client.say("It is in the clipboard.", "notice");
     } catch {
       this.client.say(text, "notice");
     }
@@ -171,6 +186,10 @@ export class LiveView {
       "camera-step": (step) => this.stepCamera(Number(step)),
       "look-through": () => (this.camera.value ? this.lookThrough("") : this.stepCamera(1)),
       integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
+      undo: () => client.transport.send({ type: "undo" }),
+      redo: () => client.transport.send({ type: "redo" }),
+      play: () => this.timeline.play(!this.timeline.playing),
+      frame: (steps) => this.timeline.step(Number(steps)),
       drive: () => {
         this.flies = !this.flies;
         client.say(this.flies ? "Fly: W A S D move, E and Q rise and sink, drag looks around." : "Orbit: drag turns around the pivot.", "notice");

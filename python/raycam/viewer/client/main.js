@@ -1,8 +1,9 @@
-// The start: a page that carries a frame shows it; another one asks the server it came from.
+// The start: a page that carries a frame shows it; one in a cell asks the kernel, another one the server it came from.
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";
 import { LIVE_MOUSE, LiveView } from "./live.js";
+import { FrameTransport } from "./transport_frame.js";
 import { PageTransport } from "./transport_page.js";
 import { SocketTransport } from "./transport_socket.js";
 
@@ -16,7 +17,7 @@ if (page.isThere) {
   bindCommands(client, { commands: {}, pointers: {}, mouse: PAGE_MOUSE });
   client.open();
 } else {
-  const transport = new SocketTransport(() => live.size());
+  const transport = new (FrameTransport.isThere ? FrameTransport : SocketTransport)(() => live.size());
   const client = new Client(transport);
   const live = new LiveView(client);
   client.onMessage = (message) => live.receive(message);

@@ -9,6 +9,7 @@
  * @property {number} divider share of the picture's width that shows A
  * @property {boolean} flipped
  * @property {Pixel | null} held
+ * @property {{ name: string, lines: [number, number][][] }[]} overlay lines in pixels of the picture
  * @property {Pixel[]} marks pixels that have an explanation
  * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
  */
@@ -23,7 +24,7 @@ export class PictureView {
     this.canvas = canvas;
     this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
     /** @type {Layers} */
-    this.layers = { a: null, b: null, mode: "off", divider: 0.5, flipped: false, held: null, marks: [], valuesIn: null };
+    this.layers = { a: null, b: null, mode: "off", divider: 0.5, flipped: false, held: null, overlay: [], marks: [], valuesIn: null };
     this.width = 1;
     this.height = 1;
     this.zoom = 1; // CSS pixels per pixel of the picture
@@ -170,6 +171,7 @@ export class PictureView {
     }
     if (this.zoom >= GRID_FROM) this.drawGrid();
     if (this.zoom >= VALUES_FROM && layers.valuesIn) this.drawValues(layers.valuesIn);
+    if (layers.overlay?.length) this.drawOverlay(layers.overlay);
     for (const mark of layers.marks) this.drawBox(mark, "#e08a00");
     if (layers.held) this.drawBox(layers.held, "#ff2d55");
   }
@@ -258,6 +260,36 @@ export class PictureView {
         lines.forEach((line, i) => context.fillText(line, x, y + (i - (lines.length - 1) / 2) * 1.25 * size, zoom - 4));
       }
     }
+  }
+
+  /** @param {Layers["overlay"]} overlay */
+  drawOverlay(overlay) {
+    const { context, zoom, left, top } = this;
+    context.save();
+    context.beginPath();
+    context.rect(left, top, zoom * this.width, zoom * this.height);
+    context.clip();
+    context.font = "600 12px system-ui, sans-serif";
+    context.textAlign = "left";
+    context.textBaseline = "bottom";
+    for (const [width, color] of /** @type {[number, string][]} */ ([[3, "#000"], [1.5, "#ffd60a"]])) {
+      context.lineWidth = width;
+      context.strokeStyle = color;
+      for (const { lines } of overlay) {
+        context.beginPath();
+        for (const line of lines) line.forEach(([u, v], i) => (i ? context.lineTo(left + u * zoom, top + v * zoom) : context.moveTo(left + u * zoom, top + v * zoom)));
+        context.stroke();
+      }
+    }
+    for (const { name, lines } of overlay) {
+      const [u, v] = lines[0][0];
+      context.lineWidth = 3;
+      context.strokeStyle = "#000";
+      context.fillStyle = "#ffd60a";
+      context.strokeText(name, left + u * zoom, top + v * zoom - 3);
+      context.fillText(name, left + u * zoom, top + v * zoom - 3);
+    }
+    context.restore();
   }
 
   /**

@@ -1,6 +1,6 @@
 // The transport of the live view: a WebSocket to the server that gave the page. It comes back by itself.
 
-import { unpackPlane } from "./image/planes.js";
+import { completed } from "./transport_message.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
@@ -87,9 +87,7 @@ export class SocketTransport {
     const buffers = message.buffers.map((/** @type {number} */ size) => new Uint8Array(data, (at += size) - size, size));
     if (message.type === "welcome") this.welcomed(message);
     if (message.type === "closing") this.closing = true;
-    if (message.type === "values") revive(message.values);
-    if (message.type === "file") message.bytes = buffers[0];
-    if (message.type === "picture") await this.unpack(message, buffers[0]);
+    await completed(message, buffers);
     this.say?.(message);
     if (message.type === "picture") this.send({ type: "ack", picture: message.picture });
   }
@@ -102,21 +100,4 @@ export class SocketTransport {
     this.retry = FIRST_RETRY;
     this.say?.({ type: "status", text: "connected" });
   }
-
-  /**
-   * @param {Message} message
-   * @param {Uint8Array<ArrayBuffer>} bytes
-   */
-  async unpack(message, bytes) {
-    if (message.encoding === "jpeg") message.image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }));
-    else message.plane = await unpackPlane(message.plane, bytes);
-  }
-}
-
-/**
- * Numbers that JSON lacks come as text.
- * @param {import("./readout.js").PixelValues} values
- */
-function revive(values) {
-  for (const value of Object.values(values)) value.numbers = value.numbers.map(Number);
 }

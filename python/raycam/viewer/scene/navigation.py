@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from ..arrays import Floats
-from ..camera import Camera
+from ...arrays import Floats
+from ...camera import Camera
 
 __all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "turn_camera"]
 

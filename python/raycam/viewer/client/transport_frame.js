@@ -1,0 +1,45 @@
+// The transport of the notebook: the page is a frame in a cell, and the page around it passes messages on to the kernel.
+
+import { completed } from "./transport_message.js";
+
+/** @typedef {Record<string, any> & { type: string }} Message */
+
+export class FrameTransport {
+  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
+  constructor(size) {
+    this.live = true;
+    this.size = size;
+    /** Messages are decoded one after the other, so that pictures keep their order. */
+    this.decoding = Promise.resolve();
+  }
+
+  /** True where the page was made for a cell. */
+  static get isThere() {
+    return document.getElementById("in-a-cell") !== null;
+  }
+
+  /** @param {(message: Message) => void} say */
+  open(say) {
+    addEventListener("message", ({ source, data }) => {
+      if (source !== parent) return;
+      this.decoding = this.decoding.then(() => this.receive(data, say)).catch((error) => {
+        say({ type: "error", text: `A message of the kernel is damaged: ${error}` });
+      });
+    });
+    this.send({ type: "hello", ...this.size(), session: "" });
+  }
+
+  /** @param {Message} message */
+  send(message) {
+    parent.postMessage(JSON.stringify(message), "*");
+  }
+
+  /**
+   * @param {{ message: Message, buffers: Uint8Array<ArrayBuffer>[] }} data
+   * @param {(message: Message) => void} say
+   */
+  async receive({ message, buffers }, say) {
+    say(await completed(message, buffers));
+    if (message.type === "picture") this.send({ type: "ack", picture: message.picture });
+  }
+}

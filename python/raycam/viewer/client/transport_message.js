@@ -1,0 +1,28 @@
+// Messages of a server as the client wants them, whatever carried them.
+
+import { unpackPlane } from "./image/planes.js";
+
+/** @typedef {Record<string, any> & { type: string }} Message */
+
+/**
+ * Puts the buffers of a message in their places: pictures, planes, files.
+ * @param {Message} message
+ * @param {Uint8Array<ArrayBuffer>[]} buffers
+ * @returns {Promise<Message>}
+ */
+export async function completed(message, buffers) {
+  if (message.type === "values") revive(message.values);
+  if (message.type === "file") message.bytes = buffers[0];
+  if (message.type !== "picture") return message;
+  if (message.encoding === "jpeg") message.image = await createImageBitmap(new Blob([buffers[0]], { type: "image/jpeg" }));
+  else message.plane = await unpackPlane(message.plane, buffers[0]);
+  return message;
+}
+
+/**
+ * Numbers that JSON lacks come as text.
+ * @param {import("./readout.js").PixelValues} values
+ */
+function revive(values) {
+  for (const value of Object.values(values)) value.numbers = value.numbers.map(Number);
+}

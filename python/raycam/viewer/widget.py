@@ -1,0 +1,175 @@
+"""The live view in a cell of a notebook: the client in a frame, its messages over the kernel's own channel.
+
+The widget passes messages on and knows none of them. Each place that shows it is a view with a session of its own.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from ..errors import Error
+from .bundle import bundle, client_file
+from .messages import BadMessage, message_of
+from .page import filled
+from .scheduler import Scheduler
+from .server import MOST_SESSIONS, QUEUED_SLOW, SLOW, answer, probe
+from .session import Session
+
+__all__ = ["RELAY", "Views", "cell_page", "make_widget"]
+
+Say = Callable[[dict[str, Any], Sequence[bytes]], None]
+
+RELAY = """
+export default {
+  render({ model, el }) {
+    const view = Math.random().toString(36).slice(2);
+    const frame = document.createElement("iframe");
+    frame.setAttribute("sandbox", "allow-scripts allow-downloads");
+    frame.title = "raycam";
+    frame.style.cssText = `width: 100%; height: ${model.get("height")}px; border: 1px solid #8888; border-radius: 6px`;
+    frame.srcdoc = model.get("page");
+    const heard = ({ source, data }) => {
+      if (source === frame.contentWindow && typeof data === "string") model.send({ view, said: data });
+    };
+    const told = (content, buffers) => {
+      if (content.view !== view) return;
+      const copies = (buffers || []).map((each) => {
+        const isView = ArrayBuffer.isView(each);
+        return (isView ? new Uint8Array(each.buffer, each.byteOffset, each.byteLength) : new Uint8Array(each)).slice();
+      });
+      frame.contentWindow?.postMessage({ message: content.message, buffers: copies }, "*");
+    };
+    addEventListener("message", heard);
+    model.on("msg:custom", told);
+    el.append(frame);
+    return () => {
+      removeEventListener("message", heard);
+      model.off("msg:custom", told);
+      model.send({ view, said: null });
+    };
+  },
+};
+"""
+
+
+def cell_page(title: str) -> str:
+    """The page in the frame. Its policy lets its own script run and nothing be loaded."""
+    script, style = f"\n{bundle()}", f"\n{client_file('style.css')}"
+
+    def hashed(text: str) -> str:
+        return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+    policy = (
+        f"default-src 'none'; script-src {hashed(script)}; style-src {hashed(style)}; img-src blob: data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    return filled(
+        {
+            "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+            "title": html.escape(title),
+            "style": f"<style>{style}</style>",
+            "data": '<meta id="in-a-cell">',
+            "script": f"<script>{script}</script>",
+        }
+    )
+
+
+class Views:
+    """The sessions of a widget, one for each place that shows it."""
+
+    def __init__(self, make_session: Callable[[], Session], say: Say) -> None:
+        self.sessions: dict[str, Session] = {}
+        self._make_session = make_session
+        self._say = say
+        self._slow = ThreadPoolExecutor(1, thread_name_prefix="raycam answers")
+        self._waiting = 0
+        self.scheduler = Scheduler(lambda: list(self.sessions.values()))
+        self.scheduler.start()
+
+    def hear(self, content: Any) -> None:
+        """Does what a view says: text of a message, or None when it is gone. Junk is answered by an error."""
+        if not isinstance(content, dict) or not isinstance(content.get("view"), str):
+            return
+        view, said = content["view"][:64], content.get("said")
+        session = self.sessions.get(view)
+        if said is None:
+            if session is not None:
+                self.sessions.pop(view).send = None
+            return
+        try:
+            message = message_of(said)
+            if message["type"] == "hello":
+                session = self._greet(view, message)
+            elif session is not None:
+                self._do(session, message)
+            self.scheduler.wake()
+        except (BadMessage, Error) as error:
+            self._tell(view, {"type": "error", "text": str(error)})
+
+    def _greet(self, view: str, hello: dict[str, Any]) -> Session:
+        if view not in self.sessions and len(self.sessions) >= MOST_SESSIONS:
+            self.sessions.pop(
+                next(iter(self.sessions))
+            ).send = None  # the oldest: cells that are gone do not say so
+        session = self.sessions[view] = self._make_session()
+        session.send = lambda message, buffers: self._tell(view, message, buffers)
+        session.send_message(session.welcome())
+        session.send_message(session.edits.about())
+        session.receive({**hello, "type": "size"})
+        return session
+
+    def _do(self, session: Session, message: dict[str, Any]) -> None:
+        if message["type"] == "probe":
+            probe(session, message)
+        elif message["type"] not in SLOW:
+            session.receive(message)
+        elif self._waiting < QUEUED_SLOW:
+            self._waiting += 1
+            self._slow.submit(self._answer, session, message)
+
+    def _answer(self, session: Session, message: dict[str, Any]) -> None:
+        try:
+            answer(session, message)
+        finally:
+            self._waiting -= 1
+
+    def _tell(self, view: str, message: dict[str, Any], buffers: Sequence[bytes] = ()) -> None:
+        self._say({"view": view, "message": message}, list(buffers))
+
+    def close(self) -> None:
+        """Ends the rendering."""
+        for view in list(self.sessions):
+            self._tell(view, {"type": "closing", "text": "The view was closed."})
+        self.scheduler.end()
+        self.scheduler.join()
+        self._slow.shutdown(cancel_futures=True)
+
+
+def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:
+    """The widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget."""
+    import anywidget
+    import traitlets
+
+    class LiveView(anywidget.AnyWidget):  # type: ignore[misc]
+        """A live view of a world."""
+
+        _esm = RELAY
+        page = traitlets.Unicode().tag(sync=True)
+        height = traitlets.Int().tag(sync=True)
+
+        def __init__(self) -> None:
+            super().__init__(page=cell_page(title), height=height)
+            self.views = Views(make_session, lambda content, buffers: self.send(content, buffers))
+            self.on_msg(lambda widget, content, buffers: self.views.hear(content))
+
+        def close(self) -> None:
+            """Ends the rendering, and takes the widget away."""
+            self.views.close()
+            super().close()
+
+    return LiveView()

@@ -1,0 +1,110 @@
+"""The live view in a cell: messages over a channel that is not ours."""
+
+from __future__ import annotations
+
+import json
+import queue
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import raycam
+from raycam.viewer.server import MOST_SESSIONS
+from raycam.viewer.session import Session
+from raycam.viewer.widget import Views, cell_page, make_widget
+
+HELLO = {"type": "hello", "width": 48, "height": 32, "ratio": 1, "session": ""}
+
+
+class Channel:
+    """What the kernel's channel carries, as the cell hears it."""
+
+    def __init__(self, world: raycam.World) -> None:
+        self.heard: queue.Queue[tuple[dict[str, Any], list[bytes]]] = queue.Queue()
+        self.views = Views(lambda: Session(world, world.camera("front"), samples=16), self.put)
+
+    def put(self, content: dict[str, Any], buffers: Any) -> None:
+        self.heard.put((content, list(buffers)))
+
+    def say(self, view: str, message: Any) -> None:
+        self.views.hear({"view": view, "said": json.dumps(message) if isinstance(message, dict) else message})
+
+    def hear(self, view: str, kind: str) -> tuple[dict[str, Any], list[bytes]]:
+        while True:
+            content, buffers = self.heard.get(timeout=60)
+            message = content["message"]
+            if message["type"] == "picture":
+                self.say(content["view"], {"type": "ack", "picture": message["picture"]})
+            if content["view"] == view and message["type"] == kind:
+                return message, buffers
+
+
+@pytest.fixture
+def channel(small_world: raycam.World) -> Iterator[Channel]:
+    made = Channel(small_world)
+    yield made
+    made.views.close()
+
+
+def test_a_cell_gets_pictures_and_answers(channel: Channel) -> None:
+    channel.say("a", HELLO)
+    assert channel.hear("a", "welcome")[0]["title"] == "raycam"
+    picture, buffers = channel.hear("a", "picture")
+    assert (picture["width"], picture["height"], len(buffers)) == (48, 32, 1)
+    channel.say("a", {"type": "probe", "id": 5, "u": 24, "v": 16})
+    assert channel.hear("a", "values")[0]["values"]["instance"]["name"] == "box"
+    channel.say("a", {"type": "copy", "format": "python"})
+    assert channel.hear("a", "copied")[0]["text"].startswith("camera = ")
+
+
+def test_two_places_that_show_it_have_a_camera_each(channel: Channel) -> None:
+    for view in ("a", "b"):
+        channel.say(view, HELLO)
+    channel.say("a", {"type": "camera", "name": "side"})
+    assert [channel.views.sessions[view].name for view in ("a", "b")] == ["side", "front"]
+    channel.say("a", None)
+    assert list(channel.views.sessions) == ["b"]
+
+
+@pytest.mark.parametrize("junk", ["{", '{"type": "open"}', '{"type": "ack", "picture": -1}', "[]", 7])
+def test_junk_is_answered_by_an_error(channel: Channel, junk: Any) -> None:
+    channel.say("a", HELLO)
+    before = channel.views.sessions["a"].given
+    channel.views.hear({"view": "a", "said": junk})
+    channel.hear("a", "error")
+    assert channel.views.sessions["a"].given == before
+    for content in (
+        None,
+        {},
+        {"view": 3},
+        {"view": "nobody", "said": '{"type": "visible", "visible": true}'},
+    ):
+        channel.views.hear(content)
+    assert list(channel.views.sessions) == ["a"]
+
+
+def test_cells_that_are_gone_make_place(channel: Channel) -> None:
+    for number in range(MOST_SESSIONS + 2):
+        channel.say(str(number), HELLO)
+    assert list(channel.views.sessions) == [str(number) for number in range(2, MOST_SESSIONS + 2)]
+
+
+def test_the_page_loads_nothing_and_is_for_a_cell() -> None:
+    page = cell_page("<b>")
+    assert "&lt;b&gt;" in page
+    assert 'id="in-a-cell"' in page
+    assert "connect-src" not in page
+    assert "default-src 'none'" in page
+
+
+def test_the_widget_passes_messages_on(small_world: raycam.World) -> None:
+    pytest.importorskip("anywidget")
+    widget = make_widget(lambda: Session(small_world, small_world.camera("front")), "small", 400)
+    try:
+        sent: list[Any] = []
+        widget.send = lambda content, buffers=None: sent.append(content)
+        widget._handle_custom_msg({"view": "a", "said": json.dumps(HELLO)}, [])
+        assert sent[0]["message"]["type"] == "welcome"
+        assert widget.page == cell_page("small")
+    finally:
+        widget.close()
