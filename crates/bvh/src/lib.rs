@@ -60,6 +60,7 @@ pub use crate::platform::huge_page_vec::zeroed_huge;
 pub use crate::platform::streaming_store::{Pod, StreamingWriter, with_streaming_stores};
 pub use error::BuildError;
 pub use ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+pub use scene::build::TlasLeaves;
 pub use scene::query::squared_distance_to_triangle;
 pub use scene::{ExactTriangles, Instance, Scene};
 pub use simd::prefetch;
