@@ -82,7 +82,8 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
             if package:
                 environment["PYTHONPATH"] = package
             done = subprocess.run(asked, check=True, capture_output=True, text=True, env=environment)
-            one = json.loads(done.stdout.splitlines()[-1])
+            # Mitsuba prints besides, also on the same line.
+            one, _ = json.JSONDecoder().raw_decode(done.stdout[done.stdout.index('{"seconds"') :])
             best[rival] = {**one, "seconds": min(one["seconds"], best.get(rival, one)["seconds"])}
     return best
 
