@@ -265,35 +265,49 @@ def test_pictures_come_from_coarse_to_fine_and_are_those_of_render(
     client: Client, small_world: raycam.World
 ) -> None:
     client.hear("picture", samples=16)
-    assert [(each["moving"], each["samples"]) for each, _ in client.pictures] == [
-        (True, 1),
-        (False, 4),
-        (False, 16),
-    ]
+    assert [each["moving"] for each, _ in client.pictures] == [True] + [False] * (len(client.pictures) - 1)
+    counts = [each["samples"] for each, _ in client.pictures]
+    assert counts == sorted(counts)
+    assert (counts[0], counts[-1]) == (1, 16)
     assert client.pictures[0][1][:3] == b"\xff\xd8\xff"
     camera = small_world.camera("front")
-    for message, data in client.pictures[1:]:
-        expected = raycam.render(
-            small_world, camera, samples=message["samples"], channels=["color", "alpha", "coverage"]
-        )
-        assert unpack(message["plane"], data).tobytes() == expected["color"].tobytes()
+    message, data = client.pictures[-1]
+    expected = raycam.render(small_world, camera, samples=16, channels=["color", "alpha", "coverage"])
+    assert unpack(message["plane"], data).tobytes() == expected["color"].tobytes()
 
 
 def test_every_channel_comes_exactly(client: Client, small_world: raycam.World) -> None:
     camera = small_world.camera("front")
     client.hear("picture", samples=16)
     names = [channel["name"] for channel in client.welcome["channels"]]
-    assert {*names, "error", "shadow"} == set(CHANNELS)
+    assert {*names, "shadow"} == set(CHANNELS)
+    names.remove("error")
     expected = raycam.render(small_world, camera, samples=16, channels=names)
     for channel in names:
         client.say("channel", name=channel)
         message, (data,) = client.hear("picture", channel=channel, moving=False)
         assert unpack(message["plane"], data).tobytes() == expected[channel].tobytes(), channel
+    client.say("channel", name="error")
+    message, (data,) = client.hear("picture", channel="error", moving=False, samples=16)
+    expected = raycam.render(small_world, camera, samples=16, channels=["color", "error"])
+    assert unpack(message["plane"], data).tobytes() == expected["error"].tobytes()
+
+
+def test_clients_that_follow_look_through_one_camera(server: Server, open_socket: Open) -> None:
+    server._follow = True
+    first, second = (Client(open_socket()) for _ in range(2))
+    first.say("camera", name="side")
+    second.hear("about", camera="side")
+    assert [each.name for each in server.sessions.values()] == ["side", "side"]
+    second.say("nav", seq=1, kind="orbit", dx=3, dy=1, dz=0, u=24, v=16)
+    first.hear("about", camera="")
+    cameras = [each.given for each in server.sessions.values()]
+    assert cameras[0] == cameras[1]
 
 
 def test_probes_tell_the_numbers_of_the_picture(client: Client, small_world: raycam.World) -> None:
     client.hear("picture", samples=16)
-    names = [channel["name"] for channel in client.welcome["channels"]]
+    names = [channel["name"] for channel in client.welcome["channels"] if channel["name"] != "error"]
     expected = raycam.render(small_world, small_world.camera("front"), samples=16, channels=names)
     for id, (u, v) in enumerate([(24, 16), (0, 0), (47, 31), (10, 25)]):
         client.say("probe", id=id, u=u, v=v)
