@@ -29,6 +29,8 @@ THIRD_PARTY_PYTHON = {
     "pyoidn",
     "cv2",
     "embreex",
+    "anywidget",
+    "traitlets",
     "websockets",
 }
 # Imported late as a whole, so that they may import at the top what is slow to import.
