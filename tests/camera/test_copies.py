@@ -95,8 +95,29 @@ def test_a_quaternion_is_its_rotation_vector(order: str, direction: str) -> None
     np.testing.assert_allclose(made.C, C, atol=1e-12)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turn, t
-    again = raycam.Camera.from_transform(K, (640, 480), **{direction: pose})  # type: ignore[arg-type]
+    again = raycam.Camera.from_transform(K, size=(640, 480), **{direction: pose})  # type: ignore[arg-type]
     np.testing.assert_allclose(again.P, made.P, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["from_opengl", "from_transform", "from_x_forward"])
+def test_pose_and_size_stand_in_either_order(name: str) -> None:
+    make = getattr(raycam.Camera, name)
+    pose = np.array([[0, 0, 1, 4], [1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 0, 1.0]])
+    size = (640, 480)
+    made = [
+        make(K, pose, size),
+        make(K, size, pose),
+        make(K, pose, size=size),
+        make(K, size, world_from_camera=pose),
+        make(K, world_from_camera=pose, size=np.array(size)),
+        make(K, [640, 480], pose.tolist()),
+    ]
+    # The third column is the body's z: OpenCV's forward, OpenGL's backward; the first the body's forward.
+    column, sign = {"from_opengl": (2, -1), "from_transform": (2, 1), "from_x_forward": (0, 1)}[name]
+    for camera in made:
+        assert camera.size == size
+        np.testing.assert_allclose(camera.forward, sign * pose[:3, column], atol=0)
+        np.testing.assert_allclose(camera.C, pose[:3, 3], atol=0)
 
 
 def test_axes_by_their_names() -> None:
@@ -104,16 +125,18 @@ def test_axes_by_their_names() -> None:
     pose[:3, 3] = [1, 2, 3]
     forward = {"opencv": [0, 0, 1], "opengl": [0, 0, -1], "x_forward": [1, 0, 0]}
     for axes, ahead in forward.items():
-        made = raycam.Camera.from_transform(K, (640, 480), world_from_camera=pose, axes=axes)  # type: ignore[arg-type]
+        made = raycam.Camera.from_transform(K, pose, (640, 480), axes=axes)  # type: ignore[arg-type]
         np.testing.assert_allclose(made.forward, ahead, atol=0)
         np.testing.assert_allclose(made.C, [1, 2, 3])
     same = raycam.Camera.from_opengl(K, pose, (640, 480))
-    made = raycam.Camera.from_transform(K, (640, 480), world_from_camera=pose, axes="opengl")
+    made = raycam.Camera.from_transform(K, pose, (640, 480), axes="opengl")
     np.testing.assert_array_equal(same.P, made.P)
     with pytest.raises(CameraError, match="transposed"):
-        raycam.Camera.from_transform(K, (640, 480), world_from_camera=pose.T)
+        raycam.Camera.from_transform(K, pose.T, (640, 480))
     with pytest.raises(CameraError, match="one of"):
-        raycam.Camera.from_transform(K, (640, 480))
+        raycam.Camera.from_transform(K, size=(640, 480))
+    with pytest.raises(CameraError, match="size"):
+        raycam.Camera.from_transform(K, pose)
     with pytest.raises(CameraError, match="length"):
         raycam.Camera.from_quaternion(
             K, [1, 1, 0, 0], [0, 0, 0], (640, 480), order="wxyz", direction="world_from_camera"

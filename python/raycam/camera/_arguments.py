@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Literal
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,20 @@ PANORAMAS = dict(_core.lens_models())
 """The lens models by name: True for panoramas, which have no coefficients."""
 
 Size = Sequence[int]
+Constructor = TypeVar("Constructor", bound=Callable[..., Any])
+
+
+def either_order(constructor: Constructor) -> Constructor:
+    """A decorator for constructors with K, a pose and a size, which may stand as K, size, pose too."""
+
+    @functools.wraps(constructor)
+    def called(*args: Any, **kwargs: Any) -> Any:
+        if len(args) > 2 and np.shape(args[2]) == (2,):
+            kwargs["size"] = args[2]
+            args = (*args[:2], *args[3:])
+        return constructor(*args, **kwargs)
+
+    return called  # type: ignore[return-value]
 
 
 def make(constructor: str, *args: Any) -> _core.Camera:

@@ -19,6 +19,7 @@ from ._arguments import (
     Size,
     Up,
     checked_up,
+    either_order,
     intrinsics,
     lens_of,
     make,
@@ -168,6 +169,7 @@ class Constructors:
         return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
+    @either_order
     @understands(lens="model")
     def from_opengl(
         cls,
@@ -192,13 +194,14 @@ class Constructors:
         return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
+    @either_order
     @understands(lens="model")
     def from_transform(
         cls,
         K: npt.ArrayLike,
-        size: Size,
-        *,
         world_from_camera: npt.ArrayLike | None = None,
+        size: Size | None = None,
+        *,
         camera_from_world: npt.ArrayLike | None = None,
         axes: Axes = "opencv",
         distortion: npt.ArrayLike | None = None,
@@ -209,10 +212,13 @@ class Constructors:
         """A camera from its pose as a matrix [4, 4] or [3, 4], in either direction.
 
         `axes` are those of the camera in the matrix: "opencv" (x right, y down, z forward), "opengl" (x right, y up, z
-        backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). Raises `CameraError`
-        unless exactly one matrix is given, for a last row that is not 0 0 0 1 (with a word where the matrix is
-        transposed), and for what is no rotation.
+        backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The arguments may stand as
+        K, pose, size, as in `from_opengl`, or as K, size, pose. Raises `CameraError` without a size, unless exactly
+        one matrix is given, for a last row that is not 0 0 0 1 (with a word where the matrix is transposed), and for
+        what is no rotation.
         """
+        if size is None:
+            raise CameraError("expected size, (width, height) in pixels")
         given = [value for value in (world_from_camera, camera_from_world) if value is not None]
         if len(given) != 1:
             raise CameraError("expected one of world_from_camera and camera_from_world")
@@ -223,6 +229,37 @@ class Constructors:
             raise CameraError(f"{name} has the last row {table[3]}; expected 0 0 0 1{hint}")
         return cls._posed(
             K, size, table[:3, :3], table[:3, 3], name, axes, lens_of(distortion, model), pixel_center, up
+        )
+
+    @classmethod
+    @either_order
+    @understands(lens="model")
+    def from_x_forward(
+        cls,
+        K: npt.ArrayLike,
+        world_from_camera: npt.ArrayLike,
+        size: Size,
+        *,
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Self:
+        """A camera from the pose matrix [4, 4] or [3, 4] of a body: x forward, y left, z up.
+
+        These are the axes of ROS bodies and of Waymo's cameras. The matrix maps points of those axes to the world.
+        With the identity, the camera looks along +x of the world, as that of `from_pose` does. Raises `CameraError` as
+        `from_transform` does.
+        """
+        return cls.from_transform(
+            K,
+            world_from_camera,
+            size,
+            axes="x_forward",
+            distortion=distortion,
+            model=model,
+            pixel_center=pixel_center,
+            up=up,
         )
 
     @classmethod

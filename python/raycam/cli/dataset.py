@@ -45,7 +45,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         default="coco",
         help="coco (default), bop, kitti, colmap, nerf, tum, scannet, webdataset, yolo, panoptic, semantic, mot, hdf5, "
-        "mcap",
+        "mcap, replicator",
     )
     command.add_argument(
         "--cameras",

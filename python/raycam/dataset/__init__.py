@@ -150,6 +150,8 @@ def write(
     * "mcap": a bag of ROS 2 with camera_info, PNG pictures, depth (32FC1, metres, NaN for none; `depth=False` leaves it
       out) and poses world_from_camera, under `topic` ("/camera"); `fps` (30) for views without a time. Needs
       `raycam[mcap]`
+    * "replicator": the files of NVIDIA Replicator's BasicWriter: rgb, boxes in 2D and 3D, segmentation, distances,
+      normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
 
     Pictures are numbered, 000000.png; "coco", "colmap" and "nerf" give the pictures of `load_cameras` the names that
     the file has for them (`Cameras.images`), with the ending .png. COCO's `images` have the camera's name, K, lens and
@@ -162,10 +164,10 @@ def write(
     `world` may be a path: of a world or model, or with `count` of a recipe.
 
     A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by
-    `cameras`. "coco", "kitti", "webdataset", "yolo", "panoptic", "semantic" and "hdf5" put all worlds into one data
-    set. So does "bop", with a scene for each world, numbered from `scene`, and one model for each shape in all
-    scenes. The other formats write a data set for each world, in a folder with its number. A view is a function of
-    the recipe, its seed and the number of the world. Every worker reads the recipe's files from their original
+    `cameras`. "coco", "kitti", "webdataset", "yolo", "panoptic", "semantic", "hdf5" and "replicator" put all worlds
+    into one data set. So does "bop", with a scene for each world, numbered from `scene`, and one model for each shape
+    in all scenes. The other formats write a data set for each world, in a folder with its number. A view is a function
+    of the recipe, its seed and the number of the world. Every worker reads the recipe's files from their original
     folder.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted one

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
-from .training import hdf5, mcap, mot, panoptic, semantic, yolo
+from .training import hdf5, mcap, mot, panoptic, replicator, semantic, yolo
 
 __all__ = ["FORMATS"]
 
@@ -22,5 +22,6 @@ FORMATS = {
     "mot": mot.FORMAT,
     "hdf5": hdf5.FORMAT,
     "mcap": mcap.FORMAT,
+    "replicator": replicator.FORMAT,
 }
 """Formats by name."""
