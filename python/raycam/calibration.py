@@ -173,6 +173,8 @@ def load_cameras(
     * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
     * "bop", "hot3d": `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted
       sets
+    * "nuscenes", "argoverse", "waymo": the cameras of vehicles, of tables as JSON (Argoverse 2's as CSV too)
+    * "replicator": camera_params of NVIDIA Replicator, one or a folder of them
     * "tum", "euroc": trajectories; "euroc" (`data.csv`) of the body; "tum-intrinsics": `calibration.txt`
     * "realsense", "coco": intrinsics as people dump them; the `images` of data sets that raycam writes
 

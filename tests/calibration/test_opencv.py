@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -218,3 +219,111 @@ def test_views_of_a_board(tmp_path: Path) -> None:
 def test_lens_is_a_known_model(tmp_path: Path) -> None:
     with pytest.raises(CameraError, match="fisheye"):
         raycam.load_cameras(as_json(tmp_path / "a.json", K=K), size=SIZE, lens="fishey")  # type: ignore[arg-type]
+
+
+def test_json_with_comments_of_opencv(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    file.write("address", 'https://a.example/"b"')
+    file.writeComment("flags: +fix_aspectRatio", False)
+    file.write("image_width", 640)
+    file.write("image_height", 480)
+    file.write("camera_matrix", K)
+    file.write("distortion_coefficients", np.array([BROWN]))
+    file.release()
+    assert "// flags" in path.read_text()
+    (camera,) = raycam.load_cameras(path).values()
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-9)
+
+
+def test_aliases_of_yaml(tmp_path: Path) -> None:
+    shared = {"dist": BROWN, "image_size": list(SIZE)}
+    table = {"front": {"K": K.tolist(), **shared}, "back": {"K": K.tolist(), **shared}}
+    text = yaml.safe_dump(table)
+    assert "*id001" in text
+    (tmp_path / "a.yaml").write_text(text)
+    for camera in raycam.load_cameras(tmp_path / "a.yaml").values():
+        np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-9)
+    rows = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1]"]
+    rows += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 8)}]" for i in range(1, 12)]
+    (tmp_path / "b.yaml").write_text("\n".join([*rows, f"K: {K.tolist()}", ""]))
+    with pytest.raises(FormatError, match=r"b.yaml:\d+: aliases .* too many values"):
+        raycam.load_cameras(tmp_path / "b.yaml", format="opencv")
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_numbers_by_their_names(tmp_path: Path, nested: bool) -> None:
+    k1, k2, p1, p2, k3 = BROWN
+    table: dict[str, Any] = {
+        "intrinsics": dict(zip(("fx", "fy", "cx", "cy"), (K[0, 0], K[1, 1], K[0, 2], K[1, 2]), strict=True)),
+        "distortion": {"k1": k1, "k2": k2, "k3": k3, "p1": p1, "p2": p2},
+        "image_size": {"height": 480, "width": 640},
+    }
+    (tmp_path / "a.json").write_text(json.dumps({"camera": table} if nested else table))
+    (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
+    assert camera.size == SIZE
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-9)
+    table["intrinsics"]["coeffs"] = BROWN
+    (tmp_path / "a.json").write_text(json.dumps({"camera": table} if nested else table))
+    with pytest.raises(FormatError, match=r"coeffs.*lens"):
+        raycam.load_cameras(tmp_path / "a.json")
+
+
+def test_a_list_of_cameras(tmp_path: Path) -> None:
+    rows = [{"name": name, "K": K.tolist(), "dist": BROWN, "image_size": SIZE} for name in ("a", "b")]
+    (tmp_path / "a.json").write_text(json.dumps(rows))
+    cameras = raycam.load_cameras(tmp_path / "a.json")
+    assert list(cameras) == ["a", "b"]
+    np.testing.assert_allclose(cameras["b"].project(POINTS)[0], projected(BROWN), atol=1e-9)
+
+
+@pytest.mark.parametrize("beside", [{"dist": BROWN}, {"D": BROWN}, {"lens": {"k1": 0.1}}])
+def test_a_lens_beside_its_camera_does_not_vanish(tmp_path: Path, beside: dict[str, Any]) -> None:
+    for table in ({"calib": {"K": K.tolist()}, **beside}, {"cam": {"calib": {"K": K.tolist()}, **beside}}):
+        (tmp_path / "a.json").write_text(json.dumps(table))
+        with pytest.raises(FormatError, match="looks like a lens"):
+            raycam.load_cameras(tmp_path / "a.json", size=SIZE)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ("cam1_K", "cam1_D", "cam2_K", "cam2_D", "R", "T"),
+        ("K0", "D0", "K1", "D1", "R", "T"),
+        ("mtxL", "distL", "mtxR", "distR", "Rot", "Trns"),
+        ("left", "left", "right", "right", "stereo", "stereo"),
+    ],
+)
+def test_pairs_by_other_marks(tmp_path: Path, keys: tuple[str, ...]) -> None:
+    rvec, t = np.array([0.01, -0.02, 0.03]), np.array([-0.12, 0.002, -0.001])
+    parts = (K, np.array(BROWN), K, np.array(BROWN) / 2, cv2.Rodrigues(rvec)[0], t)
+    inner = ("K", "D", "K", "D", "R", "T")
+    table: dict[str, Any] = {}
+    for key, name, value in zip(keys, inner, parts, strict=True):
+        if keys[0] == keys[1]:
+            table.setdefault(key, {})[name] = value.tolist()
+        else:
+            table[key] = value.tolist()
+    (tmp_path / "a.json").write_text(json.dumps(table))
+    (rig,) = raycam.load_cameras(tmp_path / "a.json", size=SIZE).rigs.values()
+    second = list(rig.values())[1]
+    expected = cv2.projectPoints(POINTS, rvec, t, K, np.array(BROWN) / 2)[0][:, 0]
+    np.testing.assert_allclose(second.project(POINTS)[0], expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("ending", ["yml", "json"])
+def test_numbers_that_are_none_are_named(tmp_path: Path, ending: str) -> None:
+    bad = K.copy()
+    bad[0, 0] = np.nan
+    file = WRITERS[ending](tmp_path / f"a.{ending}", camera_matrix=bad, dist=np.array([BROWN]))
+    with pytest.raises(FormatError, match=r"camera_matrix.*finite number"):
+        raycam.load_cameras(file, size=SIZE)
+
+
+def test_arrays_of_numpy_in_yaml_and_old_pickles_are_named(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(yaml.dump({"camera_matrix": K, "dist": np.array(BROWN)}))
+    with pytest.raises(FormatError, match=r"NumPy.*tolist"):
+        raycam.load_cameras(tmp_path / "a.yaml")
+    (tmp_path / "a.p").write_bytes(pickle.dumps({"mtx": K.tolist()}, protocol=0))
+    with pytest.raises(FormatError, match=r"pickle.*np\.savez"):
+        raycam.load_cameras(tmp_path / "a.p")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -310,6 +311,10 @@ def test_reality_capture(tmp_path: Path) -> None:
             lambda x: brown(x, (-0.1, 0.02, 0.001), (-0.002, 0.001)),
         )
     assert "t1 and t2" in cameras.notices[0]
+    picture(tmp_path / "images/1.jpg")
+    cameras = raycam.load_cameras(file)
+    assert {camera.size for camera in cameras.values()} == {SIZE}
+    assert any("1 cameras whose picture is not there" in notice for notice in cameras.notices)
     picture(tmp_path / "0.jpg")
     picture(tmp_path / "1.jpg", (320, 240))
     assert raycam.load_cameras(file)["1.jpg"].size == (320, 240)
@@ -353,6 +358,13 @@ def test_xmp(tmp_path: Path, elements: bool) -> None:
     for i, camera in enumerate(cameras.values()):
         K = intrinsics(focal, 1.01 * focal, 326.4, 227.2, 0.64)
         check(camera, K, *pose(i), lambda x: brown(x, (-0.1, 0.02, 0.001)))
+    # A picture that is not aligned, and one that is elsewhere.
+    (tmp_path / "IMG_11.xmp").write_text(re.sub(r'xcr:(?!Coordinates)[^ />]*="[^"]*"', "", xmp(0)))
+    (tmp_path / "IMG_9.jpg").unlink()
+    again = raycam.load_cameras(tmp_path)
+    assert list(again) == list(cameras)
+    assert any("1 files without Rotation and Position" in notice for notice in again.notices)
+    np.testing.assert_array_equal(again["IMG_9"].K, cameras["IMG_9"].K)
 
 
 @pytest.mark.parametrize("model", ["division", "perspective"])
@@ -535,6 +547,10 @@ def test_bundler(tmp_path: Path) -> None:
     assert "1 cameras with a focal length of 0" in cameras.notices[0]
     for i, camera in zip((0, 2), cameras.values(), strict=True):
         check(camera, intrinsics(520, 520, 320, 240), *pose(i), lambda x: brown(x, (-0.1, 0.02)))
+    (tmp_path / "images/a.jpg").rename(tmp_path / "images/d 1.jpg")
+    (tmp_path / "images/c.jpg").unlink()
+    (tmp_path / "list.txt").write_text("images/d 1.jpg 0 500\nimages/b.jpg\nimages/e 2.jpg\n")
+    assert list(raycam.load_cameras(tmp_path)) == ["images/d 1.jpg", "images/e 2.jpg"]
     (tmp_path / "list.txt").unlink()
     assert list(raycam.load_cameras(file, size=SIZE)) == ["0", "2"]
     with pytest.raises(FormatError, match="size"):

@@ -53,6 +53,8 @@ def test_scannet(tmp_path: Path) -> None:
         assert "world_from_camera" in told
         assert "intrinsic_depth.txt has another K" in told
     assert cameras["3"].size == SIZE
+    (tmp_path / "color/0.jpg").rename(tmp_path / "color/000000.jpg")
+    assert raycam.load_cameras(tmp_path)["3"].size == SIZE
 
 
 @pytest.mark.parametrize("between", ["\t", " ", ", "])
@@ -220,6 +222,7 @@ def test_arkitscenes(tmp_path: Path) -> None:
     for i, camera in enumerate(cameras.values()):
         check(camera, intrinsics(520.5, 518.25, 321.0, 242.5 + i), *pose(i))
     assert "1 poses without a .pincam" in cameras.notices[0]
+    assert list(raycam.load_cameras(tmp_path)) == list(cameras)
     check_all(raycam.load_cameras(tmp_path / "lowres_wide.traj", intrinsics=EYE), 4)
 
 

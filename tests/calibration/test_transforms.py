@@ -42,6 +42,33 @@ def test_the_splits_of_a_blender_set(tmp_path: Path) -> None:
     assert len(raycam.load_cameras(tmp_path / "transforms_val.json")) == 1
 
 
+def test_pictures_that_are_not_there_lend_no_size_in_silence(tmp_path: Path) -> None:
+    for split in ("train", "val"):
+        frames = [{"file_path": f"./{split}/r_{i}", "transform_matrix": opengl(i).tolist()} for i in range(2)]
+        text = json.dumps({"camera_angle_x": 0.7, "frames": frames})
+        (tmp_path / f"transforms_{split}.json").write_text(text)
+    with pytest.raises(FormatError, match="size"):
+        raycam.load_cameras(tmp_path)
+    picture(tmp_path / "train/r_1.png")
+    cameras = raycam.load_cameras(tmp_path)
+    assert any("1 cameras whose pictures are not there" in notice for notice in cameras.notices)
+    for i, camera in enumerate(cameras.values()):
+        check(camera, intrinsics(320 / np.tan(0.35), 320 / np.tan(0.35), 320, 240), *pose(i % 2))
+
+
+def test_the_lens_of_a_frame_stands_before_that_of_all(tmp_path: Path) -> None:
+    own = {"distortion_params": [0.01, -0.02, 0.003, 0, 0.001, -0.002]}
+    frame = {"file_path": "a.png", "transform_matrix": opengl(1).tolist()}
+    table = {"fl_x": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "k1": 0.5, "frames": [{**frame, **own}]}
+    (tmp_path / "t.json").write_text(json.dumps(table))
+    (camera,) = raycam.load_cameras(tmp_path / "t.json").values()
+    np.testing.assert_allclose(camera.distortion, [0.01, -0.02, 0.001, -0.002, 0.003])
+    table["frames"] = [{**frame, **own, "k1": 0.5}]
+    (tmp_path / "t.json").write_text(json.dumps(table))
+    with pytest.raises(FormatError, match="twice"):
+        raycam.load_cameras(tmp_path / "t.json")
+
+
 def nerf(path: Path, **keys: Any) -> Path:
     path.write_text(
         json.dumps({**keys, "frames": [{"file_path": "a.png", "transform_matrix": opengl(1).tolist()}]})

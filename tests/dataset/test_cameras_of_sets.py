@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,10 @@ from support.box_table import ring, table
 POINTS = np.random.default_rng(1).uniform(-0.4, 0.4, (20, 3))
 
 
-@pytest.mark.parametrize("format", ["coco", "bop", "kitti", "colmap", "nerf", "tum", "scannet"])
+@pytest.mark.parametrize("format", ["coco", "bop", "kitti", "colmap", "nerf", "tum", "scannet", "replicator"])
 def test_a_set_is_read_back(tmp_path: Path, format: str) -> None:
     lens: dict[str, Any] = (
-        {"distortion": [-0.2, 0.05, 0.001, 0.0]} if format in ("coco", "colmap", "nerf") else {}
+        {"distortion": [-0.2, 0.05, 0.001, 0.0]} if format in ("coco", "colmap", "nerf", "replicator") else {}
     )
     cameras = ring(3, **lens)
     write(table(), tmp_path, format, cameras=cameras, samples=1, integrator="flat")
@@ -27,3 +28,19 @@ def test_a_set_is_read_back(tmp_path: Path, format: str) -> None:
         assert own.size == given.size
         shift = (0.5 if own.pixel_center == "half" else 0.0) - (0.5 if given.pixel_center == "half" else 0.0)
         np.testing.assert_allclose(own.project(POINTS)[0] - shift, given.project(POINTS)[0], atol=1e-6)
+
+
+def test_replicators_camera_is_read_by_its_film(tmp_path: Path) -> None:
+    camera = raycam.Camera.look_at(
+        [3, 1, 2], [0, 0, 0.3], size=(64, 48), K=[[70, 0, 30], [0, 65, 25], [0, 0, 1]]
+    )
+    write(table(), tmp_path, "replicator", cameras=[camera], samples=1, integrator="flat")
+    path = tmp_path / "camera_params_0000.json"
+    params = json.loads(path.read_text())
+    del params["raycam"]
+    path.write_text(json.dumps(params))
+    (found,) = raycam.load_cameras(path).values()
+    np.testing.assert_allclose(found.project(POINTS)[0] - 0.5, camera.project(POINTS)[0], atol=1e-6)
+    path.write_text(json.dumps({**params, "cameraModel": "fisheyePolynomial"}))
+    with pytest.raises(raycam.errors.FormatError, match="fisheyePolynomial"):
+        raycam.load_cameras(tmp_path)

@@ -9,7 +9,7 @@ use crate::calibration::folder::Folder;
 use crate::calibration::multi_view::{aria, llff, middlebury, mvsnet, neus};
 use crate::calibration::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::calibration::record::CameraRecord;
-use crate::calibration::sets::{bop_set, coco, euroc_set, kitti_set};
+use crate::calibration::sets::{bop_set, coco, euroc_set, kitti_set, nu_scenes, replicator, vehicles};
 use crate::calibration::slam::{basalt, camodocal, mrcal, orb_slam, real_sense, vins, zed};
 use crate::calibration::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
 use crate::calibration::transforms::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
@@ -99,7 +99,12 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("bop", bop::detect, bop::read).written(bop::write).in_folders(bop_set::detect, bop_set::read),
     reader("coco", coco::detect, coco::read),
     reader("euroc", euroc::detect, euroc::read).written(euroc::write).in_folders(euroc_set::detect, euroc_set::read),
-    reader("arkit", arkit::detect, arkit::read),
+    reader("arkit", arkit::detect, arkit::read).in_folders(arkit::detect_folder, arkit::read_folder),
+    reader("nuscenes", nu_scenes::detect, nu_scenes::read).in_folders(nu_scenes::detect_folder, nu_scenes::read_folder),
+    reader("replicator", replicator::detect, replicator::read)
+        .in_folders(replicator::detect_folder, replicator::read_folder),
+    reader("argoverse", vehicles::detect_argoverse, vehicles::read_argoverse),
+    reader("waymo", vehicles::detect_waymo, vehicles::read_waymo),
     reader("opencv", opencv::read::detect, opencv::read::read)
         .written(opencv::write::write)
         .in_folders(opencv::pair_folder::detect_folder, opencv::pair_folder::read_folder),
@@ -269,6 +274,13 @@ fn unknown_file(source: &InputFile) -> FormatError {
             format!("a file of {name}, which raycam does not read: {way} (it reads {known})"),
         );
     }
+    if source.path.extension().is_some_and(|ending| ending == "tfrecord") {
+        return FormatError::unsupported(
+            &source.path,
+            "a TFRecord, as Waymo's are, which raycam does not read: write camera_calibrations of a frame's context as \
+             JSON (google.protobuf.json_format.MessageToJson)",
+        );
+    }
     FormatError::unsupported(
         &source.path,
         format!(
@@ -276,6 +288,26 @@ fn unknown_file(source: &InputFile) -> FormatError {
              format's reader says in which line the file is something else"
         ),
     )
+}
+
+/// Gives the size that all others have to cameras with K whose picture is not there, and returns the notice of it.
+fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<String> {
+    let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
+    let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();
+    if records.iter().any(|record| !lacks(record) && record.size != Some(size)) {
+        return None;
+    }
+    let mut lent = 0;
+    for record in records.iter_mut().filter(|record| lacks(record)) {
+        record.size = Some(size);
+        lent += 1;
+    }
+    (lent > 0).then(|| {
+        format!(
+            "{lent} cameras whose size is not known have that of the others, {} x {} (size= says another)",
+            size[0], size[1]
+        )
+    })
 }
 
 /// Fills in what a file leaves open, and checks its cameras.
@@ -307,6 +339,7 @@ fn finish(
                 .into(),
         );
     }
+    calibration.notices.extend(lend_size(&mut calibration.records, known));
     for record in &mut calibration.records {
         known.fill_missing(record, path)?;
         if let Some(notice) = record.orthonormalize() {

@@ -11,22 +11,26 @@ const UNREAD: [(&str, &[&str], &str); 8] = [
     ("OCamCalib (Scaramuzza)", &["#polynomial coefficients"], "calibrate as MEI or KANNALA_BRANDT with camodocal"),
     ("VisualSFM", &["NVM_V3"], "import it in COLMAP (model_converter), then read that"),
     ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
-    ("nuScenes", &["\"sensor_token\"", "\"camera_intrinsic\""], NU_SCENES),
+    ("NumPy's arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),
     ("the configuration of nerfstudio", &["!!python/object"], "give transforms.json of its data"),
     ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
 ];
-const NU_SCENES: &str = "Camera.from_quaternion(camera_intrinsic, rotation, translation, (1600, 900), order=\"wxyz\", \
-                         direction=\"world_from_camera\") is a camera on the vehicle, Rig.at_pose with ego_pose the rest";
+const PICKLE: &str = "it is never opened, because it may run code: save with np.savez, or as JSON";
 /// First bytes of binary files that are known and not read, with the way on.
-const UNREAD_BYTES: [(&str, &[u8], &str); 5] = [
+const UNREAD_BYTES: [(&str, &[u8], &str); 6] = [
     (
         "MATLAB",
         b"MATLAB 5.0 MAT-file",
         "scipy.io.loadmat, then Camera; its principal point counts from 1, K is transposed",
     ),
     ("HDF5 (MATLAB 7.3, Hypersim)", b"\x89HDF", "open it with h5py, then Camera"),
-    ("Apache Arrow (Argoverse 2)", b"ARROW1", "open it with pyarrow, then Camera.from_quaternion"),
-    ("Python's pickle", b"\x80", "it is never opened, because it may run code: save with np.savez, or as JSON"),
+    (
+        "Apache Arrow (feather, Argoverse 2)",
+        b"ARROW1",
+        "pandas.read_feather(file).to_csv(name, index=False) of intrinsics and egovehicle_SE3_sensor",
+    ),
+    ("Python's pickle", b"\x80", PICKLE),
+    ("Python's pickle", b"(dp0\n", PICKLE),
     ("ROS bags", b"#ROSBAG", "rostopic echo -n 1 /camera/camera_info > camera_info.yaml"),
 ];
 

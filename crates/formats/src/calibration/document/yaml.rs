@@ -1,13 +1,16 @@
-//! YAML, and JSON, which is a part of it, as trees. Anchors and aliases, tags that change a value and several documents
-//! are refused: no calibration tool writes them.
+//! YAML, and JSON, which is a part of it, as trees. Aliases are copies of what they name, within a limit. Several
+//! documents that differ are refused.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use saphyr_parser::{Event, Parser};
 
 use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
 use crate::error::FormatError;
+
+/// Most values that aliases may add to a document: a few lines of aliases of aliases could ask for any number.
+const MAX_COPIED_VALUES: usize = 1 << 16;
 
 /// A list or a map under construction: a map with the key that waits for its value, and the keys that it has.
 enum Open {
@@ -16,11 +19,12 @@ enum Open {
 }
 
 /// The tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is no YAML, and OpenCV takes
-/// keys without a space before their value: so do these, and files that are no YAML otherwise. JSON may have tabs.
+/// keys without a space before their value: so do these, and files that are no YAML otherwise. JSON may have tabs, and
+/// comments as OpenCV writes them.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if text.trim_start().starts_with(['{', '[']) && text.contains('\t') {
-        return parse_strict(&text.replace('\t', " "), path);
+    if text.trim_start().starts_with(['{', '[']) && (text.contains('\t') || text.contains("//")) {
+        return parse_strict(&without_comments(&text.replace('\t', " ")), path);
     }
     let old = text.strip_prefix("%YAML:1.0").or_else(|| text.strip_prefix("%YAML 1.0"));
     match old {
@@ -52,16 +56,46 @@ fn with_spaces(text: &str) -> String {
     spaced
 }
 
+/// JSON without its comments: those from `//`, outside of quotes, to the end of the line.
+fn without_comments(text: &str) -> String {
+    let mut kept = String::with_capacity(text.len());
+    let (mut quoted, mut escaped) = (false, false);
+    for line in text.split_inclusive('\n') {
+        let comment = line.char_indices().find(|&(i, c)| {
+            (quoted, escaped) = (quoted != (c == '"' && !escaped), quoted && c == '\\' && !escaped);
+            !quoted && line[i..].starts_with("//")
+        });
+        kept.push_str(comment.map_or(line, |(i, _)| &line[..i]));
+        if comment.is_some() {
+            kept.push('\n');
+        }
+    }
+    kept
+}
+
+/// The number of values in a tree.
+fn count_values(node: &DocumentNode) -> usize {
+    match &node.value {
+        Value::Scalar(_) => 1,
+        Value::List(items) => 1 + items.iter().map(count_values).sum::<usize>(),
+        Value::Map(entries) => 1 + entries.iter().map(|(_, value)| count_values(value)).sum::<usize>(),
+    }
+}
+
 fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
-    let mut open: Vec<(Open, usize)> = Vec::new();
+    let mut open: Vec<(Open, usize, usize)> = Vec::new();
+    let mut anchors: HashMap<usize, DocumentNode> = HashMap::new();
+    let mut copied = 0;
     let mut root: Option<DocumentNode> = None;
     for event in Parser::new_from_str(body) {
         let (event, span) = event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
         let line = span.start.line();
         let fail = |message: &str| Err(FormatError::line(path, line, message));
-        let done = match event {
-            Event::Scalar(word, _, 0, _) => DocumentNode { value: Value::Scalar(word.into_owned()), line },
-            Event::SequenceStart(0, _) | Event::MappingStart(0, _) => {
+        let (anchor, done) = match event {
+            Event::Scalar(word, _, anchor, _) => {
+                (anchor, DocumentNode { value: Value::Scalar(word.into_owned()), line })
+            }
+            Event::SequenceStart(anchor, _) | Event::MappingStart(anchor, _) => {
                 if open.len() >= MAX_DEPTH {
                     return fail("nested too deeply for a calibration");
                 }
@@ -69,21 +103,33 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
                     Event::SequenceStart(..) => Open::List(vec![]),
                     _ => Open::Map(vec![], None, HashSet::new()),
                 };
-                open.push((new, line));
+                open.push((new, line, anchor));
                 continue;
             }
             Event::SequenceEnd | Event::MappingEnd => match open.pop() {
-                Some((Open::List(items), line)) => DocumentNode { value: Value::List(items), line },
-                Some((Open::Map(entries, None, _), line)) => DocumentNode { value: Value::Map(entries), line },
+                Some((Open::List(items), line, anchor)) => (anchor, DocumentNode { value: Value::List(items), line }),
+                Some((Open::Map(entries, None, _), line, anchor)) => {
+                    (anchor, DocumentNode { value: Value::Map(entries), line })
+                }
                 _ => return fail("a key without a value"),
             },
-            Event::Alias(_) | Event::Scalar(..) | Event::SequenceStart(..) | Event::MappingStart(..) => {
-                return fail("anchors and aliases (& and *) are not read: write the values out");
+            Event::Alias(anchor) => {
+                let Some(named) = anchors.get(&anchor) else {
+                    return fail("an alias (*) of a value that is not complete: write the value out");
+                };
+                copied += count_values(named);
+                if copied > MAX_COPIED_VALUES {
+                    return fail("aliases (*) repeat too many values for a calibration: write the values out");
+                }
+                (0, named.clone())
             }
             Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentStart(_) | Event::DocumentEnd => {
                 continue;
             }
         };
+        if anchor != 0 {
+            anchors.insert(anchor, done.clone());
+        }
         match open.last_mut() {
             // Tools end each message with `---`: an empty document after it is none.
             None if matches!(&done.value, Value::Scalar(word) if word.is_empty() || word == "~") => {}
@@ -97,8 +143,8 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
                     );
                 }
             },
-            Some((Open::List(items), _)) => items.push(done),
-            Some((Open::Map(entries, key, known), _)) => match (key.take(), done) {
+            Some((Open::List(items), ..)) => items.push(done),
+            Some((Open::Map(entries, key, known), ..)) => match (key.take(), done) {
                 (Some(key), value) => entries.push((key, value)),
                 (None, DocumentNode { value: Value::Scalar(word), line }) => {
                     if !known.insert(word.clone()) {

@@ -45,12 +45,24 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3, FormatError> {
     Ok(k)
 }
 
+/// Columns and rows by their names, in a map.
+fn sides(at: &Cursor<'_>) -> Result<Vec<f64>, FormatError> {
+    let view = KeyView { at: at.clone(), side: &[] };
+    match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
+        (Some(width), Some(height)) => Ok(vec![width.number()?, height.number()?]),
+        _ => Err(at.fail("expected width and height")),
+    }
+}
+
 /// Columns and rows.
 pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>, FormatError> {
     let (pair, shape) = (view.find_value(&keys::SIZE)?, view.find_value(&keys::SHAPE)?);
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {
-        let mut numbers = at.numbers()?;
-        if pair.is_none() {
+        let mut numbers = match keys::is_keyed(at) {
+            true => sides(at)?,
+            false => at.numbers()?,
+        };
+        if pair.is_none() && !keys::is_keyed(at) {
             // The third number of a shape is that of the colours.
             numbers.truncate(2);
             numbers.reverse();

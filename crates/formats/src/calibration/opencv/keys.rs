@@ -73,8 +73,8 @@ pub(super) const MODEL: [&str; 7] =
 pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
 pub(super) const XI: [&str; 1] = ["xi"];
 /// The pose of one camera, camera from world.
-pub(super) const R: [&str; 5] = ["r", "rot", "rotation", "rotationmatrix", "rstereo"];
-pub(super) const T: [&str; 5] = ["t", "trans", "translation", "translationvector", "tstereo"];
+pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotmat", "rmat", "rstereo"];
+pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
 pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
 pub(super) const TVEC: [&str; 2] = ["tvec", "tvector"];
 /// The poses of the views of a board: of six numbers each, or of three in two lists.
@@ -129,11 +129,13 @@ const OTHER: [&str; 42] = [
     "date",
 ];
 
+/// The marks of keys of one camera, and of either of a pair: at the end of a key or at its beginning.
+const MARKS: [&str; 12] = ["", "0", "1", "2", "left", "right", "l", "r", "cam0", "cam1", "cam2", "camera1"];
+
 /// True if a key is one of a calibration, of one camera or of either of a pair.
 pub(super) fn is_known(key: &str) -> bool {
-    let ends = ["", "1", "2", "left", "right", "l", "r"];
     let key = plain(key);
-    ends.iter().any(|end| {
+    MARKS.iter().any(|end| {
         let bases = [key.strip_suffix(end), key.strip_prefix(end)];
         bases.into_iter().flatten().any(|base| is_base(base) && !OTHER.contains(&base) || RECTIFIED.contains(&base))
     })
@@ -142,7 +144,7 @@ pub(super) fn is_known(key: &str) -> bool {
 /// True if a key is that of K, of one camera or of either of a pair.
 pub(super) fn is_camera_matrix(key: &str) -> bool {
     let key = plain(key);
-    ["", "1", "2", "left", "right", "l", "r"]
+    MARKS
         .iter()
         .any(|end| [key.strip_suffix(end), key.strip_prefix(end)].into_iter().flatten().any(|base| K.contains(&base)))
 }
@@ -173,6 +175,21 @@ fn is_base(base: &str) -> bool {
     groups.iter().any(|group| group.contains(&base))
 }
 
+/// True for a map of keys, which is no matrix of OpenCV.
+pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
+    at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
+}
+
+/// True for numbers that may be K, or fx, fy, cx and cy; also where some of them are none, which the reader says.
+pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
+    let data = at.get("data").unwrap_or_else(|| at.clone());
+    let rows = data.list().unwrap_or_default();
+    let cells = rows.into_iter().flat_map(|row| row.list().unwrap_or_else(|_| vec![row]));
+    let is_number = |word: &str| word.trim_start_matches('.').parse::<f64>().is_ok();
+    let found: Vec<bool> = cells.map(|cell| cell.word().is_ok_and(is_number)).collect();
+    (3..=16).contains(&found.len()) && 2 * found.iter().filter(|number| **number).count() > found.len()
+}
+
 /// The keys of one camera: those without a mark, or those that end or begin with the mark of its side.
 #[derive(Clone)]
 pub(super) struct KeyView<'a> {
@@ -192,11 +209,26 @@ impl<'a> KeyView<'a> {
         self.side.iter().flat_map(stripped).flatten().map(str::to_owned).collect()
     }
 
-    /// The values of all keys of some names.
+    /// True if a key has one of some names.
+    fn has_name(&self, key: &str, names: &[&str]) -> bool {
+        self.base(key).iter().any(|base| names.contains(&base.as_str()))
+    }
+
+    /// The values of all keys of some names, here and in the map of the intrinsics.
     pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
         let entries = self.at.entries().unwrap_or_default();
-        let has_name = |key: &str| self.base(key).iter().any(|base| names.contains(&base.as_str()));
-        entries.into_iter().filter(|(key, at)| has_name(key) && !at.is_null()).map(|(_, at)| at).collect()
+        let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
+        let wanted = |(key, at): &(&str, Cursor<'a>)| {
+            self.has_name(key, names) && !at.is_null() && !(self.has_name(key, &K) && is_keyed(at))
+        };
+        entries.into_iter().filter(wanted).map(|(_, at)| at).chain(inner).collect()
+    }
+
+    /// The intrinsics by the names of their numbers, in a map of their own: `intrinsics: {fx: ..., fy: ...}`.
+    pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
+        let entries = self.at.entries().ok()?;
+        let mut maps = entries.into_iter().filter(|(key, at)| self.has_name(key, &K) && is_keyed(at));
+        maps.next().map(|(_, at)| KeyView { at, side: &[] })
     }
 
     /// The value of the names, of which several keys have to say the same.

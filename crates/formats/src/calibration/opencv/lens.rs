@@ -45,7 +45,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens, Format
 fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>), FormatError> {
     let list = view.find_value(&keys::LENS)?;
     let named = match &list {
-        Some(at) if at.is_map() && at.get("data").is_none() => KeyView { at: at.clone(), side: &[] },
+        Some(at) if keys::is_keyed(at) => KeyView { at: at.clone(), side: &[] },
         _ => view.clone(),
     };
     let mut values: Vec<(usize, f64)> = Vec::new();
@@ -56,7 +56,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
             values.push((i, at.number()?));
         }
     }
-    if let (Some(at), false) = (&list, at_is_map(list.as_ref())) {
+    if let (Some(at), false) = (&list, list.as_ref().is_some_and(keys::is_keyed)) {
         if let Some(&(i, _)) = values.iter().find(|(_, value)| *value != 0.0) {
             return Err(at.fail(format_args!(
                 "the lens is there twice, here and as {}: expected one of them",
@@ -87,10 +87,6 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
         numbers[i] = value;
     }
     Ok((list.or((count > 0).then_some(named.at)), numbers))
-}
-
-fn at_is_map(at: Option<&Cursor<'_>>) -> bool {
-    at.is_some_and(|at| at.is_map() && at.get("data").is_none() && at.get("rows").is_none())
 }
 
 /// The name of the model that the file states, and its place.

@@ -44,26 +44,34 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
 /// True if a map has K.
 fn has_camera(at: &Cursor<'_>) -> bool {
     let view = KeyView { at: at.clone(), side: &[] };
-    let matrix = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 4 | 9));
     at.is_map()
-        && (view.all(&keys::K).iter().any(matrix) || keys::FOCALS.iter().all(|key| !view.all(&[key]).is_empty()))
+        && (view.all(&keys::K).iter().any(keys::is_matrix)
+            || keys::FOCALS.iter().all(|key| !view.all(&[key]).is_empty()))
 }
 
 /// The maps below the root, by their keys; those of a list by their numbers.
 fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>, FormatError> {
     let mut found = Vec::new();
+    if let Ok(items) = root.list() {
+        let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), at);
+        return Ok(items.into_iter().enumerate().map(named).collect());
+    }
     for (name, inner) in root.entries()? {
         match inner.node.value {
             Value::List(_) => {
+                let before = found.len();
                 for (i, item) in inner.list()?.into_iter().enumerate().filter(|(_, item)| item.is_map()) {
                     found.push((format!("{name}{i}"), item));
                 }
+                if found.len() == before {
+                    found.push((name.to_owned(), inner));
+                }
             }
             Value::Map(_) if !has_camera(&inner) => {
-                let below = inner.entries()?.into_iter().filter(|(_, at)| at.is_map() && has_camera(at));
-                let before = found.len();
-                found.extend(below.map(|(name, at)| (name.to_owned(), at)));
-                if found.len() == before {
+                let entries = inner.entries()?;
+                if entries.iter().any(|(_, at)| has_camera(at)) {
+                    found.extend(entries.into_iter().map(|(name, at)| (name.to_owned(), at)));
+                } else {
                     found.push((name.to_owned(), inner));
                 }
             }
@@ -92,7 +100,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// The camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration, FormatError> {
-    let notices = view.at.unread_keys(|key| view.knows(key))?;
+    let mut notices = view.at.unread_keys(|key| view.knows(key))?;
+    if let Some(inner) = view.intrinsics() {
+        notices.extend(inner.at.unread_keys(|key| inner.knows(key))?);
+    }
     let mut calibration = Calibration { notices, ..Calibration::default() };
     let name = match view.find_value(&["name", "cameraname"])? {
         Some(at) => at.word()?.to_owned(),
@@ -111,18 +122,25 @@ fn several(
 ) -> Result<Calibration, FormatError> {
     let root = &view.at;
     let mut calibration = Calibration::default();
+    let mut pose = camera::pose(view)?;
     for (name, inner) in list_of_cameras(root)? {
         if has_camera(&inner) {
             let camera = one(&KeyView { at: inner, side: &[] }, name, hints)?;
             calibration.records.extend(camera.records);
             calibration.notices.extend(camera.notices);
-        } else if !(view.knows(&name) || view.is_rectified(&name)) {
+        } else {
             inner.refuse_lens(&name)?;
-            calibration.notices.push(format!("{name} (line {}) is not read", inner.node.line));
+            let is_pose = pose.is_none() && keys::is_keyed(&inner);
+            if is_pose {
+                pose = camera::pose(&KeyView { at: inner.clone(), side: &[] })?;
+            }
+            if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pose.is_some()) {
+                calibration.notices.push(format!("{name} (line {}) is not read", inner.node.line));
+            }
         }
     }
     if calibration.records.is_empty() {
-        if camera::pose(view)?.is_some()
+        if pose.is_some()
             && let Some(partner) = stereo::partner(&source.path, "extrinsic", "intrinsic")
             && let Ok(intrinsics) = assets.read_reference(Path::new(""), &partner)
         {
@@ -130,10 +148,10 @@ fn several(
         }
         return Err(root.fail("no camera in it: expected a camera matrix, as K, camera_matrix, cameraMatrix or mtx"));
     }
-    if let (2, Some(pose)) = (calibration.records.len(), camera::pose(view)?) {
+    if let (2, Some(pose)) = (calibration.records.len(), pose) {
         stereo::place_second(Some(pose), &mut calibration);
     }
-    let size = camera::size(view)?;
+    let size = if root.is_map() { camera::size(view)? } else { None };
     for record in calibration.records.iter_mut().filter(|record| record.size.is_none()) {
         record.size = size;
     }

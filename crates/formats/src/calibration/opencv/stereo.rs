@@ -13,13 +13,17 @@ use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 
 /// The marks of keys of the first and of the second camera.
-const SIDES: [(&str, [&[&str]; 2]); 2] = [("camera", [&["1"], &["2"]]), ("", [&["left", "l"], &["right", "r"]])];
+const SIDES: [(&str, [&[&str]; 2]); 3] = [
+    ("camera", [&["1", "cam1", "camera1"], &["2", "cam2", "camera2"]]),
+    ("", [&["left", "l"], &["right", "r"]]),
+    ("camera", [&["0", "cam0", "camera0"], &["1", "cam1", "camera1"]]),
+];
 
 /// The two cameras, each with its name.
 pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> {
     SIDES.iter().find_map(|(name, sides)| {
         let views = sides.map(|side| KeyView { at: root.clone(), side });
-        let has_k = |view: &KeyView<'_>| view.all(&keys::K).iter().any(|at| at.numbers().is_ok());
+        let has_k = |view: &KeyView<'_>| view.all(&keys::K).iter().any(keys::is_matrix) || view.intrinsics().is_some();
         let named = |view: KeyView<'a>| (format!("{name}{}", view.side[0]), view);
         views.iter().all(has_k).then(|| views.map(named))
     })

@@ -8,7 +8,7 @@ use crate::calibration::document::check_rotation;
 use crate::calibration::document::number_lines::{data_lines, numbers};
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, require_known_size};
-use crate::calibration::picture_size::size_of_picture;
+use crate::calibration::picture_size::PictureSizes;
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
@@ -26,13 +26,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let pictures: Vec<&str> = list
         .as_ref()
         .and_then(|list| list.text().ok())
-        .map(|text| data_lines(text).filter_map(|(_, line)| line.split_whitespace().next()).collect())
+        .map(|text| data_lines(text).map(|(_, line)| picture_name(line)).collect())
         .unwrap_or_default();
+    let mut sizes = PictureSizes::new(assets, path, &pictures, hints.size);
     let mut lines = data_lines(text);
     let mut next = |what: &str| lines.next().ok_or_else(|| FormatError::whole(path, format!("it ends before {what}")));
     let (line, row) = next("the number of cameras")?;
     let [count, _] = numbers::<2>(path, line, row)?;
-    let (mut lost, mut tiny, mut measured) = (0, 0, 0);
+    let (mut lost, mut tiny) = (0, 0);
     let mut i = 0;
     while f64::from(i) < count {
         let (line, row) = next("f k1 k2 of a camera")?;
@@ -52,9 +53,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let name = picture.map_or_else(|| (i - 1).to_string(), |name| (*name).to_owned());
         let mut record = CameraRecord::new(name, PixelCenter::Half);
         record.image = picture.map(|name| (*name).to_owned());
-        record.size = size_of_picture(assets, path, picture);
-        measured += usize::from(record.size.is_some());
-        let size = require_known_size(record.size.or(hints.size), path, "Bundler's file")?;
+        let size = require_known_size(sizes.size(assets, path, picture), path, "Bundler's file")?;
         record.size = Some(size);
         let [w, h] = size.map(f64::from);
         record.k = Some(pinhole_matrix([focal, focal, 0.5 * w, 0.5 * h]));
@@ -76,8 +75,15 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
              read"
         ));
     }
-    if measured > 0 {
-        notice(format!("the file has no sizes: {measured} cameras have those of the pictures in list.txt"));
-    }
+    calibration.notices.extend(sizes.notices());
     Ok(calibration)
+}
+
+/// The name in a line of list.txt, which may have spaces; 0 and a focal length may follow it.
+fn picture_name(line: &str) -> &str {
+    let mut words = line.rsplitn(3, char::is_whitespace);
+    match (words.next(), words.next(), words.next()) {
+        (Some(focal), Some("0"), Some(name)) if focal.parse::<f64>().is_ok() => name.trim(),
+        _ => line.trim(),
+    }
 }

@@ -44,7 +44,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut turned = 0;
     for (name, shot) in first.require("shots")?.entries()? {
         let id = shot.require("camera")?;
-        let model = cameras.get(id.word()?).ok_or_else(|| id.fail("there is no such camera in the file"))?;
+        let model = cameras.get(id.word()?).ok_or_else(|| {
+            id.fail(format_args!("{:?} is none of the cameras of the file", id.word().unwrap_or_default()))
+        })?;
         let mut record = model.clone();
         (record.name, record.image) = (name.to_owned(), Some(name.to_owned()));
         let vector = DVec3::from_array(shot.require("rotation")?.array()?);

@@ -6,7 +6,7 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms, require_known_size};
-use crate::calibration::picture_size::size_of_picture;
+use crate::calibration::picture_size::PictureSizes;
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
@@ -44,7 +44,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let (path, text) = (&source.path, source.text()?);
     let (at, words) = header(text).ok_or_else(|| FormatError::whole(path, "expected #name,x,y,alt,heading,..."))?;
     let mut calibration = Calibration::default();
-    let (mut tangential, mut measured) = (false, 0);
+    let mut tangential = false;
+    let column = words.iter().position(|word| word == "name").unwrap_or_default();
+    let named = |line: &&str| !(line.trim().is_empty() || line.starts_with('#'));
+    let names = text.lines().skip(at + 1).filter(named).filter_map(|line| line.split(',').nth(column)).map(str::trim);
+    let places = |name: &str| [name.to_owned(), format!("images/{name}")];
+    let mut sizes = PictureSizes::new(assets, path, names.flat_map(places), hints.size);
     for (i, line) in text.lines().enumerate().skip(at + 1) {
         if line.trim().is_empty() || line.starts_with('#') {
             continue;
@@ -72,9 +77,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let name = find("name").unwrap_or_default();
         let mut record = CameraRecord::new(name, PixelCenter::Half);
         record.image = Some(name.to_owned());
-        record.size = size_of_picture(assets, path, [name.to_owned(), format!("images/{name}")]);
-        measured += usize::from(record.size.is_some());
-        let size = require_known_size(record.size.or(hints.size), path, "RealityCapture's CSV")?;
+        let size = require_known_size(sizes.size(assets, path, places(name)), path, "RealityCapture's CSV")?;
         record.size = Some(size);
         let [w, h] = size.map(f64::from);
         let longer = w.max(h);
@@ -97,9 +100,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if tangential {
         calibration.notices.push(TANGENTIAL.into());
     }
-    if measured > 0 {
-        calibration.notices.push(format!("the file has no sizes: {measured} cameras have those of their pictures"));
-    }
+    calibration.notices.extend(sizes.notices());
     if calibration.records.iter().any(|record| record.r_c().1.truncate().length() > 1e5) {
         calibration.notices.push(
             "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same"

@@ -10,7 +10,7 @@ use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::require_known_size;
 use crate::calibration::photogrammetry::reality_capture::{FILM, TANGENTIAL, lens};
-use crate::calibration::picture_size::size_of_picture;
+use crate::calibration::picture_size::PictureSizes;
 use crate::calibration::pose::Pose;
 use crate::calibration::record::CameraRecord;
 use crate::error::FormatError;
@@ -31,7 +31,11 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     let mut lost = Vec::new();
-    add(source, assets, hints, &mut calibration, &mut lost)?;
+    let stem = source.stem().unwrap_or_default();
+    let mut sizes = PictureSizes::new(assets, &source.path, pictures(&stem), hints.size);
+    add(source, assets, &mut sizes, &mut calibration, &mut lost)?;
+    calibration.notices.extend(sizes.notices());
+    calibration.notices.extend(left_out(&lost));
     Ok(calibration)
 }
 
@@ -42,44 +46,55 @@ pub(crate) fn read_folder(
 ) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     let mut lost = Vec::new();
+    let stems = folder.ending(".xmp").filter_map(|name| name.strip_suffix(".xmp"));
+    let mut sizes = PictureSizes::new(assets, &folder.file("any"), stems.flat_map(pictures), hints.size);
     for name in folder.ending(".xmp") {
-        add(&folder.read(name, assets)?, assets, hints, &mut calibration, &mut lost)?;
+        add(&folder.read(name, assets)?, assets, &mut sizes, &mut calibration, &mut lost)?;
     }
-    if let Some(first) = lost.first() {
-        calibration
-            .notices
-            .push(format!("{} files without Rotation and Position are left out: {first} ...", lost.len()));
-    }
+    calibration.notices.extend(sizes.notices());
+    calibration.notices.extend(left_out(&lost));
     calibration.notices.sort();
     calibration.notices.dedup();
     Ok(calibration)
+}
+
+/// The notice of files without a pose.
+fn left_out(lost: &[String]) -> Option<String> {
+    let first = lost.first()?;
+    Some(format!("{} files without Rotation and Position are left out: {first} ...", lost.len()))
+}
+
+/// The names that the picture of an XMP file may have.
+fn pictures(stem: &str) -> [String; 6] {
+    PICTURES.map(|ending| format!("{stem}.{ending}"))
 }
 
 /// Adds the camera of a file; its name to `lost` where it has no pose.
 fn add(
     source: &InputFile,
     assets: &mut AssetRoot,
-    hints: &ReadHints,
+    sizes: &mut PictureSizes,
     calibration: &mut Calibration,
     lost: &mut Vec<String>,
 ) -> Result<(), FormatError> {
     let file = XmlFile::parse(source.text()?, &source.path)?;
     let root = file.root();
+    let stem = source.stem().unwrap_or_else(|| "camera".into());
+    if !root.all("Description").any(|at| value(&at, "Rotation").is_some() && value(&at, "Position").is_some()) {
+        lost.push(stem);
+        return Ok(());
+    }
     let at = root.all("Description").find(|at| value(at, "FocalLength35mm").is_some());
     let at = at.ok_or_else(|| root.fail("no xcr:FocalLength35mm in it"))?;
-    let stem = source.stem().unwrap_or_else(|| "camera".into());
     let number = |name: &str, otherwise: f64| match value(&at, name) {
         Some(word) => at.numbers_of::<1>(name, word).map(|[value]| value),
         None => Ok(otherwise),
     };
     let mut record = CameraRecord::new(stem.clone(), PixelCenter::Half);
-    let pictures = PICTURES.map(|ending| format!("{stem}.{ending}"));
+    let pictures = pictures(&stem);
     record.image = pictures.iter().find(|name| assets.is_file(&source.path, name.as_bytes())).cloned();
-    record.size = size_of_picture(assets, &source.path, &pictures);
-    if record.size.is_some() {
-        calibration.notices.push("XMP has no sizes: the cameras have those of their pictures".into());
-    }
-    let size = require_known_size(record.size.or(hints.size), &source.path, "RealityCapture's XMP")?;
+    let size = sizes.size(assets, &source.path, &pictures);
+    let size = require_known_size(size, &source.path, "RealityCapture's XMP")?;
     record.size = Some(size);
     let [w, h] = size.map(f64::from);
     let longer = w.max(h);
@@ -116,8 +131,7 @@ fn add(
         calibration.notices.push("Coordinates are relative: the world begins at RealityCapture's local origin".into());
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
-        lost.push(stem);
-        return Ok(());
+        return Err(at.fail("Rotation and Position stand in another Description than FocalLength35mm"));
     };
     let r = DMat3::from_cols_array(&at.numbers_of("Rotation", r)?).transpose();
     check_rotation(r).map_err(|message| at.fail(format_args!("Rotation: {message}")))?;

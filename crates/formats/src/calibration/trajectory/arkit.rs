@@ -28,6 +28,25 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     has_ending(&source.path, "traj") && count == 7 || has_ending(&source.path, "pincam") && count == 6
 }
 
+/// The only trajectory of a folder.
+fn trajectory(folder: &Folder) -> Option<&String> {
+    let mut found = folder.ending(".traj");
+    found.next().filter(|_| found.next().is_none())
+}
+
+pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
+    trajectory(folder).is_some()
+}
+
+pub(crate) fn read_folder(
+    folder: &Folder,
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+) -> Result<Calibration, FormatError> {
+    let fail = || FormatError::unsupported(&folder.path, "expected one .traj file");
+    read(&folder.read(trajectory(folder).ok_or_else(fail)?, assets)?, assets, hints)
+}
+
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     let mut calibration = Calibration::default();

@@ -91,6 +91,10 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         }
         calibration.records.push(record);
     }
+    if size.is_none() {
+        // Pictures under other names than the poses: the first of them has the size.
+        size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
+    }
     if let Some(first) = lost.first() {
         calibration.notices.push(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
     }

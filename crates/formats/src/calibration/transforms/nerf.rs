@@ -87,7 +87,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         Calibration { notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat())?, ..Calibration::default() };
     calibration.notices.extend(moved_world(&root));
     let mut names = std::collections::HashSet::new();
-    let mut measured = 0;
+    let (mut measured, mut lent, mut shared) = (0, 0, None);
     let mut unread = BTreeMap::<&str, usize>::new();
     for frame in root.require("frames")?.list()? {
         for (key, at) in frame.entries()? {
@@ -111,8 +111,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         let has_size = frame.any(&["w", "h"]).or_else(|| root.any(&["w", "h"])).is_some();
         if let (Some(file), false) = (file, has_size) {
             // Blender's sets name pictures without their ending.
-            record.size = size_of_picture(assets, &source.path, [format!("{file}.png"), file.to_owned()]);
-            measured += usize::from(record.size.is_some());
+            let own = size_of_picture(assets, &source.path, [format!("{file}.png"), file.to_owned()]);
+            measured += usize::from(own.is_some());
+            if own.is_none() && known.size.is_none() {
+                record.size = *shared.get_or_insert_with(|| any_size(&root, assets, &source.path));
+                lent += usize::from(record.size.is_some());
+            }
+            record.size = own.or(record.size);
         }
         intrinsics(&mut record, &frame, &root, known)?;
         let (gl, c) = frame.require("transform_matrix")?.matrix4()?;
@@ -124,11 +129,23 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
             .notices
             .push(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
     }
+    if lent > 0 {
+        calibration.notices.push(format!(
+            "{lent} cameras whose pictures are not there have the size of the first picture that is (size= says another)"
+        ));
+    }
     if let Some(panorama) = calibration.records.first().filter(|record| is_panorama(record)) {
         calibration.notices.extend(odd_panorama(&root, panorama));
     }
     calibration.notices.extend(unread.iter().map(|(key, count)| format!("{key} of {count} frames is not read")));
     Ok(calibration)
+}
+
+/// The size of the first picture that is there.
+fn any_size(root: &Cursor<'_>, assets: &mut AssetRoot, from: &Path) -> Option<[u32; 2]> {
+    let frames = root.require("frames").and_then(|frames| frames.list()).ok()?;
+    let files = frames.iter().filter_map(|frame| frame.get("file_path")?.word().ok());
+    size_of_picture(assets, from, files.flat_map(|file| [format!("{file}.png"), file.replace('\\', "/")]))
 }
 
 /// A notice of how the file's world differs from that of the reconstruction before it.
@@ -208,9 +225,14 @@ fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6], Forma
     for (value, key) in values.iter_mut().zip(["k1", "k2", "k3", "k4", "p1", "p2"]) {
         *value = get(key).map_or(Ok(0.0), |at| at.number())?;
     }
-    let Some(at) = get("distortion_params") else {
+    let names = ["k1", "k2", "k3", "k4", "p1", "p2"];
+    let (own, listed) = (frame.any(&names).is_some(), frame.get("distortion_params"));
+    let Some(at) = listed.clone().or_else(|| root.get("distortion_params").filter(|_| !own)) else {
         return Ok(values);
     };
+    if listed.is_some() && !own {
+        return at.array::<6>();
+    }
     let listed = at.array::<6>()?;
     if values != [0.0; 6] && values != listed {
         return Err(at.fail("the lens is there twice, here and as k1 to p2: expected one of them"));

@@ -22,8 +22,18 @@ pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
 /// The cameras of all splits, each named by its split.
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
-    for split in SPLITS.into_iter().filter(|split| folder.has(&file_of(split))) {
-        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, hints)?;
+    let splits = || SPLITS.into_iter().filter(|split| folder.has(&file_of(split)));
+    let mut hints = hints.clone();
+    // A split without pictures has the size of the others.
+    for split in splits() {
+        if hints.size.is_some() {
+            break;
+        }
+        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, &hints);
+        hints.size = found.ok().and_then(|found| found.records.first()?.size);
+    }
+    for split in splits() {
+        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, &hints)?;
         for mut record in found.records {
             if !nerf::is_in_split(&record, split) {
                 record.name = format!("{split}/{}", record.name);
