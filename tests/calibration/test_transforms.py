@@ -52,6 +52,7 @@ def test_pictures_that_are_not_there_lend_no_size_in_silence(tmp_path: Path) -> 
     picture(tmp_path / "train/r_1.png")
     cameras = raycam.load_cameras(tmp_path)
     assert any("1 cameras whose pictures are not there" in notice for notice in cameras.notices)
+    assert any("val.json: 2 cameras" in notice and "another split" in notice for notice in cameras.notices)
     for i, camera in enumerate(cameras.values()):
         check(camera, intrinsics(320 / np.tan(0.35), 320 / np.tan(0.35), 320, 240), *pose(i % 2))
 

@@ -23,18 +23,28 @@ pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     let splits = || SPLITS.into_iter().filter(|split| folder.has(&file_of(split)));
-    let mut hints = hints.clone();
-    // A split without pictures has the size of the others.
+    let mut known = hints.clone();
     for split in splits() {
-        if hints.size.is_some() {
+        if known.size.is_some() {
             break;
         }
-        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, &hints);
-        hints.size = found.ok().and_then(|found| found.records.first()?.size);
+        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, hints);
+        known.size = found.ok().and_then(|found| found.records.first()?.size);
     }
     for split in splits() {
-        let found = nerf::read(&folder.read(&file_of(split), assets)?, assets, &hints)?;
-        for mut record in found.records {
+        let file = folder.read(&file_of(split), assets)?;
+        // A split without pictures has the size of the others.
+        let mut found = match nerf::read(&file, assets, hints) {
+            Err(_) if known.size != hints.size => {
+                let mut found = nerf::read(&file, assets, &known)?;
+                let count = found.records.len();
+                let notice = "cameras whose pictures are not there have the size of another split (size= says another)";
+                found.notices.push(format!("{count} {notice}"));
+                found
+            }
+            found => found?,
+        };
+        for mut record in std::mem::take(&mut found.records) {
             if !nerf::is_in_split(&record, split) {
                 record.name = format!("{split}/{}", record.name);
             }
