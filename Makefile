@@ -107,6 +107,8 @@ wheel: $(DONE)/builder
 
 # zig links for other systems; the Windows wheel needs mingw: apt install gcc-mingw-w64-x86-64.
 ZIG := --zig --compatibility
+# maturin looks for the package ziglang by the Python on the path.
+wheels: export PATH := $(abspath $(BIN)):$(PATH)
 wheels: $(DONE)/cross
 	rm -rf dist
 	$(PYTHON) .ci/third_party.py --texts

@@ -1,7 +1,7 @@
-"""Worlds that change: a 64 x 64 depth picture after an object moved, beside the same with the camera moved.
+"""Worlds that change: a 64 x 64 depth picture after an object moved, beside the same with the camera moved as far.
 
-Processor time of all threads a call, in microseconds, best of five. Every loop is the work of a user: tell the world
-what moved, ask for the picture.
+Processor time of all threads a call, in microseconds, best of several rounds in which the loops take turns. Every loop
+is the work of a user: tell the world what moved, ask for the picture.
 """
 
 from __future__ import annotations
@@ -11,31 +11,33 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 import raycam
 import report
 
 SIZE = (64, 64)
 
 
-def camera(angle: float = 0.0) -> raycam.Camera:
-    eye = [6 * np.cos(angle), -6 * np.sin(angle) - 2, 3]
-    return raycam.Camera.look_at(eye, [0, 0, 0.5], [0, 0, 1], size=SIZE, fov=40)
+def camera(moved: npt.ArrayLike = (0, 0, 0)) -> raycam.Camera:
+    eye, target = np.add([6, -2, 3], moved), np.add([0, 0, 0.5], moved)
+    return raycam.Camera.look_at(eye, target, [0, 0, 1], size=SIZE, fov=40)
 
 
 def ball(levels: int) -> dict[str, object]:
     return {"sphere": {"radius": 0.6, "level": levels}}
 
 
-def cpu(call: Callable[[int], object], calls: int, rounds: int) -> float:
-    """The processor time of a call in microseconds."""
-    best = np.inf
+def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -> list[float]:
+    """The processor time of a call of each in microseconds: the best of rounds in which they take turns."""
+    best = [np.inf] * len(calls)
     for number in range(rounds + 1):
-        start = time.process_time()
-        for i in range(calls):
-            call(number * calls + i)
-        if number:  # the first round builds
-            best = min(best, time.process_time() - start)
-    return 1e6 * best / calls
+        for k, (call, count) in enumerate(calls):
+            start = time.process_time()
+            for i in range(count):
+                call(number * count + i)
+            if number:  # the first round builds
+                best[k] = min(best[k], time.process_time() - start)
+    return [1e6 * seconds / count for seconds, (_, count) in zip(best, calls, strict=True)]
 
 
 def place(i: int) -> list[float]:
@@ -68,7 +70,8 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
         "ball of 5,120 under a sky of 4k": scene(4, 0, sky=4096),
         "ball of 5,120, 81,920 shine": scene(4, 0, shining=6),
     }
-    cameras = [camera(0.001 * i) for i in range(64)]
+    # Moved as far as the object is: as many triangles come into the cache.
+    cameras = [camera(np.subtract(place(i), [0, 0, 0.6])) for i in range(64)]
     found = []
     for name, world in scenes.items():
         world.set_video(
@@ -80,21 +83,29 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
         def depth(world: raycam.World, i: int = 0) -> object:
             return raycam.render(world, cameras[i % 64], channels="depth")
 
+        def moved(i: int, world: raycam.World) -> None:
+            world.set_object("cup", location=place(i))
+            depth(world)
+
         few = max(3, calls // 20) if "1,000" in name else calls
-        still = cpu(lambda i, w=world: depth(w, i), few, rounds)
-        moment = cpu(lambda i, w=world: depth(w.at(i % 60 + 0.5)), few, rounds)
-        line = [name, f"{still:.0f}", f"{moment:.0f}", f"{moment / still:.2f}"]
-        if hasattr(world, "set_object"):
-
-            def moved(i: int, world: raycam.World = world) -> object:
-                world.set_object("cup", location=place(i))
-                return depth(world)
-
-            seen = cpu(moved, few, rounds)
-            line += [f"{seen:.0f}", f"{seen / still:.2f}"]
-        else:
-            line += ["-", "-"]
-        found.append(line)
+        other = world.copy()  # the world itself stays as it is
+        loops: list[Callable[[int], object]] = [
+            lambda i, w=world: depth(w, i),
+            lambda i, w=world: depth(w.at(i % 60 + 0.5)),
+            lambda i, w=other: moved(i, w),
+        ]
+        still, moment, seen = cpu_in_turn([(loop, few) for loop in loops], rounds)
+        found.append(
+            [
+                name,
+                f"{still:.0f}",
+                *(
+                    f"{value:.{digits}f}"
+                    for one in (moment, seen)
+                    for value, digits in ((one, 0), (one / still, 2))
+                ),
+            ]
+        )
     return found
 
 
@@ -123,18 +134,20 @@ def many(rounds: int) -> list[str]:
     matrices = np.tile(np.eye(4), (1000, 1, 1))
     matrices[:, :3, 3] = [place(i) for i in range(1000)]
 
-    def depth(world: raycam.World, eye: raycam.Camera) -> float:
-        return cpu(lambda _: raycam.render(world, eye, channels="depth"), 200, rounds)
-
-    def all_poses(world: raycam.World) -> float:
-        poses = {"cup": matrices}
-        return (
-            cpu(lambda _: raycam.render_many(world, camera(), poses=poses, channels="depth"), 1, rounds)
-            / 1000
-        )
+    def depth(world: raycam.World, eye: raycam.Camera) -> object:
+        return raycam.render(world, eye, channels="depth")
 
     for name, world in {"5,120": scene(4, 0), "81,920": scene(6, 0)}.items():
-        together, apart, fixed = all_poses(world), depth(world, camera()), depth(world, one)
+        loops: list[tuple[Callable[[int], object], int]] = [
+            (
+                lambda _, w=world: raycam.render_many(w, camera(), poses={"cup": matrices}, channels="depth"),
+                1,
+            ),
+            (lambda _, w=world: depth(w, camera()), 200),
+            (lambda _, w=world: depth(w, one), 200),
+        ]
+        together, apart, fixed = cpu_in_turn(loops, rounds)
+        together /= 1000
         notes.append(
             f"A thousand poses by render_many, ball of {name}: {together:.0f} a picture; its rays {apart - fixed:.0f} "
             f"(a picture {apart:.0f} less one of 1 x 1, {fixed:.0f}); ratio {together / (apart - fixed):.2f}."
@@ -145,8 +158,11 @@ def many(rounds: int) -> list[str]:
 def small() -> list[str]:
     world = scene(2, 0)
     one = raycam.Camera.look_at([6, -6, 3], [0, 0, 0.5], [0, 0, 1], size=(1, 1), fov=40)
-    ray = cpu(lambda i: world.cast_rays([0, 0, 9], [0, 0, -1]), 200, 5)
-    pixel = cpu(lambda i: raycam.render(world, one, channels="depth"), 200, 5)
+    loops: list[tuple[Callable[[int], object], int]] = [
+        (lambda _: world.cast_rays([0, 0, 9], [0, 0, -1]), 200),
+        (lambda _: raycam.render(world, one, channels="depth"), 200),
+    ]
+    ray, pixel = cpu_in_turn(loops, 9)
     start = time.perf_counter()
     for _ in range(200):
         raycam.render(world, one, channels="depth")

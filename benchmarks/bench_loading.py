@@ -1,6 +1,9 @@
 """Loading beside trimesh, Open3D and Mitsuba: the same files, made here, a million triangles each, or given ones.
 
-    python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--triangles N] [--rounds N] [FILE ...]
+    python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--before FOLDER] [--triangles N] [--rounds N]
+        [FILE ...]
+
+With `--before`, the package `raycam` in that folder, of another build, takes turns with this one.
 
 Every reader loads every file in a process of its own: a small one of the same kind, so that everything is imported;
 then the file, once and `rounds` times more. The first time is what a program sees that loads a file; the best of the
@@ -12,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import struct
 import subprocess
 import sys
@@ -20,8 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
+OURS = "import raycam\nload = raycam.load"
 READERS = {
-    "raycam": "import raycam\nload = raycam.load",
+    "raycam": OURS,
+    "before": OURS,
     "trimesh": "import trimesh\nload = lambda path: trimesh.load(path, process=False)",
     "open3d": "import open3d\nload = lambda path: open3d.io.read_triangle_mesh(path)",
     "mitsuba": (
@@ -131,11 +137,15 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--peers", help="the Python that has Open3D and Mitsuba")
+    parser.add_argument("--before", help="the folder of the package of another build of raycam")
     parser.add_argument("--triangles", type=int, default=1_000_000)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("files", nargs="*", type=Path, help="instead of the ones made here")
     options = parser.parse_args()
-    interpreters = {"raycam": sys.executable, "trimesh": sys.executable}
+    interpreters = {"raycam": sys.executable}
+    if options.before:
+        interpreters["before"] = sys.executable
+    interpreters["trimesh"] = sys.executable
     if options.peers:
         interpreters |= {"open3d": options.peers, "mitsuba": options.peers}
     print("| file | MB | " + " | ".join(interpreters) + " |")
@@ -144,17 +154,20 @@ def main() -> None:
         (Path(name) / "small").mkdir()
         small = {path.suffix: path for path in write_files(Path(name) / "small", 200)}
         for path in options.files or write_files(Path(name), options.triangles):
-            cells = []
-            for reader, python in interpreters.items():
+            found: dict[str, list[list[float]]] = {}
+            for reader, python in [*interpreters.items()] * (3 if options.before else 1):
                 script = MEASURE.format(setup=READERS[reader])
                 sample = small.get(path.suffix.lower(), path)
                 command = [python, "-c", script, str(path), str(sample), str(options.rounds)]
-                result = subprocess.run(command, capture_output=True, text=True, check=False)
-                if result.returncode != 0:
-                    cells.append("-")
-                    continue
-                first, best, memory = json.loads(result.stdout.splitlines()[-1])
-                cells.append(f"{first:.3f}, {best:.3f} s, {memory:.0f} MiB")
+                environment = {**os.environ, "PYTHONPATH": options.before} if reader == "before" else None
+                result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+                turns = found.setdefault(reader, [])
+                if result.returncode == 0:
+                    turns.append(json.loads(result.stdout.splitlines()[-1]))
+            cells = []
+            for turns in found.values():
+                first, best, memory = np.min(turns, axis=0) if turns else (np.nan,) * 3
+                cells.append(f"{first:.3f}, {best:.3f} s, {memory:.0f} MiB" if turns else "-")
             print(
                 f"| {path.name} | {path.stat().st_size / 1e6:.1f} | " + " | ".join(cells) + " |", flush=True
             )

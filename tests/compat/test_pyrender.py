@@ -293,3 +293,78 @@ def test_matrices_match_those_of_raycam() -> None:
     seen = raycam.Camera.from_opengl(K, BACK, SIZE, pixel_center="half", up="y")
     expected = raycam.render(world, seen, channels="depth")["depth"]
     assert np.allclose(np.where(np.isfinite(expected), expected, 0), depth, rtol=1e-6)
+
+
+def test_raycams_own_light_is_that_of_the_formula_on_a_matte_square_and_has_shadows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = pyrender.Scene(bg_color=[0.0, 0.0, 1.0, 1.0], ambient_light=[0.0, 0.0, 0.0])
+    matte = pyrender.MetallicRoughnessMaterial(
+        baseColorFactor=[0.5, 0.25, 1.0, 1.0], metallicFactor=0.0, roughnessFactor=1.0
+    )
+    square = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    faces = [[0, 1, 2], [0, 2, 3]]
+    made.add(pyrender.Mesh([pyrender.Primitive(square, indices=faces, material=matte)]), name="square")
+    # It hides the sun from the left half: the light comes from the left, and from above at 45 degrees.
+    blind = pyrender.Primitive(
+        [[-1.5, -2, 1], [-1, -2, 1], [-1, 2, 1], [-1.5, 2, 1]], indices=faces, material=matte
+    )
+    made.add(pyrender.Mesh([blind]))
+    made.add(camera(), pose=BACK)
+    tilt = np.eye(4)
+    tilt[:3, :3] = [[np.sqrt(0.5), 0, -np.sqrt(0.5)], [0, 1, 0], [np.sqrt(0.5), 0, np.sqrt(0.5)]]
+    made.add(pyrender.DirectionalLight(color=np.ones(3), intensity=3.0), pose=tilt)
+    monkeypatch.setattr(pyrender, "shading", "raycam")
+    color, depth = pyrender.OffscreenRenderer(*SIZE).render(made)
+    assert depth[24, 31] == 3.0
+    assert tuple(color[2, 31]) == (0, 0, 255)  # the background as it is
+    linear = (color[24, 40] / 255.0) ** 2.2
+    lit = 3.0 * np.sqrt(0.5) / np.pi * np.array([0.5, 0.25, 1.0])
+    more = linear - lit  # what a rough dielectric reflects besides: the same of all colours
+    assert (more > 0.005).all()
+    assert (more < 0.02).all()
+    assert color[24, 24].max() < 60  # the shadow is lit by the back of the blind alone
+    flat = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.FLAT)[0]
+    assert np.abs(flat[24, 40].astype(int) - [128, 64, 255]).max() <= 1
+    monkeypatch.setattr(pyrender, "shading", "blender")
+    with pytest.raises(ValueError, match='expected "pyrender" or "raycam"'):
+        pyrender.OffscreenRenderer(*SIZE).render(made)
+
+
+def test_raycams_own_light_has_textures_lamps_and_copies(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pyrender, "shading", "raycam")
+    made = pyrender.Scene(bg_color=[0.0] * 4, ambient_light=[1.0, 1.0, 1.0])
+    image = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 255]]], np.uint8)
+    paint = pyrender.MetallicRoughnessMaterial(
+        baseColorTexture=pyrender.Texture(
+            source=image, source_channels="RGB", sampler=pyrender.Sampler(magFilter=pyrender.GLTF.NEAREST)
+        ),
+        metallicFactor=0.0,
+        roughnessFactor=1.0,
+    )
+    square = [[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]]
+    primitive = pyrender.Primitive(
+        square,
+        indices=[[0, 1, 2], [0, 2, 3]],
+        texcoord_0=[[0, 0], [1, 0], [1, 1], [0, 1]],
+        material=paint,
+        poses=[shifted(-0.6), shifted(0.6)],
+    )
+    made.add(pyrender.Mesh([primitive]))
+    made.add(camera(), pose=BACK)
+    made.add(pyrender.PointLight(intensity=0.0), pose=BACK)
+    made.add(pyrender.SpotLight(intensity=0.0), pose=BACK)
+    color, depth = pyrender.OffscreenRenderer(*SIZE).render(made, pyrender.RenderFlags.RGBA)
+    for middle in (-0.6, 0.6):
+        columns = (np.array([middle - 0.25, middle + 0.25]) / 3 * K[0, 0] + K[0, 2]).astype(int)
+        rows = (np.array([-0.25, 0.25]) / 3 * K[1, 1] + K[1, 2]).astype(int)
+        seen = color[rows[:, np.newaxis], columns]
+        assert (seen[..., 3] == 255).all()
+        strong = seen[..., :3] > 150
+        assert (strong == (image > 0)).all()
+    assert (depth > 0).any()
+    assert color[0, 0, 3] == 0
+    made.add(pyrender.OrthographicCamera(1, 1), pose=BACK, name="parallel")
+    made.main_camera_node = next(iter(made.get_nodes(name="parallel")))
+    with pytest.raises(NotImplementedError, match="perspective"):
+        pyrender.OffscreenRenderer(*SIZE).render(made)

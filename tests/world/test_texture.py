@@ -80,3 +80,22 @@ def test_an_environment_from_an_array(kind: str, tmp_path: Path) -> None:
     else:
         assert seen == pytest.approx(expected, abs=0.02)
     assert world.lights[0]["image"] == "array"
+
+
+def test_an_environment_below_zero_is_told_and_counts_as_black() -> None:
+    image = np.ones((4, 8, 3), np.float32)
+    image[0, :3] = -1
+    world, black = raycam.World(), raycam.World()
+    with pytest.warns(raycam.Notice, match="9 values are below 0"):
+        world.add_light("environment", image=image)
+    black.add_light("environment", image=np.maximum(image, 0))
+    assert black.notices == []
+    camera = raycam.Camera.equirectangular([0, 0, 0], size=(16, 8))
+    for one in (world, black):
+        one.add_object(box={"size": 1}, location=[0, 0, -3])
+    seen, expected = (
+        raycam.render(one, camera, integrator="path", samples=8, seed=1) for one in (world, black)
+    )
+    lit = expected["instance"] == 0
+    assert lit.any()
+    assert np.array_equal(seen["color"][lit], expected["color"][lit])

@@ -9,7 +9,7 @@
 //! ├── error  ray  limits  aabb   errors, rays and hits, limits, the AABB
 //! ├── exact/                     error-free arithmetic, exact signs of rays and triangles, closest points
 //! ├── node                       wide nodes and leaves in 256-byte blocks
-//! ├── platform/                  instruction set dispatch, huge pages, streaming stores
+//! ├── platform/                  instruction set dispatch, huge pages
 //! ├── simd/                      vectors of 8 and 16 floats: portable, AVX2, AVX-512, NEON
 //! ├── build/                     binned SAH over triangle pairs, in treelets, collapsed to eight children
 //! ├── blas/                      Bvh: build, refit, bounding boxes
@@ -57,9 +57,9 @@ pub use crate::blas::Bvh;
 pub use crate::limits::MAX_TRIANGLES;
 pub use crate::platform::dispatch::{InstructionSet, WithSimd, dispatch_simd};
 pub use crate::platform::huge_page_vec::zeroed_huge;
-pub use crate::platform::streaming_store::{Pod, StreamingWriter, with_streaming_stores};
 pub use error::BuildError;
 pub use ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+pub use scene::build::TlasLeaves;
 pub use scene::query::squared_distance_to_triangle;
 pub use scene::{ExactTriangles, Instance, Scene};
 pub use simd::prefetch;

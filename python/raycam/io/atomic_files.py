@@ -6,8 +6,6 @@ import contextlib
 import errno
 import os
 import re
-import secrets
-import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -63,7 +61,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
     check_writable(target)
     folder, name = os.path.split(target)
     stem, ending = os.path.splitext(name)
-    temporary = os.path.join(scratch or folder, f".{stem}.{secrets.token_hex(4)}{ending}")
+    temporary = os.path.join(scratch or folder, f".{stem}.{os.urandom(4).hex()}{ending}")
     try:
         with with_path(target, temporary), contextlib.ExitStack() as opened:
             if scratch is None:
@@ -75,7 +73,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
             sync(temporary)
             # A rename keeps the mode of the new file. Replacing a file must not change its permissions.
             if os.path.exists(target):
-                shutil.copymode(target, temporary)
+                os.chmod(temporary, os.stat(target).st_mode & 0o7777)
             if os.name == "nt":  # Windows cannot rename an open file
                 opened.close()
             os.replace(temporary, target)
@@ -133,7 +131,9 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
         raise NotADirectoryError(errno.ENOTDIR, f"{folder!r} is a file, not a folder", target)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, f"the folder {folder!r} may not be written to", target)
-    free = shutil.disk_usage(folder).free
+    from shutil import disk_usage  # where it is used: `import raycam` does not wait for it
+
+    free = disk_usage(folder).free
     # An empty file needs a block too.
     if free < max(size, 1):
         text = f"has {free} bytes free, about {size} are needed" if size else "is full"

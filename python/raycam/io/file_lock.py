@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,8 +32,10 @@ def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]
             raise JobError(
                 f"{folder}: {who} is at it already; wait for it, stop it, or give each run its part: --shard I/N"
             )
+        from socket import gethostname  # where it is used: `import raycam` does not wait for it
+
         os.ftruncate(file, 0)
-        os.pwrite(file, f"process {os.getpid()} on {socket.gethostname()}".encode(), 0)
+        os.pwrite(file, f"process {os.getpid()} on {gethostname()}".encode(), 0)
         yield
     finally:
         os.close(file)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,6 +17,8 @@ def npz_bytes(arrays: Mapping[str, Any], *, compressed: bool = False) -> bytes:
     Stored, they are the same on every system and with every Python: no time, no system, no attributes of files.
     Compressed, they also depend on the zlib library; the arrays in them do not.
     """
+    import zipfile  # where it is used: `import raycam` does not wait for it
+
     buffer = io.BytesIO()
     kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
     with zipfile.ZipFile(buffer, "w", kind) as archive:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -85,6 +84,8 @@ class Frames(Sequence[Frame]):
 
     def _repr_html_(self) -> str:
         """The first eight pictures that a notebook shows: the colour, or else the first channel."""
+        from html import escape  # where it is used: `import raycam` does not wait for it
+
         shown = []
         channel = "color" if "color" in self._channels else next(iter(self._channels))
         for frame in self[:8]:

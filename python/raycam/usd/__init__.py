@@ -11,16 +11,16 @@ import importlib.util
 import json
 import math
 import os
-import signal
-import subprocess
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import FormatError, SettingsError
 from ..io.folders import check_folder
+
+if TYPE_CHECKING:
+    from subprocess import Popen
 
 __all__ = ["SUFFIXES", "UsdLimits", "read"]
 
@@ -85,6 +85,11 @@ def read(
         "up": up,
     }
     command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
+    # Where they are used: `import raycam` does not wait for them.
+    import signal
+    import subprocess
+    import tempfile
+
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
             [*command, json.dumps(limits)],
@@ -114,8 +119,10 @@ def read(
     return found
 
 
-def _terminate(process: subprocess.Popen[bytes]) -> None:
+def _terminate(process: Popen[bytes]) -> None:
     """Kills the worker and its child processes."""
+    from signal import SIGKILL
+
     with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
+        os.killpg(process.pid, SIGKILL)
     process.wait()

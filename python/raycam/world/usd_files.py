@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -30,7 +29,9 @@ def load_usd(
     time: float | None,
 ) -> _core.World:
     """The world of a USD file."""
-    with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
+    from tempfile import TemporaryDirectory  # where it is used: `import raycam` does not wait for it
+
+    with TemporaryDirectory(prefix="raycam-usd-") as folder:
         description = usd.read(path, Path(folder), root=root, time=time)
         said, files = description.pop("notices"), description.pop("files")
         try:
@@ -53,7 +54,9 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
     inside = root is not None and path.resolve().is_relative_to(Path(root).resolve())
     keys.setdefault("name", path.stem)
     up = core.up if keys.pop("upright", True) else None
-    with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
+    from tempfile import TemporaryDirectory  # where it is used: `import raycam` does not wait for it
+
+    with TemporaryDirectory(prefix="raycam-usd-") as folder:
         found = usd.read(path, Path(folder), root=root if inside else None, single=True, up=up)
         said, files = found["notices"], found["files"]
         before = len(core.notices)

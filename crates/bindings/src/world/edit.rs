@@ -73,6 +73,13 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
     let mut arrays = ArrayImages::default();
     let value = to_value(&arrays.take_arrays(description, "")?, "")?;
     let spec: ObjectSpec = from_value(&value).map_err(IntoPyErr::into_py_err)?;
+    let placed = world.modify(|inner| {
+        let placed = spec.change_placement(inner, which.number_in(inner)?);
+        placed.transpose().map_err(IntoPyErr::into_py_err)
+    })?;
+    if placed.is_some() {
+        return Ok(());
+    }
     world.change_by_files(py, None, |inner, files| {
         let id = match which.number_in(inner) {
             Ok(id) => id,

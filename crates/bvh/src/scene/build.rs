@@ -11,8 +11,17 @@ use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 use crate::scene::backoff::Backoff;
-use crate::scene::rebraid::{InstanceTransform, rebraid, transform_bounds};
+use crate::scene::rebraid::{InstanceTransform, rebraid, transform_bounds, whole_instances};
 use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
+
+/// The leaves of a TLAS. Hits do not depend on them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TlasLeaves {
+    /// Whole instances: the quickest to build.
+    Instances,
+    /// Subtrees of instances that overlap others, found by partial re-braiding: the fastest for many rays.
+    Subtrees,
+}
 
 impl InstanceRecord {
     /// The instance in scene coordinates, and its transform for re-braiding, without padding yet. `bounds` is the
@@ -55,8 +64,13 @@ impl InstanceRecord {
 }
 
 impl Scene {
-    /// Builds the TLAS over instances. An instance whose transform is singular is kept and never hit.
+    /// Builds the TLAS over subtrees of instances. An instance whose transform is singular is kept and never hit.
     pub fn build(instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
+        Self::build_over(TlasLeaves::Subtrees, instances, origin)
+    }
+
+    /// [`Scene::build`] with a choice of the TLAS's leaves.
+    pub fn build_over(leaves: TlasLeaves, instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
         if instances.len() > MAX_INSTANCES {
             return Err(BuildError::TooLarge { what: "instances", given: instances.len(), limit: MAX_INSTANCES });
         }
@@ -108,7 +122,10 @@ impl Scene {
         if is_single_mesh {
             scene.max_abs_coord = scene.instances[0].bvh.max_abs_coord();
         }
-        scene.subtree_refs = rebraid(&transforms);
+        scene.subtree_refs = match leaves {
+            TlasLeaves::Instances => whole_instances(&transforms),
+            TlasLeaves::Subtrees => rebraid(&transforms),
+        };
         let prims: Vec<_> = (0..).zip(&scene.subtree_refs).map(|(id, subtree)| subtree.prim_ref(id)).collect();
         let tree = build::build(scene.dispatch, prims.as_slice(), &InstanceLeaves);
         (scene.tlas, scene.root) = (tree.blocks, tree.root);

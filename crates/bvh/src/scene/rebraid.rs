@@ -51,12 +51,7 @@ pub(crate) struct InstanceTransform {
 
 /// The subtree references to build the TLAS over. Instances without a transform are not hit by any ray.
 pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRef> {
-    let whole = |(instance, transform): (u32, &Option<InstanceTransform>)| {
-        let transform = transform.as_ref()?;
-        let bvh = &transform.bvh;
-        Some(transform.subtree_ref(instance, bvh.root(), bvh.bounds()))
-    };
-    let whole: Vec<SubtreeRef> = (0..).zip(transforms).filter_map(whole).collect();
+    let whole = whole_instances(transforms);
     let triangles = transforms.iter().flatten().map(|transform| transform.bvh.triangle_count());
     let room = (triangles.sum::<usize>() / MIN_TRIANGLES_PER_REF).min(MAX_REFS);
     if whole.len() < 2 || room / whole.len() < MIN_REFS_PER_INSTANCE {
@@ -65,6 +60,16 @@ pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRe
     let mut refs = open_recursive(transforms, whole, room);
     refs.sort_unstable_by_key(|subtree| (subtree.instance, subtree.node));
     refs
+}
+
+/// The references to whole instances.
+pub(crate) fn whole_instances(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRef> {
+    let whole = |(instance, transform): (u32, &Option<InstanceTransform>)| {
+        let transform = transform.as_ref()?;
+        let bvh = &transform.bvh;
+        Some(transform.subtree_ref(instance, bvh.root(), bvh.bounds()))
+    };
+    (0..).zip(transforms).filter_map(whole).collect()
 }
 
 /// Opens the references of a group that overlap other instances, then recurses on both sides of the group's centre. The

@@ -3,16 +3,11 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use raycam_bvh::with_streaming_stores;
-
 use crate::film::channel::Channel;
 use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::OutputPlane;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
-
-/// Bytes of a frame above which it is written with non-temporal stores: it would not stay in the cache.
-const STREAMING_THRESHOLD: usize = 4 << 20;
 
 /// Block of a tile and the tile's index of its first pixel; `None` if the block shows the background.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +20,6 @@ pub(crate) struct PixelBlock {
 pub(crate) struct Film<'a> {
     region: [u32; 4],
     tile_rows: Vec<Mutex<Vec<ChannelStrip<'a>>>>,
-    /// True above [`STREAMING_THRESHOLD`].
-    use_streaming_stores: bool,
 }
 
 impl<'a> Film<'a> {
@@ -34,22 +27,16 @@ impl<'a> Film<'a> {
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
         let mut tile_rows: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
-        let mut bytes = 0;
         for target in targets {
             if !target.fits(width * height) {
                 return None;
             }
-            bytes += width * height * target.channel.bytes() as usize;
             let (channel, zero) = (target.channel, target.zero);
             for (tile_row, values) in tile_rows.iter_mut().zip(target.split_rows(width * TILE_SIZE as usize)) {
                 tile_row.push(ChannelStrip { channel, values, zero });
             }
         }
-        Some(Self {
-            region,
-            tile_rows: tile_rows.into_iter().map(Mutex::new).collect(),
-            use_streaming_stores: bytes >= STREAMING_THRESHOLD,
-        })
+        Some(Self { region, tile_rows: tile_rows.into_iter().map(Mutex::new).collect() })
     }
 
     /// True if the film has these channels, in this order.
@@ -76,31 +63,25 @@ impl<'a> Film<'a> {
             .map(|(i, strip)| StripCursor::new(strip, background.get(i).map(|(_, plane)| plane)))
             .collect();
         let mut runs = vec![];
-        with_streaming_stores(|past| {
-            // A few rows of all channels before the next rows.
-            for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
-                let height = blocks.first().map_or(0, |one| one.block.height);
-                let blank = blocks.iter().all(|one| one.first_pixel.is_none());
-                for row in (0..height).step_by(ROWS_PER_WRITE as usize) {
-                    self.pixel_runs(first, blocks, row..height.min(row + ROWS_PER_WRITE), &mut runs);
-                    for rest in &mut rests {
-                        if blank && rest.is_already_background() {
-                            continue;
-                        }
-                        let channel = rest.channel;
-                        let mut page = RowWriter {
-                            runs: &runs,
-                            streaming: self.use_streaming_stores.then_some(&mut *past),
-                            cursor: rest,
-                        };
-                        match blank {
-                            true => page.write_background(),
-                            false => write(channel, &mut page),
-                        }
+        // A few rows of all channels before the next rows.
+        for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
+            let height = blocks.first().map_or(0, |one| one.block.height);
+            let blank = blocks.iter().all(|one| one.first_pixel.is_none());
+            for row in (0..height).step_by(ROWS_PER_WRITE as usize) {
+                self.pixel_runs(first, blocks, row..height.min(row + ROWS_PER_WRITE), &mut runs);
+                for cursor in &mut rests {
+                    if blank && cursor.is_already_background() {
+                        continue;
+                    }
+                    let channel = cursor.channel;
+                    let mut rows = RowWriter { runs: &runs, cursor };
+                    match blank {
+                        true => rows.write_background(),
+                        false => write(channel, &mut rows),
                     }
                 }
             }
-        });
+        }
     }
 
     /// Fills a tile, which may be wide, with the background: whole rows of a channel before the next channel.
@@ -109,17 +90,12 @@ impl<'a> Film<'a> {
         let mut runs = vec![];
         let whole = PixelBlock { block: *tile, first_pixel: None };
         self.pixel_runs(first, &[whole], 0..tile.height, &mut runs);
-        with_streaming_stores(|past| {
-            for (strip, (_, plane)) in strips.iter_mut().zip(background) {
-                let rest = &mut StripCursor::new(strip, Some(plane));
-                if rest.is_already_background() {
-                    continue;
-                }
-                let mut page =
-                    RowWriter { runs: &runs, streaming: self.use_streaming_stores.then_some(&mut *past), cursor: rest };
-                page.write_background();
+        for (strip, (_, plane)) in strips.iter_mut().zip(background) {
+            let cursor = &mut StripCursor::new(strip, Some(plane));
+            if !cursor.is_already_background() {
+                RowWriter { runs: &runs, cursor }.write_background();
             }
-        });
+        }
     }
 
     /// Strips of the row of tiles that holds a tile, and their first image row.
@@ -235,8 +211,6 @@ mod tests {
         let channels = [Channel::Position, Channel::Normal, Channel::Triangle];
         for region in [[0, 0, 1, 1], [8, 16, 9, 70], [0, 0, 333, 211], [0, 8, 520, 400]] {
             let [x, y, width, height] = region;
-            let large = u64::from(width * height) * 40 >= STREAMING_THRESHOLD as u64;
-            assert_eq!(large, width == 520);
             let planes = written(region, &channels);
             for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
                 // Blocks begin at the region's corner.

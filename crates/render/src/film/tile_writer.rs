@@ -1,7 +1,5 @@
 //! Writer of a few rows of one channel of a tile.
 
-use raycam_bvh::{Pod, StreamingWriter};
-
 use crate::film::channel::Channel;
 use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::PlaneData;
@@ -21,7 +19,7 @@ pub(crate) struct PixelRun {
 }
 
 /// Number type of a plane.
-pub(crate) trait PixelValue: Pod + 'static {
+pub(crate) trait PixelValue: Copy + Default + 'static {
     /// Values of a plane of this type; empty for another type.
     fn slice_of(plane: &ImagePlane) -> &[Self];
 
@@ -94,7 +92,6 @@ impl<'a> StripCursor<'a> {
 pub(crate) struct RowWriter<'p, 'a> {
     pub cursor: &'p mut StripCursor<'a>,
     pub runs: &'p [PixelRun],
-    pub streaming: Option<&'p mut StreamingWriter<'a>>,
 }
 
 impl RowWriter<'_, '_> {
@@ -157,10 +154,7 @@ impl RowWriter<'_, '_> {
             let (_, behind) = std::mem::take(rest).split_at_mut(before);
             let (here, behind) = behind.split_at_mut(length * components);
             let (row, after) = values.split_at(here.len());
-            match &mut self.streaming {
-                Some(past) => past.copy(here, row),
-                None => here.copy_from_slice(row),
-            }
+            here.copy_from_slice(row);
             values = if always { values } else { after };
             (*rest, self.cursor.position) = (behind, to + length);
         }

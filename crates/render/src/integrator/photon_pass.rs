@@ -101,7 +101,7 @@ fn trace_photons(world: &PreparedWorld, lights: &Lights, candidate: usize, batch
     for bounce in 0..MAX_BOUNCES {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
-        world.geometry.scene.closest(&rays, &mut hits, Coherence::Incoherent);
+        world.geometry.two_level().closest(&rays, &mut hits, Coherence::Incoherent);
         rays.clear();
         let mut hits = hits.iter();
         photons.retain_mut(|photon| {

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use raycam_bvh::{BuildError, ExactTriangles, Ray, Scene};
+use raycam_bvh::{BuildError, ExactTriangles, Ray, Scene, TlasLeaves};
 use raycam_scene::{Camera, Object, TextureCache, World};
 
 use crate::error::RenderError;
@@ -22,9 +22,10 @@ pub(crate) const MAX_ORIGIN_RADII: f64 = 16.0;
 /// Surfaces of a prepared world, relative to a local origin.
 #[derive(Debug)]
 pub(crate) struct Geometry {
-    pub scene: Scene,
-    /// All instances in one BVH, built on demand: see [`Geometry::scene_for_samples`].
-    pub flattened: Arc<FlattenedScene>,
+    /// The two-level scene that is always there: see [`Geometry::two_level`].
+    pub scene: Arc<Scene>,
+    /// Scenes for many rays.
+    pub on_demand: Arc<OnDemandScenes>,
     /// World coordinates of the scene-local origin: the [`rounded_center`](crate::prepare::mesh::rounded_center) of the
     /// bounding box.
     pub origin: DVec3,
@@ -43,15 +44,24 @@ pub(crate) struct Geometry {
     pub texture_cache: Option<Arc<TextureCache>>,
 }
 
-/// Scene of one flattened BVH, and the count of exact rays that decides when to build it.
+/// Scenes that a world builds for many rays, and the count of exact rays that decides when.
 #[derive(Debug, Default)]
-pub(crate) struct FlattenedScene {
+pub(crate) struct OnDemandScenes {
     /// `None` if it would be too large or too coarse.
-    pub scene: OnceLock<Option<Scene>>,
-    /// Exact rays traced without it.
+    pub flattened: OnceLock<Option<Scene>>,
+    /// Two-level scene with re-braided leaves, for a world whose own has none. `None` if it cannot be built.
+    pub rebraided: OnceLock<Option<Scene>>,
+    /// Exact rays traced without the flattened scene.
     pub exact_rays: AtomicU64,
     /// True if the world was made of another one by moving things.
     pub is_of_moved: bool,
+}
+
+impl OnDemandScenes {
+    /// None yet, for a world that was made of another one by moving things.
+    pub fn of_moved() -> Self {
+        Self { is_of_moved: true, ..Self::default() }
+    }
 }
 
 /// Origin and size of a prepared world.
@@ -70,7 +80,8 @@ impl Extent {
 }
 
 impl Geometry {
-    /// Places meshes, one for each object, with the materials and textures of the world.
+    /// Places meshes, one for each object, with the materials and textures of the world. It shares the scenes of the
+    /// geometry `before` where nothing has moved, and has the quickest to build where something has.
     ///
     /// # Errors
     /// [`RenderError::World`] where float32 does not reach.
@@ -80,11 +91,22 @@ impl Geometry {
         extent: Extent,
         materials: Arc<Vec<PreparedMaterial>>,
         textures: Arc<Vec<Arc<PreparedTexture>>>,
+        before: Option<&Self>,
     ) -> Result<Self, RenderError> {
-        let (instances, scene) = build_instances(world, meshes, extent.origin)?;
+        let instances = place_instances(world, meshes, extent.origin);
+        let (scene, on_demand) = match before {
+            Some(before) if before.origin == extent.origin && has_same_places(&before.instances, &instances) => {
+                (before.scene.clone(), before.on_demand.clone())
+            }
+            Some(_) => (
+                build_scene(TlasLeaves::Instances, &instances, extent.origin)?.into(),
+                OnDemandScenes::of_moved().into(),
+            ),
+            None => (build_scene(TlasLeaves::Subtrees, &instances, extent.origin)?.into(), Arc::default()),
+        };
         Ok(Self {
             scene,
-            flattened: Arc::default(),
+            on_demand,
             origin: extent.origin,
             radius: extent.radius,
             object_bounds: vec![],
@@ -120,13 +142,6 @@ impl Geometry {
     /// The camera with ray origins outside of the scene, where its rays come from infinity.
     pub fn camera_outside(&self, camera: &Camera) -> Camera {
         camera.with_ray_origins_outside(self.origin, self.radius)
-    }
-
-    /// True if both scenes place the same meshes by the same transforms.
-    pub fn has_same_instances(&self, other: &Self) -> bool {
-        let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh, object.is_visible);
-        let places = self.instances.iter().map(place);
-        places.eq(other.instances.iter().map(place))
     }
 
     /// World-space vertices of a triangle, float64.
@@ -184,28 +199,34 @@ impl ExactTriangles for Geometry {
     }
 }
 
-/// Places meshes, and builds the top-level BVH over them.
-fn build_instances(
-    world: &World,
-    meshes: Vec<Arc<PreparedMesh>>,
+/// Places meshes, one for each object.
+fn place_instances(world: &World, meshes: Vec<Arc<PreparedMesh>>, origin: DVec3) -> Vec<PreparedInstance> {
+    let objects = world.objects.iter().zip(meshes).zip(world.categories().of_objects);
+    objects.map(|((object, mesh), category)| PreparedInstance::new(object, mesh, origin, category)).collect()
+}
+
+/// True if both place the same meshes by the same transforms.
+fn has_same_places(instances: &[PreparedInstance], others: &[PreparedInstance]) -> bool {
+    let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh, object.is_visible);
+    instances.iter().map(place).eq(others.iter().map(place))
+}
+
+/// The two-level scene of placed meshes.
+///
+/// # Errors
+/// [`RenderError::World`] where float32 does not reach.
+pub(crate) fn build_scene(
+    leaves: TlasLeaves,
+    instances: &[PreparedInstance],
     origin: DVec3,
-) -> Result<(Vec<PreparedInstance>, Scene), RenderError> {
-    let objects: Vec<_> = world
-        .objects
-        .iter()
-        .zip(meshes)
-        .zip(world.categories().of_objects)
-        .map(|((object, mesh), category)| PreparedInstance::new(object, mesh, origin, category))
-        .collect();
-    let instances = objects.iter().map(|object| object.bvh_instance(origin));
-    let scene = Scene::build(instances.collect(), origin.to_array());
-    let scene = scene.map_err(|error| match error {
+) -> Result<Scene, RenderError> {
+    let instances = instances.iter().map(|object| object.bvh_instance(origin));
+    Scene::build_over(leaves, instances.collect(), origin.to_array()).map_err(|error| match error {
         BuildError::NonFinite { what } => {
             RenderError::World(format!("{what} is placed where float32 does not reach: keep coordinates below 1e30"))
         }
         other => RenderError::World(other.to_string()),
-    })?;
-    Ok((objects, scene))
+    })
 }
 
 /// Bounding box of all visible objects; exact for a single untransformed mesh.

@@ -5,11 +5,11 @@
 
 pub(crate) mod dielectric_bounds;
 pub(crate) mod family;
-pub(crate) mod flattened;
 pub(crate) mod geometry;
 pub(crate) mod instance;
 pub(crate) mod material;
 pub(crate) mod mesh;
+pub(crate) mod on_demand_scenes;
 pub(crate) mod texture;
 pub(crate) mod validate;
 mod watertight;

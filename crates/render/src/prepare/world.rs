@@ -13,7 +13,7 @@ use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 use crate::light::lighting::{Lighting, LightingCell, RecentLighting};
 use crate::prepare::family::SharedParts;
-use crate::prepare::geometry::{Extent, FlattenedScene, Geometry, MAX_ORIGIN_RADII, world_bounds};
+use crate::prepare::geometry::{Extent, Geometry, MAX_ORIGIN_RADII, world_bounds};
 use crate::prepare::instance::{PreparedInstance, object_bounds};
 use crate::prepare::material::prepare_materials;
 use crate::prepare::mesh::{MeshList, PreparedMesh, prepare_meshes, rounded_center};
@@ -83,14 +83,8 @@ impl PreparedWorld {
         let extent = Extent::around(rounded_center(lower, upper), bounds);
         let materials = prepare_materials(&world.materials, &before.map(|b| b.materials.clone()).unwrap_or_default());
         let textures = Arc::new(prepare_textures(world, &family.textures)?);
-        let mut geometry = workers.run(|| Geometry::new(world, meshes, extent, materials, textures))?;
+        let mut geometry = workers.run(|| Geometry::new(world, meshes, extent, materials, textures, before))?;
         geometry.object_bounds = object_bounds(&geometry.instances, extent.origin, MAX_ORIGIN_RADII * extent.radius);
-        if let Some(before) = before {
-            geometry.flattened = match geometry.has_same_instances(before) {
-                true => before.flattened.clone(),
-                false => Arc::new(FlattenedScene { is_of_moved: true, ..FlattenedScene::default() }),
-            };
-        }
         let known = previous.map(|previous| previous.lighting.clone()).into_iter().chain(family.lighting.cells());
         let lighting = LightingCell::new(world, &geometry, &known.collect::<Vec<_>>())?;
         family.meshes.keep(geometry.instances.iter().map(|instance| &instance.mesh));
@@ -122,7 +116,7 @@ impl PreparedWorld {
         let meshes = instance_meshes(world, list, Some(base), &family.meshes, control)?;
         let extent = Extent::around(base.origin, world_bounds(&world.objects, &meshes));
         let materials = prepare_materials(&world.materials, &base.materials);
-        let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone())?;
+        let geometry = Geometry::new(world, meshes, extent, materials, base.textures.clone(), None)?;
         let guiding = Guiding::within_exposure();
         let lighting = LightingCell::new(world, &geometry, [&reference.lighting])?;
         Ok(Self { geometry, lighting, guiding, family: family.clone() })

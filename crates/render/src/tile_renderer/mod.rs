@@ -135,7 +135,7 @@ impl<'a> TileRenderer<'a> {
             world,
             scene: match many {
                 true => geometry.scene_for_samples(width * height * u64::from(settings.samples)),
-                false => &geometry.scene,
+                false => geometry.two_level(),
             },
             shutter,
             camera,
@@ -162,7 +162,7 @@ impl<'a> TileRenderer<'a> {
         let planned = self.settings.samples;
         let [width, height] = self.camera.size().map(u64::from);
         let pays = |samples| self.world.geometry.flattening_pays(width * height * u64::from(samples));
-        let is_flat = !std::ptr::eq(self.scene, &self.world.geometry.scene);
+        let is_flat = self.scene.is_single_level() && !self.world.geometry.scene.is_single_level();
         let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
         same_scene && RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned)
     }
@@ -175,7 +175,7 @@ impl<'a> TileRenderer<'a> {
     {
         match std::ptr::eq(world, self.world) {
             true => self.scene,
-            false => &world.geometry.scene,
+            false => world.geometry.two_level(),
         }
     }
 

@@ -5,11 +5,13 @@ pub(crate) mod ies_profile;
 mod strength;
 pub(crate) mod validate;
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::light::strength::{Strength, optional_strength, strength};
-use crate::texture::Image;
+use crate::texture::{Image, Texels};
 
 pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
@@ -202,6 +204,19 @@ impl Light {
             Self::Preetham { .. } => "daylight",
             Self::Environment { .. } => "environment",
         }
+    }
+
+    /// Sets values of its image below 0, which light cannot have, to 0; returns a notice about them.
+    pub(crate) fn clamp_negative_texels(&mut self) -> Option<String> {
+        let Self::Environment { image: FileRef { file, content: Some(image) }, .. } = self else { return None };
+        let Texels::Float(texels) = &image.texels else { return None };
+        let count = texels.iter().flat_map(|texel| &texel[..3]).filter(|value| **value < 0.0).count();
+        if count == 0 {
+            return None;
+        }
+        let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
+        *image = Arc::new(Image { texels: Texels::Float(texels), ..Image::clone(image) });
+        Some(format!("environment {file:?}: {count} values are below 0, as light cannot be: they count as 0"))
     }
 
     /// An even sky.

@@ -48,7 +48,32 @@ impl ObjectSpec {
     /// alone that are not as many as before or leave shading normals behind.
     pub fn change<F: AssetLoader>(self, world: &mut World, id: usize, files: &mut F) -> Result<(), F::Error> {
         world.check_object(id).map_err(F::Error::from)?;
-        self.change_object(world, id, files).map_err(BuildFailure::into_error)
+        match self.change_placement(world, id) {
+            Some(placed) => placed.map_err(F::Error::from),
+            None => self.change_object(world, id, files).map_err(BuildFailure::into_error),
+        }
+    }
+
+    /// Changes where an object is and if it is visible, where the description says nothing else; `None` where it says more.
+    /// It needs no files, and the world is as it was where it fails.
+    pub fn change_placement(&self, world: &mut World, id: usize) -> Option<Result<(), SceneError>> {
+        let keys = self.keys();
+        let is_more = self.name.is_some() || self.category.is_some() || self.shadow_catcher.is_some();
+        if is_more || keys.given(&PLACEMENT).len() < keys.count() {
+            return None;
+        }
+        let place = match keys.count() {
+            0 => Ok(None),
+            _ => self.object_transform(world.up, &keys).map(Some),
+        };
+        Some(world.check_object(id).and(place).map(|place| {
+            let object = &mut world.objects[id];
+            object.visible = self.visible.unwrap_or(object.visible);
+            if let Some((world_from_mesh, scale_shear)) = place {
+                (object.world_from_mesh, object.scale_shear) = (world_from_mesh, scale_shear);
+                world.release_object(id);
+            }
+        }))
     }
 
     fn change_object<F: AssetLoader>(

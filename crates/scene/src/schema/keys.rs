@@ -11,6 +11,11 @@ impl<const N: usize> Keys<N> {
         self.0.iter().filter(|(key, given)| *given && keys.contains(key)).map(|(key, _)| *key).collect()
     }
 
+    /// How many keys were written.
+    pub fn count(&self) -> usize {
+        self.0.iter().filter(|(_, given)| *given).count()
+    }
+
     /// Refuses some keys, for a reason.
     pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<(), SceneError> {
         match self.given(keys).first() {

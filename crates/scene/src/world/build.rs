@@ -94,8 +94,9 @@ impl World {
     ///
     /// # Errors
     /// Those of [`Light::validate`].
-    pub fn add_light(&mut self, light: Light) -> Result<usize, SceneError> {
+    pub fn add_light(&mut self, mut light: Light) -> Result<usize, SceneError> {
         light.validate()?;
+        self.notices.extend(light.clamp_negative_texels());
         self.lights.push(light);
         Ok(self.lights.len() - 1)
     }

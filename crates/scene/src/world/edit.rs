@@ -71,9 +71,10 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such light, and those of [`Light::validate`].
-    pub fn set_light(&mut self, number: usize, light: Light) -> Result<(), SceneError> {
+    pub fn set_light(&mut self, number: usize, mut light: Light) -> Result<(), SceneError> {
         self.check_light(number)?;
         light.validate()?;
+        self.notices.extend(light.clamp_negative_texels());
         self.lights[number] = light;
         self.change_tree(|tree| tree.lights.retain(|mount| mount.light != number));
         Ok(())

@@ -8,8 +8,8 @@ or, for code that one does not own, before it is imported:
     raycam.compat.pyrender.install()
     import pyrender
 
-Pictures are shaded as pyrender's default program does; depth is that of pixel centres, exact. Not here, with an error
-that says so: windows, wireframes, morph targets.
+Pictures are shaded as pyrender's default program does (`shading = "raycam"`: path traced); depth is that of pixel
+centres, exact. Not here, with an error that says so: windows, wireframes, morph targets.
 """
 
 from __future__ import annotations
@@ -65,8 +65,12 @@ __all__ = [
     "Texture",
     "Viewer",
     "install",
+    "shading",
     "uninstall",
 ]
+
+shading = "pyrender"
+"""The light of pictures: "pyrender", the formula of its default program, or "raycam", path traced by raycam itself."""
 
 SUBMODULES = {
     "camera": camera,

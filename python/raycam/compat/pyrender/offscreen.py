@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +14,9 @@ from .constants import GLTF, RenderFlags
 from .instances import SceneWorld
 from .light import DirectionalLight, PointLight, SpotLight
 from .node import Node
+from .path_traced import path_traced_picture
 from .scene import Scene
-from .shading import PlacedLight, Shadow, Surfaces, shade, surface_values
+from .shader import PlacedLight, Shadow, Surfaces, shade, surface_values
 
 __all__ = ["OffscreenRenderer"]
 
@@ -82,12 +84,21 @@ class OffscreenRenderer:
                 picture.reshape(-1, 3)[np.isin(hits.instance, own)] = color
                 picture[points.get(node, (np.zeros(0, int), np.zeros(0, int)))[:2]] = color
         else:
-            picture = self._colors(scene, view, hits, (columns, rows))
+            picture = self._lit(scene, view, hits, (columns, rows))
             for at in points.values():
                 picture[at[0], at[1]] = np.round(255 * np.clip(at[2], 0, 1))
         if flags & RenderFlags.RGBA and picture.shape[2] == 3:
             picture = np.concatenate([picture, np.full((height, width, 1), 255, np.uint8)], axis=2)
         return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
+
+    def _lit(self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]) -> npt.NDArray[np.uint8]:
+        """The picture [h, w, 4] by the shading that the package names."""
+        shading = sys.modules[__package__].shading
+        if shading not in ("pyrender", "raycam"):
+            raise ValueError(f'shading is {shading!r}: expected "pyrender" or "raycam"')
+        if shading == "pyrender" or view.flags & RenderFlags.FLAT:
+            return self._colors(scene, view, hits, at)
+        return path_traced_picture(scene, view.camera, view.pose, (self.viewport_width, self.viewport_height))
 
     def _colors(
         self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]

@@ -42,12 +42,13 @@ pub fn intersections(
     let mut found = Crossings { offsets: Vec::with_capacity(n + 1), rays: vec![], columns: Columns::empty(fields) };
     found.offsets.push(0);
     let geometry = &world.geometry;
+    geometry.two_level_for(n);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
         let (mut counts, mut crossings) = (vec![0; local.len()], vec![]);
         let limit = max_hits.unwrap_or(usize::MAX);
         with_filter(world, rays, &local, range.clone(), |filter| {
-            geometry.scene.crossings(&local, geometry, filter, limit, (&mut counts, &mut crossings));
+            geometry.two_level().crossings(&local, geometry, filter, limit, (&mut counts, &mut crossings));
         });
         let owners: Vec<usize> =
             counts.iter().enumerate().flat_map(|(i, &count)| std::iter::repeat_n(i, count as usize)).collect();
@@ -82,11 +83,12 @@ pub fn count_intersections(
     let n = rays.origins.len();
     let mut found = Vec::with_capacity(n);
     let geometry = &world.geometry;
+    geometry.two_level_for(n);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
         let mut counts = vec![0; local.len()];
         with_filter(world, rays, &local, range, |filter| {
-            geometry.scene.count_crossings(&local, geometry, filter, signed, &mut counts);
+            geometry.two_level().count_crossings(&local, geometry, filter, signed, &mut counts);
         });
         counts
     };

@@ -91,7 +91,7 @@ impl<'a> Bodies<'a> {
             points.iter().map(|point| half_line(*point, way_out((*point).into(), body.bounds))).collect();
         let mut counts = vec![0; rays.len()];
         let filter = OneObject(body.instance as u32);
-        geometry.scene.count_crossings(&rays, geometry, Some(&filter), body.rule == Rule::Signed, &mut counts);
+        geometry.two_level().count_crossings(&rays, geometry, Some(&filter), body.rule == Rule::Signed, &mut counts);
         let is_inside = |count: i32| if body.rule == Rule::Signed { count != 0 } else { count % 2 != 0 };
         counts.into_iter().map(is_inside).collect()
     }
@@ -121,6 +121,7 @@ pub fn inside(
     control: &Control,
 ) -> Result<Vec<bool>, RenderError> {
     let bodies = Bodies::new(&world.geometry, objects)?;
+    world.geometry.two_level_for(points.len());
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| bodies.contain(&points[range]);
     in_tasks(points.len(), threads, control, work, |mut more| found.append(&mut more))?;

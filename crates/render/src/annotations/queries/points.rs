@@ -125,6 +125,7 @@ pub(super) fn search(
     let geometry = &world.geometry;
     query.check(geometry)?;
     let n = query.points.len();
+    geometry.two_level_for(n);
     let chosen = query.objects.map(ChosenObjects);
     let filter = chosen.as_ref().map(|chosen| chosen as &(dyn HitFilter + Sync));
     let mut found = vec![ClosestPoint::MISS; n];
@@ -143,7 +144,7 @@ pub(super) fn search(
                 };
                 let mut found = vec![ClosestPoint::MISS; points.len()];
                 let filter = filter.map(|filter| filter as &dyn HitFilter);
-                geometry.scene.closest_points(&points, &limits, geometry, filter, &mut found);
+                geometry.two_level().closest_points(&points, &limits, geometry, filter, &mut found);
                 control.advance();
                 Ok(found)
             };

@@ -107,12 +107,13 @@ pub fn cast_rays(
     let n = rays.origins.len();
     check_memory(|| format!("{n} hits"), n as u64 * 8 * fields.iter().map(|field| field.width() as u64).sum::<u64>())?;
     let geometry = &world.geometry;
+    geometry.two_level_for(n);
     let mut found = Columns::empty(fields);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
         let mut hits = closest_hits(world, &local, rays, range);
         if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
-            geometry.scene.refine(&local, geometry, &mut hits);
+            geometry.two_level().refine(&local, geometry, &mut hits);
         }
         columns(geometry, fields, local.iter().zip(&hits))
     };
@@ -133,6 +134,7 @@ pub fn occluded(
 ) -> Result<Vec<bool>, RenderError> {
     rays.check(world)?;
     let n = rays.origins.len();
+    world.geometry.two_level_for(n);
     let mut found = Vec::with_capacity(n);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
@@ -144,7 +146,7 @@ pub fn occluded(
                 world.geometry.occluded_exact(&local, filter, &mut occluded);
             }
             Kernel::Float32 { coherent } => {
-                world.geometry.scene.occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
+                world.geometry.two_level().occluded(&local_rays(world, &local), &mut occluded, coherence(coherent));
             }
         }
         occluded
@@ -178,7 +180,7 @@ fn closest_hits(world: &PreparedWorld, rays: &[ExactRay], query: &RayArrays, ran
         }
         Kernel::Float32 { coherent } => {
             let mut found = vec![Hit::MISS; rays.len()];
-            world.geometry.scene.closest(&local_rays(world, rays), &mut found, coherence(coherent));
+            world.geometry.two_level().closest(&local_rays(world, rays), &mut found, coherence(coherent));
             for ((hit, found), ray) in hits.iter_mut().zip(&found).zip(rays) {
                 if found.instance != INVALID_ID {
                     *hit = refine_f64(world, found, ray);

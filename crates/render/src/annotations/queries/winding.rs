@@ -68,7 +68,7 @@ pub(super) fn winding_numbers(
     let directions: Vec<DVec3> = points.iter().map(|point| cone_direction((*point).into(), edges)).collect();
     let rays: Vec<ExactRay> = points.iter().zip(&directions).map(|(point, s)| half_line(*point, -*s)).collect();
     let mut counts = vec![0; points.len()];
-    geometry.scene.count_crossings(&rays, geometry, Some(&OneObject(instance as u32)), true, &mut counts);
+    geometry.two_level().count_crossings(&rays, geometry, Some(&OneObject(instance as u32)), true, &mut counts);
     let of_point = |((point, s), count): ((&[f64; 3], &DVec3), &i32)| {
         let angles: f64 = edges.iter().map(|(ends, excess)| excess * cone_angle(*point, *s, *ends)).sum();
         f64::from(*count) + angles / (4.0 * PI)
@@ -124,6 +124,7 @@ pub fn winding_number(
         .into_iter()
         .map(|instance| (instance, residual_edges(geometry, instance)))
         .collect();
+    world.geometry.two_level_for(points.len());
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| {
         let points = &points[range];

@@ -1,17 +1,17 @@
-//! Flattened scene: all instances in one BVH, for many rays.
+//! Scenes for many rays: all instances in one flattened BVH, or two levels with re-braided leaves.
 //!
 //! If instances overlap or are close, as things on a floor are, most rays traverse several BVHs from their roots.
 //! A single BVH over all triangles has one root. Its build time and memory pay off for many rays only: the samples of
 //! one frame, or the exact rays of all frames of a static world. Worlds that move between frames keep the two-level
-//! scene.
+//! scene. Of a world that was made by moving things the leaves are whole instances, until more rays ask for it.
 
 use std::sync::atomic::Ordering;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, HitFilter, Scene};
+use raycam_bvh::{ExactHit, ExactRay, HitFilter, Scene, TlasLeaves};
 use rayon::prelude::*;
 
-use crate::prepare::geometry::Geometry;
+use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
 use crate::prepare::instance::PreparedInstance;
 use crate::thread_pool::with_pool;
 
@@ -23,6 +23,10 @@ const SAMPLES_TO_PAY_SPARSE: u64 = 24;
 const EXACT_RAYS_TO_PAY: u64 = 8;
 /// The same for a world that was made of another by moving things: it will hardly stay either.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
+/// Rays per triangle that pay for re-braiding, which makes a reference of 64 triangles.
+const RAYS_TO_PAY_REBRAIDING: usize = 4;
+/// Rays that pay for it at least, however few the triangles.
+const MIN_RAYS_TO_PAY_REBRAIDING: usize = 1 << 15;
 /// Largest number of triangles; the build needs some 200 bytes per triangle.
 const MAX_TRIANGLES: usize = 1 << 22;
 /// Smallest extent of an instance's mean triangle, in float32 steps of the scene's radius: coarser coordinates would
@@ -30,10 +34,28 @@ const MAX_TRIANGLES: usize = 1 << 22;
 const MIN_F32_STEPS: f64 = 64.0;
 
 impl Geometry {
+    /// Two-level scene: re-braided if it was built so or has become so.
+    pub(crate) fn two_level(&self) -> &Scene {
+        self.on_demand.rebraided.get().and_then(Option::as_ref).unwrap_or(&self.scene)
+    }
+
+    /// [`Geometry::two_level`], re-braided if this many rays pay for it. Hits are the same with and without.
+    pub(crate) fn two_level_for(&self, rays: usize) -> &Scene {
+        let OnDemandScenes { rebraided, is_of_moved, .. } = &*self.on_demand;
+        let enough = || (RAYS_TO_PAY_REBRAIDING * self.triangle_count()).max(MIN_RAYS_TO_PAY_REBRAIDING);
+        if *is_of_moved && rebraided.get().is_none() && rays >= enough() {
+            // As the flattened scene: not inside of `get_or_init`.
+            let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
+            let _ = rebraided.set(in_pool(build));
+        }
+        self.two_level()
+    }
+
     /// Scene that a frame of this many samples is traced against. Depends on the world and that number alone: the
     /// same frame has the same bits.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
-        self.flattened_if_worth(|_| self.flattening_pays(samples)).unwrap_or(&self.scene)
+        let flattened = self.flattened_if_worth(|_| self.flattening_pays(samples));
+        flattened.unwrap_or_else(|| self.two_level_for(samples as usize))
     }
 
     /// True if a frame of this many samples pays for the flattened scene.
@@ -47,45 +69,45 @@ impl Geometry {
         if self.scene.is_single_level() || !pays(self.triangle_count() as u64) {
             return None;
         }
-        let tree = &self.flattened.scene;
+        let tree = &self.on_demand.flattened;
         if tree.get().is_none() {
             // The build must not run inside `get_or_init`: a building thread steals tasks of other renders, and one
             // of the same world would wait for itself. The first result wins; all are equal.
-            let tree_of_all = match rayon::current_thread_index() {
-                Some(_) => self.flatten(),
-                None => with_pool(None, || self.flatten()).unwrap_or_default(),
-            };
-            let _ = tree.set(tree_of_all);
+            let _ = tree.set(in_pool(|| self.flatten()));
         }
         tree.get().and_then(Option::as_ref)
     }
 
-    /// Counts exact rays and builds the flattened scene once they pay for it. Hits are the same with and without.
+    /// Counts exact rays and builds the scenes for many once they pay for them. Hits are the same with and without.
     pub(crate) fn note_exact_rays(&self, rays: u64) {
-        if self.flattened.scene.get().is_none() {
-            let before = self.flattened.exact_rays.fetch_add(rays, Ordering::Relaxed);
-            let rays = before.saturating_add(rays);
-            let to_pay = if self.flattened.is_of_moved { EXACT_RAYS_TO_PAY_MOVED } else { EXACT_RAYS_TO_PAY };
+        let OnDemandScenes { flattened, exact_rays, is_of_moved, .. } = &*self.on_demand;
+        if flattened.get().is_none() {
+            let rays = exact_rays.fetch_add(rays, Ordering::Relaxed).saturating_add(rays);
+            let to_pay = if *is_of_moved { EXACT_RAYS_TO_PAY_MOVED } else { EXACT_RAYS_TO_PAY };
             self.flattened_if_worth(|triangles| rays / to_pay >= triangles);
+            self.two_level_for(rays as usize);
         }
+    }
+
+    /// Scene for exact hits.
+    fn exact_scene(&self) -> &Scene {
+        let flattened = self.on_demand.flattened.get().and_then(Option::as_ref);
+        flattened.unwrap_or_else(|| self.two_level())
     }
 
     /// Nearest hit of every ray in float64.
     pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
-        let merged = self.flattened.scene.get().and_then(Option::as_ref);
-        merged.unwrap_or(&self.scene).closest_exact(rays, self, hits);
+        self.exact_scene().closest_exact(rays, self, hits);
     }
 
     /// Nearest hit of every ray that a filter accepts, in float64.
     pub(crate) fn closest_exact_of(&self, rays: &[ExactRay], filter: &dyn HitFilter, hits: &mut [ExactHit]) {
-        let merged = self.flattened.scene.get().and_then(Option::as_ref);
-        merged.unwrap_or(&self.scene).closest_exact_of(rays, self, filter, hits);
+        self.exact_scene().closest_exact_of(rays, self, filter, hits);
     }
 
     /// True for every ray that hits anything, or anything that a filter accepts, in float64.
     pub(crate) fn occluded_exact(&self, rays: &[ExactRay], filter: Option<&dyn HitFilter>, occluded: &mut [bool]) {
-        let merged = self.flattened.scene.get().and_then(Option::as_ref);
-        merged.unwrap_or(&self.scene).occluded_exact(rays, self, filter, occluded);
+        self.exact_scene().occluded_exact(rays, self, filter, occluded);
     }
 
     /// True if the gap between two instances' boxes is at most a quarter of the smaller size; assumed for very many
@@ -151,6 +173,14 @@ impl Geometry {
     }
 }
 
+/// Runs a build in the current pool, or in one of this crate. `Default` where there is none.
+fn in_pool<T: Default + Send>(build: impl FnOnce() -> T + Send) -> T {
+    match rayon::current_thread_index() {
+        Some(_) => build(),
+        None => with_pool(None, build).unwrap_or_default(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -163,7 +193,6 @@ mod tests {
     use crate::control::Control;
     use crate::film::channel::Channel;
     use crate::film::image_plane::ImagePlane;
-    use crate::prepare::geometry::FlattenedScene;
     use crate::prepare::world::PreparedWorld;
     use crate::settings::{Integrator, Settings};
 
@@ -197,18 +226,18 @@ mod tests {
         let triangles = prepared.geometry.triangle_count() as u64;
         assert_eq!(triangles, 2 + 2 * 1280);
         let few = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
-        assert!(std::ptr::eq(few, &prepared.geometry.scene));
+        assert!(std::ptr::eq(few, &*prepared.geometry.scene));
         let many = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
         // Kept while nothing moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
-        assert!(Arc::ptr_eq(&lit.geometry.flattened, &prepared.geometry.flattened));
+        assert!(Arc::ptr_eq(&lit.geometry.on_demand, &prepared.geometry.on_demand));
         let mut moved = world.clone();
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
-        assert!(moved.geometry.flattened.scene.get().is_none());
+        assert!(moved.geometry.on_demand.flattened.get().is_none());
         // Instances far apart need more samples.
         let mut apart = world.clone();
         for (i, object) in apart.objects.iter_mut().enumerate() {
@@ -216,7 +245,7 @@ mod tests {
         }
         let apart = prepare(&apart, None);
         let few = apart.geometry.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
-        assert!(std::ptr::eq(few, &apart.geometry.scene));
+        assert!(std::ptr::eq(few, &*apart.geometry.scene));
         assert!(apart.geometry.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles).is_single_level());
     }
 
@@ -263,9 +292,9 @@ mod tests {
         for _ in 1..EXACT_RAYS_TO_PAY * triangles / pixels {
             picture();
         }
-        assert!(prepared.geometry.flattened.scene.get().is_none());
+        assert!(prepared.geometry.on_demand.flattened.get().is_none());
         let with = picture();
-        assert!(prepared.geometry.flattened.scene.get().is_some_and(Option::is_some));
+        assert!(prepared.geometry.on_demand.flattened.get().is_some_and(Option::is_some));
         assert!(without.planes[..2] == with.planes[..2]);
         match &with.planes[0].1 {
             ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
@@ -276,6 +305,35 @@ mod tests {
             other => panic!("{other:?}"),
         };
         assert!(bits(&without) == bits(&with));
+    }
+
+    #[test]
+    fn a_moved_world_is_rebraided_once_it_pays() {
+        let world = world();
+        let still = prepare(&world, None);
+        assert!(std::ptr::eq(still.geometry.two_level_for(usize::MAX), &*still.geometry.scene));
+        let mut other = world.clone();
+        other.objects[1].world_from_mesh.translation.x += 0.1;
+        let moved = prepare(&other, Some(&still));
+        let enough = MIN_RAYS_TO_PAY_REBRAIDING;
+        assert!(RAYS_TO_PAY_REBRAIDING * moved.geometry.triangle_count() < enough);
+        let own: *const Scene = &*moved.geometry.scene;
+        assert!(std::ptr::eq(moved.geometry.two_level_for(enough - 1), own));
+        let ray = |i: u32| {
+            let [x, y] = [i % 64, i / 64].map(|step| f64::from(step) / 16.0 - 2.0);
+            ExactRay { origin: [x, y, 3.0], direction: [0.01 * x, 0.02, -1.0], t_min: 0.0, t_max: f64::INFINITY }
+        };
+        let (rays, mut hits) = ((0..4096).map(ray).collect::<Vec<_>>(), vec![ExactHit::MISS; 4096]);
+        moved.geometry.closest_exact(&rays, &mut hits);
+        let before = hits.clone();
+        assert!(before.iter().any(|hit| hit.instance == 1));
+        moved.geometry.note_exact_rays(enough as u64);
+        assert!(!std::ptr::eq(moved.geometry.two_level(), own));
+        moved.geometry.closest_exact(&rays, &mut hits);
+        assert!(hits == before);
+        // Kept while nothing moves.
+        let again = prepare(&other, Some(&moved));
+        assert!(std::ptr::eq(again.geometry.two_level(), moved.geometry.two_level()));
     }
 
     #[test]
@@ -306,7 +364,7 @@ mod tests {
             }
         };
         let merged = picture(&prepared);
-        assert!(prepared.geometry.flattened.scene.get().is_some());
+        assert!(prepared.geometry.on_demand.flattened.get().is_some());
         // Moved away and back, with reused meshes.
         let mut away = world.clone();
         away.objects[1].world_from_mesh.translation.x += 0.1;
@@ -315,7 +373,7 @@ mod tests {
         assert!(picture(&prepare(&world, Some(&away))) == merged);
         // Two-level scene.
         let mut apart = prepare(&world, None);
-        apart.geometry.flattened = Arc::new(FlattenedScene { scene: None.into(), ..FlattenedScene::default() });
+        apart.geometry.on_demand = Arc::new(OnDemandScenes { flattened: None.into(), ..OnDemandScenes::default() });
         assert!(!apart.geometry.scene_for_samples(u64::MAX).is_single_level());
         let apart = picture(&apart);
         let same = merged.iter().zip(&apart).filter(|(a, b)| (**a - **b).abs() < 1e-5).count();

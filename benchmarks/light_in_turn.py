@@ -1,0 +1,143 @@
+"""Light beside another build of raycam, or beside Mitsuba 3, in turn: processor time x variance.
+
+    python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--hard] [--scenes NAME ...]
+
+FOLDER holds the package `raycam` of the other build, PYTHON has Mitsuba. Time is that of the processor, all threads
+together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared mean
+plus 0.01, which needs no reference: everyone here is unbiased. The gain is the ratio of their products, that of the
+times to the same error. Mitsuba's better sampler counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import report
+from hard_scenes import DEPTH as HARD_DEPTH
+from hard_scenes import hard_scenes
+from path_scenes import DEPTH, scenes
+
+SIZE = (48, 36)
+TURNS = 2
+SAMPLERS = ("independent", "multijitter")
+
+Found = dict[str, float]
+
+
+def measure(options: argparse.Namespace) -> Found:
+    """Processor time of a picture, variance of its pixels, share of it in the worst 1 %, and mean, by what is here."""
+    scene = json.loads(options.one.read_text(encoding="utf-8"))
+    settings = {"variant": "llvm_ad_rgb", "sampler": options.sampler} if options.sampler else {}
+    module: Any = importlib.import_module("path_mitsuba" if options.sampler else "path_raycam")
+    picture = module.picture(scene, SIZE, **settings)
+    picture(options.samples, 999)  # Mitsuba compiles for each number of samples
+    pictures, times = [], []
+    for seed in range(options.seeds):
+        start = time.process_time()
+        pictures.append(np.asarray(picture(options.samples, seed + 1)[0], np.float64))
+        times.append(time.process_time() - start)
+    mean = np.mean(pictures, axis=0)
+    variance = (np.var(pictures, axis=0, ddof=1) / (mean**2 + 0.01)).mean(axis=2).ravel()
+    worst = np.sort(variance)[-max(1, variance.size // 100) :].sum() / variance.sum()
+    return {
+        "seconds": min(times),
+        "variance": float(variance.mean()),
+        "worst": float(worst),
+        "mean": float(mean.mean()),
+    }
+
+
+def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | None]]:
+    """The command that measures each, and the folder of its package."""
+    import raycam
+
+    this = [sys.executable, __file__]
+    now = {"raycam": (this, str(Path(raycam.__file__).parents[1]))}
+    if options.before:
+        now["before"] = (this, str(options.before.resolve()))
+    if options.mitsuba:
+        now |= {sampler: ([options.mitsuba, __file__, "--sampler", sampler], None) for sampler in SAMPLERS}
+    return now
+
+
+def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
+    """What each makes of a scene, its best time of several turns."""
+    best: dict[str, Found] = {}
+    for _ in range(TURNS):
+        for rival, (command, package) in rivals_of(options).items():
+            asked = [*command, "--one", str(scene), "--seeds", str(options.seeds)]
+            asked += ["--samples", str(options.samples)]
+            environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+            if package:
+                environment["PYTHONPATH"] = package
+            done = subprocess.run(asked, check=True, capture_output=True, text=True, env=environment)
+            # Mitsuba prints besides, also on the same line.
+            one, _ = json.JSONDecoder().raw_decode(done.stdout[done.stdout.index('{"seconds"') :])
+            best[rival] = {**one, "seconds": min(one["seconds"], best.get(rival, one)["seconds"])}
+    return best
+
+
+def row_of(name: str, found: dict[str, Found]) -> tuple[list[str], float]:
+    """The row of a scene, and the gain over the best of the others."""
+    mine = found.pop("raycam")
+    cost = {rival: one["seconds"] * one["variance"] for rival, one in found.items()}
+    rival = min(cost, key=lambda one: cost[one])
+    other, gain = found[rival], cost[rival] / (mine["seconds"] * mine["variance"])
+    pair = (mine, other)
+    row = [name, rival, *(f"{1e3 * one['seconds']:.0f}" for one in pair)]
+    row += [f"{one['variance']:.2e}" for one in pair] + [f"{100 * one['worst']:.0f}" for one in pair]
+    return [*row, f"{mine['mean'] / other['mean']:.4f}", f"{gain:.2f}"], gain
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--before", type=Path, help="the folder of another build's package")
+    parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
+    parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
+    parser.add_argument("--scenes", nargs="+", metavar="NAME")
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--one", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--sampler", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.one:
+        print(json.dumps(measure(options)))
+        return
+    if not (options.before or options.mitsuba):
+        parser.error("nothing to compare with: give --before or --mitsuba")
+    rows, gains = [], []
+    depth = HARD_DEPTH if options.hard else DEPTH
+    with tempfile.TemporaryDirectory() as folder:
+        known = hard_scenes(Path(folder)) if options.hard else scenes(Path(folder))
+        for name in options.scenes or known:
+            scene = Path(folder) / "scene.json"
+            scene.write_text(json.dumps({**known[name], "depth": depth}), encoding="utf-8")
+            row, gain = row_of(name, in_turn(scene, options))
+            print(*row, file=sys.stderr, flush=True)
+            rows.append(row)
+            gains.append(gain)
+    mean = math.exp(sum(map(math.log, gains)) / len(gains))
+    head = ["scene", "beside", "raycam ms", "its ms", "raycam's variance", "its", "in the worst 1 %", "its"]
+    notes = [
+        f"{SIZE[0]} x {SIZE[1]} pixels, {options.samples} samples, paths of at most {depth} segments; "
+        f"best of {TURNS} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
+    ]
+    name = f"light_in_turn{'_hard' if options.hard else ''}{'_mitsuba' if options.mitsuba else ''}"
+    report.write(name, "Light, in turn", notes, [*head, "mean", "gain"], rows)
+
+
+if __name__ == "__main__":
+    main()
