@@ -7,6 +7,7 @@
 # Things to look at
 #   make demo    pictures and a video in demo/
 #   make docs    the documentation in docs/_build/html
+#   make web     raycam for pages, in python/raycam/viewer/web/wasm/: live pages and the playground of the documentation
 #
 # Measurements
 #   make bench   the figures in benchmarks/results/
@@ -45,7 +46,7 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help check lint test proof demo bench leak fuzz docs wheel wheels check-wheels clean
+.PHONY: help check lint test proof demo web bench leak fuzz docs wheel wheels check-wheels clean
 
 help:
 	@sed -n '/^PYTHON/q;s/^# \{0,1\}//p' Makefile
@@ -53,6 +54,7 @@ help:
 check: $(DONE)/lint
 	cargo fmt --check
 	cargo check --locked --workspace --all-targets
+	.ci/web check
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -60,6 +62,7 @@ check: $(DONE)/lint
 lint: $(DONE)/build $(DONE)/develop
 	cargo fmt --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	.ci/web check
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -67,6 +70,7 @@ lint: $(DONE)/build $(DONE)/develop
 
 test: lint
 	$(CARGO_TEST)
+	cargo test --locked -p raycam-web --lib
 	$(BIN)/python -m pytest -n 2 --durations=20
 
 proof: $(DONE)/build $(DONE)/develop
@@ -75,6 +79,9 @@ proof: $(DONE)/build $(DONE)/develop
 
 demo: $(DONE)/build
 	$(BIN)/raycam demo demo
+
+web: $(DONE)/toolchain.mk
+	.ci/web build $(VENV)
 
 bench: $(DONE)/release $(DONE)/develop
 	@for script in benchmarks/bench_*.py benchmarks/embree_race.py; do echo "== $$script"; $(BIN)/python $$script; done

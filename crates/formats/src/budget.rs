@@ -48,6 +48,13 @@ impl Budget {
         Self { bytes: 64 << 30, pixels: 1 << 33, texture_memory: Some(bytes), ..Self::default() }
     }
 
+    /// The budget of a page in a browser, which has half a GiB of memory: 128 MiB of files, 2²² elements, 2²⁴ pixels (a
+    /// texture of 4096 x 4096), 2²⁶ steps.
+    pub fn of_page() -> Self {
+        let (pixels, elements) = (1 << 24, 1 << 22);
+        Self { bytes: 128 << 20, elements, pixels, image_pixels: pixels, texture_memory: None, steps: 1 << 26 }
+    }
+
     /// Charges `amount` bytes of `path`.
     pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
         charge(&mut self.bytes, path, "bytes", amount)

@@ -12,6 +12,7 @@ use crate::error::FormatError;
 use crate::geometry::finite::{self, NonFinite};
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
+use crate::io::memory_files::MemoryFiles;
 use crate::io::stand_in;
 use crate::{gltf, obj, off, ply, stl, world_file};
 
@@ -63,6 +64,16 @@ pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
 /// See [`load`].
 pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Result<World, FormatError> {
     let mut assets = AssetRoot::of_file(path, folder, budget);
+    let source = open_input(path, &mut assets)?;
+    read_world(source, &mut assets)
+}
+
+/// The world in one of the files in memory, as [`load`]; names in it lead to the others, and to no disk.
+///
+/// # Errors
+/// See [`load`].
+pub fn load_from_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Result<World, FormatError> {
+    let mut assets = AssetRoot::of_memory(path, files, budget);
     let source = open_input(path, &mut assets)?;
     read_world(source, &mut assets)
 }

@@ -138,6 +138,9 @@ impl Settings {
         {
             return fail(format!("time_limit is {time}; expected seconds above 0"));
         }
+        if self.time.is_some() && cfg!(target_family = "wasm") {
+            return fail("time_limit needs a clock, which WebAssembly has not; expected a number of samples".into());
+        }
         if self.noise.is_some() && self.time.is_some() {
             return fail("both noise_threshold and time_limit are given; expected one of them".into());
         }

@@ -1,4 +1,6 @@
 //! Thread pools, built on first use and kept for the process. They survive a fork.
+//!
+//! WebAssembly has no threads: there all work is done by the caller, for whom rayon runs its parts one after the other.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -46,14 +48,21 @@ pub const MAX_THREADS: usize = 1024;
 ///
 /// A forked child builds pools of its own.
 pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
-    let pool = pool(checked_threads(threads)?)?;
+    let threads = checked_threads(threads)?;
+    if !HAS_THREADS {
+        return Ok(f());
+    }
+    let pool = pool(threads)?;
     let _call = pool.enter();
     Ok(pool.threads.install(f))
 }
 
+const HAS_THREADS: bool = !cfg!(target_family = "wasm");
+
 /// Threads that a call runs on. Results are the same.
 pub(crate) enum Workers {
-    /// The calling thread alone. Nothing that runs here may use rayon, whose own pool would not survive a fork.
+    /// The calling thread alone. Nothing that runs here may use rayon, whose own pool would not survive a fork, unless
+    /// there are no threads.
     Here,
     /// A pool, of which this many threads take part.
     Pool(Arc<SharedPool>, usize),
@@ -74,7 +83,7 @@ impl Workers {
     /// Errors of [`with_pool`].
     pub fn for_work(threads: Option<usize>, work: f64, may_run_here: bool) -> Result<Self, RenderError> {
         let threads = checked_threads(threads)?;
-        if may_run_here && work <= MAX_WORK_HERE {
+        if !HAS_THREADS || (may_run_here && work <= MAX_WORK_HERE) {
             return Ok(Self::Here);
         }
         let worth = (work / WORK_PER_THREAD).ceil().max(1.0);

@@ -34,6 +34,7 @@ pub mod model;
 pub mod render_options;
 pub mod schema;
 pub mod texture;
+pub mod triangles;
 pub mod up;
 pub mod video;
 pub mod world;

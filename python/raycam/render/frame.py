@@ -212,6 +212,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         Options, of `save` to an .html file as well: `world` names objects and categories; `explain` are pixels
         (column, row) whose explanation is included; `compare` is a second frame; `arrays` are more planes by name,
         [h, w] or [h, w, 1 to 4], as {"flow": flow}; `half=True` rounds colours to float16; `exposure`, `view`, `title`.
+        `live=True` puts the `world` and raycam itself into the page, which then renders: orbit, channels, explanations.
         Returns the path of the page where it was opened in a browser.
         """
         return PAGES["show"](self, **options)
@@ -381,7 +382,10 @@ SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
     ".hdr": (Frame._hdr, set()),
     ".exr": (Frame._exr, {"half"}),
     ".npz": (Frame._npz, set()),
-    ".html": (Frame._html, {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title"}),
+    ".html": (
+        Frame._html,
+        {"world", "explain", "compare", "arrays", "half", "exposure", "view", "title", "live"},
+    ),
 }
 
 

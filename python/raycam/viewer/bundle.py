@@ -1,19 +1,19 @@
 """The client's modules as one text, which pages and the server give to the browser.
 
 The modules share one scope afterwards. That is safe because they keep to a dialect, which `bundle` checks: imports of
-names from modules beside or below them, named exports of declarations, and no top-level name twice.
+names from modules by paths from their own, named exports of declarations, and no top-level name twice.
 """
 
 from __future__ import annotations
 
 import functools
+import posixpath
 import re
 from importlib.resources import files
-from pathlib import PurePosixPath
 
 __all__ = ["beside", "bundle", "client_file", "modules"]
 
-IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "\./((?:\w+/)?\w+\.js)";\n', re.M)
+IMPORT = re.compile(r'^import \{ ([\w, ]+) \} from "(\.\.?/(?:\w+/)?\w+\.js)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?function |const |class )", re.M)
 DECLARATION = re.compile(r"^(?:export )?(?:async )?(?:function|const|let|class) (\[.*?\]|\w+)", re.M)
 
@@ -25,8 +25,8 @@ def client_file(name: str) -> str:
 
 
 def beside(name: str, source: str) -> str:
-    """The path of a module that the module `name` imports as "./source"."""
-    return str(PurePosixPath(name).parent / source)
+    """The path of a module that the module `name` imports as `source`."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(name), source))
 
 
 @functools.cache
@@ -65,7 +65,7 @@ def bundle() -> str:
         for imported, source in IMPORT.findall(text):
             for word in imported.split(", "):
                 if owner.get(word) != beside(name, source):
-                    raise ValueError(f"{name} imports {word}, which {source} does not declare")
+                    raise ValueError(f"{name} imports {word}, which {beside(name, source)} does not declare")
         body = EXPORT.sub("", IMPORT.sub("", text))
         if re.search(r"^(?:import|export)\b", body, re.M):
             raise ValueError(f"{name}: an import or export that is none of the client's dialect")

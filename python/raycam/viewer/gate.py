@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
 
 from .bundle import bundle, client_file
-from .page import filled
+from .web.document import filled
 
 __all__ = ["HEADERS", "PROTOCOL", "SOCKET", "Answer", "Headers", "answer_to"]
 

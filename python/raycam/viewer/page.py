@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import html
-import json
 import os
 import sys
 import tempfile
@@ -18,14 +16,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import SettingsError
-from .bundle import bundle, client_file
+from .web.document import assembled, json_text
 from .wire import DTYPES, pack
 
 if TYPE_CHECKING:
     from ..render.frame import Frame
     from ..world import World
 
-__all__ = ["Page", "filled", "page", "show", "write_page"]
+__all__ = ["Page", "page", "show", "write_page"]
 
 NOTEBOOK_HEIGHT = 640  # CSS pixels of the page in a cell
 MOST_COMPONENTS = 4
@@ -60,8 +58,14 @@ def page(
     exposure: float | None = None,
     view: str | None = None,
     title: str | None = None,
+    live: bool = False,
 ) -> Page:
     """The frame as one HTML text: see `Frame.save`. Raises `SettingsError` where the parts do not fit."""
+    if live:
+        from .web.live_page import live_page
+
+        unused = {"explain": tuple(explain), "compare": compare, "arrays": arrays, "half": half}
+        return Page(live_page(frame, world, unused, exposure=exposure, view=view, title=title))
     from ..render import _name, _stops
     from ..render.frame import VIEWS
 
@@ -207,38 +211,8 @@ def _explanations(
 
 def _document(document: dict[str, Any], planes: Mapping[str, bytes]) -> str:
     """The HTML text. Its policy lets run this script alone, and lets nothing be loaded."""
-    script, style = f"\n{bundle()}", f"\n{client_file('style.css')}"
-    policy = (
-        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src blob: data:; "
-        "base-uri 'none'; form-action 'none'"
-    )
-    blocks = [f'<script type="application/json" id="document">{_json(document)}</script>']
+    blocks = [f'<script type="application/json" id="document">{json_text(document)}</script>']
     for key, data in planes.items():
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{key}">{text}</script>')
-    parts = {
-        "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-        "title": html.escape(str(document["title"])),
-        "style": f"<style>{style}</style>",
-        "data": "\n".join(blocks),
-        "script": f"<script>{script}</script>",
-    }
-    return filled(parts)
-
-
-def filled(parts: Mapping[str, str]) -> str:
-    """The page's HTML with its parts in their places; what a part says is not filled again."""
-    pieces = []
-    for piece in client_file("index.html").split("<!--"):
-        name, end, rest = piece.partition("-->")
-        pieces.append(parts[name] + rest if end else piece)
-    return "".join(pieces)
-
-
-def _json(document: dict[str, Any]) -> str:
-    """JSON that cannot end the script element that holds it."""
-    return json.dumps(document, allow_nan=False).replace("<", "\\u003c")
-
-
-def _hash(text: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+    return assembled(str(document["title"]), blocks)

@@ -15,10 +15,10 @@ from typing import Any
 from ..errors import Error
 from .bundle import bundle, client_file
 from .messages import BadMessage, message_of
-from .page import filled
 from .scheduler import Scheduler
 from .server import MOST_SESSIONS, QUEUED_SLOW, SLOW, answer, probe
 from .session import Session
+from .web.document import filled
 
 __all__ = ["RELAY", "Views", "cell_page", "make_widget"]
 

@@ -14,7 +14,7 @@ ORDER = {
     """,
     "scene": """
         error up math color mesh texture material light camera animation render_options video model world schema
-        lib
+        triangles lib
     """,
     "formats": """
         error budget io encode geometry image codec obj ply stl off ies gltf calibration world_file bundle registry
@@ -24,6 +24,9 @@ ORDER = {
         error control memory thread_pool soa lobes sampling film settings prepare interaction guiding bsdf light
         prepare/world motion ground_truth integrator tile_renderer annotations render render_many
         progressive lib
+    """,
+    "web": """
+        failure request lib
     """,
     "bindings": """
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib

@@ -8,7 +8,6 @@ mod light;
 pub(crate) mod many;
 pub(crate) mod rigs;
 pub(crate) mod state;
-mod triangles;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -18,7 +17,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_scene::world::WorldTime;
-use raycam_scene::{TextureCache, World as Inner};
+use raycam_scene::{TextureCache, World as Inner, triangles};
 
 use crate::arrays::array;
 use crate::camera::{Camera, up, up_name};

@@ -13,6 +13,7 @@ use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::io::byte_source;
 use crate::io::input_file::InputFile;
+use crate::io::memory_files::MemoryFiles;
 use crate::io::parallel;
 use crate::io::reference;
 use crate::io::stand_in;
@@ -36,6 +37,8 @@ pub struct AssetRoot {
     notices: Vec<String>,
     /// True if the program itself names the files: then they may lie anywhere.
     trusted: bool,
+    /// The files, where they are in memory: then nothing is read from a disk.
+    memory: Option<MemoryFiles>,
     /// Bounds the memory of images, if something does.
     texture_memory: Option<Arc<TextureCache>>,
 }
@@ -69,6 +72,7 @@ impl AssetRoot {
             budget: *budget,
             notices: Vec::new(),
             trusted: false,
+            memory: None,
             texture_memory: budget.texture_memory.map(TextureCache::new).map(Arc::new),
         }
     }
@@ -112,6 +116,11 @@ impl AssetRoot {
         Self { target, named: path.into(), ..Self::new(folder.or(path.parent()).unwrap_or(Path::new("")), budget) }
     }
 
+    /// The root of a file in memory, beside which there are other files.
+    pub(crate) fn of_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Self {
+        Self { named: path.into(), memory: Some(files), ..Self::new(Path::new(""), budget) }
+    }
+
     /// The rest of the budget.
     pub fn budget(&self) -> &Budget {
         &self.budget
@@ -149,6 +158,12 @@ impl AssetRoot {
         limit: u64,
     ) -> Result<Vec<u8>, FormatError> {
         let (real, shown) = self.locate(from, reference.as_ref())?;
+        if let Some(files) = &self.memory {
+            let bytes = files.bytes_of(&real).unwrap_or_default();
+            let head = bytes[..bytes.len().min(usize::try_from(limit).unwrap_or(usize::MAX))].to_vec();
+            self.budget.take_bytes(&shown, head.len() as u64)?;
+            return Ok(head);
+        }
         let io = |source| FormatError::Io { path: shown.clone(), source };
         if !fs::metadata(&real).map_err(io)?.is_file() {
             return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "expected a regular file")));
@@ -161,6 +176,10 @@ impl AssetRoot {
 
     /// The names in a folder inside, all of them; none for another folder.
     pub(crate) fn folder_names(&self, folder: &Path) -> Vec<String> {
+        if let Some(files) = &self.memory {
+            let names = files.folder_names(&reference::normalize(folder)).into_iter();
+            return names.map(|name| name.to_string_lossy().into_owned()).collect();
+        }
         let Ok(place) = path::absolute(folder) else { return vec![] };
         let inside = self.locate_at(&reference::normalize(&place)).is_ok();
         let entries = inside.then(|| fs::read_dir(folder).ok()).flatten().into_iter().flatten().flatten();
@@ -194,6 +213,9 @@ impl AssetRoot {
             Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
             Some(folder) => folder,
         };
+        if self.memory.is_some() {
+            return Ok(vec![reference::normalize(folder)]);
+        }
         let io = |source| FormatError::Io { path: folder.into(), source };
         let mut folders = vec![reference::normalize(&path::absolute(folder).map_err(io)?)];
         if from.parent().is_some() && fs::symlink_metadata(from).is_ok_and(|status| status.is_symlink()) {
@@ -204,6 +226,11 @@ impl AssetRoot {
 
     /// The file at an absolute path, which has to be inside.
     fn locate_at(&self, path: &Path) -> Result<(PathBuf, PathBuf), Fault> {
+        if let Some(files) = &self.memory {
+            let missing = || io::Error::new(io::ErrorKind::NotFound, "no file of this name was given");
+            let found = files.bytes_of(path).map(|_| (path.to_path_buf(), path.to_path_buf()));
+            return found.ok_or_else(|| Fault::Io(FormatError::Io { path: path.into(), source: missing() }));
+        }
         let root = path::absolute(&self.root).map(|root| reference::normalize(&root)).unwrap_or_default();
         let shown = path.strip_prefix(&root).map_or_else(|_| path.to_path_buf(), |inside| self.display_path(inside));
         let io = |source| Fault::Io(FormatError::Io { path: shown.clone(), source });
@@ -231,7 +258,7 @@ impl AssetRoot {
 
     /// True if a name leads to a regular file inside.
     pub(crate) fn is_file(&self, from: &Path, name: &[u8]) -> bool {
-        self.locate(from, name).is_ok_and(|(real, _)| real.is_file())
+        self.locate(from, name).is_ok_and(|(real, _)| self.memory.is_some() || real.is_file())
     }
 
     /// True while files may be searched under other names; counts the search.
@@ -252,7 +279,7 @@ impl AssetRoot {
                     continue;
                 };
                 let place = reference::normalize(&folder.join(&found));
-                if place.join(written).exists() {
+                if self.memory.is_none() && place.join(written).exists() {
                     found.push(written);
                     continue;
                 }
@@ -271,7 +298,9 @@ impl AssetRoot {
 
     /// The names in a folder inside, in order; none for another folder, and not those of one with very many.
     fn listing(&mut self, folder: &Path) -> &[OsString] {
-        if !self.listings.contains_key(folder) {
+        if let Some(files) = &self.memory {
+            self.listings.insert(folder.into(), files.folder_names(folder));
+        } else if !self.listings.contains_key(folder) {
             let inside = self.locate_at(folder).is_ok();
             let entries = inside.then(|| fs::read_dir(folder).ok()).flatten().into_iter().flatten();
             let mut names: Vec<_> = entries.take(MAX_LISTED).flatten().map(|entry| entry.file_name()).collect();
@@ -293,6 +322,11 @@ impl AssetRoot {
         shown: &Path,
         head: impl Fn(&File, u64) -> Option<u64>,
     ) -> Result<InputFile, FormatError> {
+        if let Some(bytes) = self.memory.as_ref().and_then(|files| files.bytes_of(path)) {
+            self.budget.take_bytes(shown, bytes.len() as u64)?;
+            stand_in::check(shown, bytes)?;
+            return Ok(InputFile::new(shown, bytes.to_vec()));
+        }
         let io = |source| FormatError::Io { path: shown.into(), source };
         let kind = |kind, message| io(io::Error::new(kind, message));
         // Checked before opening, since opening a pipe would wait for a writer. Reading a folder fails by itself.

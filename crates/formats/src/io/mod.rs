@@ -7,6 +7,7 @@ pub(crate) mod companion;
 pub(crate) mod diagnostics;
 pub(crate) mod input_file;
 pub(crate) mod lexer;
+pub(crate) mod memory_files;
 pub(crate) mod parallel;
 pub(crate) mod reference;
 pub(crate) mod stand_in;

@@ -203,7 +203,7 @@ fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, bef
 /// Which value is the first that is not `valid`. Of many, each half is looked at by a thread of its own.
 fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     const PARALLEL_THRESHOLD: usize = 1 << 17;
-    if values.len() < PARALLEL_THRESHOLD {
+    if values.len() < PARALLEL_THRESHOLD || cfg!(target_family = "wasm") {
         return find_first_invalid_serial(values, valid);
     }
     let (one, other) = values.split_at(values.len() / 2);

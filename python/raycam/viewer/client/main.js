@@ -1,27 +1,43 @@
-// The start: a page that carries a frame shows it; one in a cell asks the kernel, another one the server it came from.
+// The start: a page that carries a frame shows it, one that carries the core renders; one in a cell asks the kernel, another
+// one the server it came from. In a worker of a page, the same text serves the page.
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";
+import { serve } from "./core/worker.js";
 import { LIVE_MOUSE, LiveView } from "./live.js";
 import { FrameTransport } from "./transport_frame.js";
+import { Playground, examplesOfPage } from "./core/playground.js";
 import { PageTransport } from "./transport_page.js";
 import { SocketTransport } from "./transport_socket.js";
+import { WorkerTransport } from "./core/transport_worker.js";
 
 const PAGE_MOUSE =
   "Drag pans, the wheel zooms to the cursor; far enough in, every pixel shows its numbers. A click holds a pixel, " +
   "Alt and click or a long press explains it. On a touch screen two fingers zoom and pan.";
 
-const page = new PageTransport();
-if (page.isThere) {
-  const client = new Client(page);
-  bindCommands(client, { commands: {}, pointers: {}, mouse: PAGE_MOUSE });
-  client.open();
-} else {
-  const transport = new (FrameTransport.isThere ? FrameTransport : SocketTransport)(() => live.size());
+/** @param {SocketTransport | FrameTransport | WorkerTransport} transport */
+function openLive(transport) {
   const client = new Client(transport);
   const live = new LiveView(client);
+  transport.size = () => live.size();
   client.onMessage = (message) => live.receive(message);
   client.controls.onDisplay = ({ exposure, view }) => transport.send({ type: "display", exposure, view });
   bindCommands(client, { commands: live.commands(), pointers: live.pointers(), mouse: LIVE_MOUSE });
   client.open();
+  const examples = examplesOfPage();
+  if (examples && transport instanceof WorkerTransport) new Playground(transport, examples);
 }
+
+function openPage() {
+  const page = new PageTransport();
+  const client = new Client(page);
+  bindCommands(client, { commands: {}, pointers: {}, mouse: PAGE_MOUSE });
+  client.open();
+}
+
+const space = () => ({ width: 640, height: 480, ratio: 1 });
+if (typeof document === "undefined") serve(globalThis);
+else if (WorkerTransport.isThere) openLive(new WorkerTransport(space));
+else if (document.getElementById("document")) openPage();
+else if (FrameTransport.isThere) openLive(new FrameTransport(space));
+else openLive(new SocketTransport(space));

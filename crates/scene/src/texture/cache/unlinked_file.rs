@@ -28,6 +28,9 @@ pub(crate) fn folders() -> Vec<PathBuf> {
 impl UnlinkedFile {
     /// A file in a folder.
     pub fn new(folder: &Path) -> io::Result<Self> {
+        if !cfg!(any(unix, windows)) {
+            return Err(io::ErrorKind::Unsupported.into());
+        }
         let mut attempt = 0;
         let (file, path) = loop {
             let name = format!("raycam-textures-{}-{attempt}", std::process::id());
@@ -81,6 +84,18 @@ fn open(path: &Path) -> io::Result<File> {
 /// Takes the file's name away, where open files may lose theirs.
 fn unlink(path: &Path) -> io::Result<()> {
     if cfg!(unix) { fs::remove_file(path) } else { Ok(()) }
+}
+
+/// Not called: there are no files.
+#[cfg(not(any(unix, windows)))]
+fn write_all_at(_: &File, _: &[u8], _: u64) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+/// Not called: there are no files.
+#[cfg(not(any(unix, windows)))]
+fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 #[cfg(unix)]

@@ -51,10 +51,20 @@ export async function unpackPlane(header, packed) {
 }
 
 /**
+ * Raw deflate.
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ */
+export async function deflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new CompressionStream("deflate-raw"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/**
  * @param {Uint8Array<ArrayBuffer>} packed
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-async function inflate(packed) {
+export async function inflate(packed) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }

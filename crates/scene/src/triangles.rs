@@ -1,10 +1,11 @@
 //! A world as a plain list of triangles in the order of (instance, triangle), for those who trace by themselves.
 
-use raycam_scene::color::Rgb;
-use raycam_scene::{Mesh, Object, World};
+use crate::color::Rgb;
+use crate::mesh::Mesh;
+use crate::world::{Object, World};
 
 /// The number of triangles of one object, or of all that are visible.
-pub(crate) fn count(world: &World, object: Option<usize>) -> usize {
+pub fn count(world: &World, object: Option<usize>) -> usize {
     let of_object = |object: &Object| world.meshes[object.mesh].triangles.len();
     match object {
         Some(object) => world.objects.get(object).map_or(0, of_object),
@@ -13,7 +14,7 @@ pub(crate) fn count(world: &World, object: Option<usize>) -> usize {
 }
 
 /// Corners in the world, of one object or of all that are visible.
-pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
+pub fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     let of_object = |object: &Object, mesh: &Mesh| {
         let placed: Vec<_> =
             mesh.vertices.iter().map(|&vertex| object.world_from_mesh.transform_point3(vertex).to_array()).collect();
@@ -27,7 +28,7 @@ pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]
 }
 
 /// Instance and triangle.
-pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
+pub fn ids(world: &World) -> Vec<[i32; 2]> {
     let count = |object: &Object| world.meshes[object.mesh].triangles.len();
     let ids = world
         .objects
@@ -40,7 +41,7 @@ pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
 
 /// One linear base colour each: the material's, times the face's, times the mean of the corners', times the texture in
 /// the middle.
-pub(crate) fn colors(world: &World) -> Vec<Rgb> {
+pub fn colors(world: &World) -> Vec<Rgb> {
     let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
     flat_map_objects(world, visible(world), |object, mesh| {
         let color = |(t, corners): (usize, &[u32; 3])| {

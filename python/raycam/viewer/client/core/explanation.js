@@ -1,0 +1,157 @@
+// The explanation of a pixel as text: the lecture's formulas, each followed by its numbers, as raycam.explain prints them.
+
+import { rangesOf, stepsOf } from "./steps.js";
+
+const EDGES = [["v1", "a"], ["v2", "b"], ["v3", "c"]];
+
+/** A number with six significant digits, as C's %g. @param {number} value */
+export function general(value) {
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
+  if (value === 0) return "0";
+  const [digits, power] = value.toExponential(5).split("e");
+  const exponent = Number(power);
+  const trimmed = (/** @type {string} */ text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text);
+  if (exponent >= -4 && exponent < 6) return trimmed(value.toFixed(5 - exponent));
+  return `${trimmed(digits)}e${exponent < 0 ? "-" : "+"}${String(Math.abs(exponent)).padStart(2, "0")}`;
+}
+
+/** A vector as (x, y, z); components that are only rounding noise become 0. @param {number[]} values */
+export function vectorText(values) {
+  const noise = 1e-14 * Math.max(...values.map(Math.abs));
+  return `(${values.map((value) => general(Math.abs(value) < noise ? 0 : value)).join(", ")})`;
+}
+
+/** @param {number[]} P row by row */
+function matrixLines(P) {
+  const rows = [0, 1, 2].map((i) => P.slice(4 * i, 4 * i + 4).map(general));
+  const widths = [0, 1, 2, 3].map((k) => Math.max(...rows.map((row) => row[k].length)));
+  return rows.map((row) => `      [ ${row.map((cell, k) => cell.padStart(widths[k])).join("  ")} ]`);
+}
+
+/** @param {number} linear */
+const byteOf = (linear) => Math.round(255 * Math.min(Math.max(linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055, 0), 1));
+
+/**
+ * The text of all steps.
+ * @param {{ P: number[], size: number[], offset: number, column: number, row: number, names: string[],
+ *   corners: ArrayLike<number>, ids: ArrayLike<number>, colors: ArrayLike<number> }} asked
+ * @returns {string}
+ */
+export function explanationText({ P, size, offset, column, row, names, corners, ids, colors }) {
+  const steps = stepsOf(P, column + offset, row + offset, corners);
+  const { ray, counts, candidates, winner } = steps;
+  const name = (/** @type {import("./steps.js").Candidate} */ { index }) =>
+    `triangle ${ids[2 * index + 1]} of object ${ids[2 * index]} "${names[ids[2 * index]]}"`;
+  const lines = [
+    `Pixel (${column}, ${row}) of a ${size[0]} x ${size[1]} picture, by the steps of the lecture`,
+    "",
+    "Vectors are (x, y, z); · is the dot product, x between vectors the cross product.",
+    "6 digits are printed, 16 were used: by hand, the last printed digits may differ.",
+    ...rayLines(P, ray),
+    "",
+    `2. FOR EACH TRIANGLE (${steps.triangles} of them): THE PLANE, AND INSIDE OR OUTSIDE`,
+    "",
+    ...[
+      [counts.withoutArea, "have no area, n = 0: never hit"],
+      [counts.parallel, "are edge-on, n·r = 0: never hit"],
+      [counts.behind, "are behind the camera, t < 0: discarded"],
+      [counts.outside, "lie in planes that the ray meets outside of them"],
+      [counts.inside, "are hit"],
+    ].map(([count, meaning]) => `   ${String(count).padStart(9)} ${meaning}`),
+  ];
+  if (candidates.length) {
+    const width = Math.max(...candidates.map((found) => name(found).length));
+    lines.push("", "   The nearest that are hit, and the most narrowly missed, worked out below:", "");
+    lines.push(`   ${"t".padStart(12)}  ${"triangle".padEnd(width)}  crossings`);
+    for (const found of candidates) {
+      const said = found === winner ? "inside, and the closest: it colours the pixel" : found.inside ? "inside, but farther away" : "outside";
+      lines.push(`   ${general(found.t).padStart(12)}  ${name(found).padEnd(width)}  ${found.crossings}: ${said}`);
+    }
+    for (const found of candidates) lines.push("", ...triangleLines(found, name(found)));
+  }
+  lines.push("", "3. COLOUR THE PIXEL WITH THE COLOUR OF THE CLOSEST TRIANGLE", "");
+  if (!winner && steps.triangles === 0) lines.push("   There are no triangles in this world: the pixel shows the background.");
+  else if (!winner && counts.outside === 0) {
+    lines.push("   No triangle's plane is met in front of the camera: the pixel shows the background.");
+  } else if (!winner) {
+    lines.push(
+      "   The ray meets no triangle: it meets every plane in front of the camera outside of the",
+      "   triangle. The pixel shows the background.",
+    );
+  }
+  if (winner) {
+    const color = [0, 1, 2].map((i) => colors[3 * winner.index + i]);
+    const { distance, depth } = rangesOf(ray, winner.t);
+    lines.push(
+      `   The smallest t            ${general(winner.t)}, ${name(winner)}`,
+      `   Its colour                ${vectorText(color)}, linear RGB; as sRGB bytes ${color.map(byteOf).join(", ")}`,
+      `   distance = t |r|          ${general(distance)}, from C to f(t)`,
+      `   depth = t (v·r)           ${general(depth)}, along the principal axis`,
+    );
+  }
+  return lines.join("\n");
+}
+
+/** @param {number[]} P @param {import("./steps.js").PixelRay} ray */
+function rayLines(P, ray) {
+  return [
+    "",
+    "1. A LINE THROUGH THE PIXEL AND THE CAMERA CENTRE",
+    "",
+    `   x  = (u, v, 1)                ${vectorText(ray.x)}, the centre of the pixel`,
+    "   P, the camera matrix, x = P X",
+    ...matrixLines(P),
+    `   X' = P⁺ x = Pᵀ (P Pᵀ)⁻¹ x      ${vectorText(ray.X)}, homogeneous`,
+    ...(ray.XPrime
+      ? [`      = divided by the fourth    ${vectorText(ray.XPrime)}, some point on the line`]
+      : [
+          "   The fourth coordinate is 0: X' lies at infinity. The first three are then the direction of",
+          "   the line itself, and take the place of X' - C.",
+        ]),
+    `   C, where P (C, 1) = 0         ${vectorText(ray.C)}, the camera centre, another one`,
+    `   X' - C                        ${vectorText(ray.line)}`,
+    "",
+    "   POINT THE LINE FORWARD",
+    "",
+    "   M, the left 3 x 3 of P, is K R times a scale. The third row of K is (0, 0, 1), so the third row",
+    "   of M, M3, is that of R times the scale, and the sign of the scale is that of det M.",
+    `   det M                         ${general(ray.detM)}`,
+    `   ${(ray.detM > 0 ? "v  = M3 / |M3|" : "v  = -M3 / |M3|").padEnd(30)}${vectorText(ray.forward)}, the third row of R: forward`,
+    `   v·(X' - C)                    ${general(ray.along)}`,
+    ray.along > 0
+      ? `   Positive, X' is in front:     r = X' - C = ${vectorText(ray.r)}`
+      : `   Negative, X' is behind:       r = C - X' = ${vectorText(ray.r)}`,
+    "   The ray is f(t) = C + t r, and t > 0 is in front of the camera.",
+  ];
+}
+
+/** @param {import("./steps.js").Candidate} found @param {string} name */
+function triangleLines(found, name) {
+  const [a, b, c] = found.corners;
+  const [v1, v2, v3] = found.edges;
+  const on = EDGES.filter((_, i) => found.onEdge[i]).map(([edge]) => edge).join(" and ");
+  const count = `   ${found.crossings} ${found.crossings === 1 ? "crossing" : "crossings"}, ${found.crossings % 2 ? "odd" : "even"}: `;
+  return [
+    `   ${name.toUpperCase()}`,
+    `   a                   ${vectorText(a)}`,
+    `   b                   ${vectorText(b)}`,
+    `   c                   ${vectorText(c)}`,
+    `   n = (c-a) x (b-a)   ${vectorText(found.n)}`,
+    `   n·(a - C)           ${general(found.above)}`,
+    `   n·r                 ${general(found.below)}`,
+    `   t = n·(a-C) / n·r   ${general(found.t)}`,
+    `   f(t) = C + t r      ${vectorText(found.f)}`,
+    `   v1 = b - a          ${vectorText(v1)}`,
+    `   v2 = c - b          ${vectorText(v2)}`,
+    `   v3 = a - c          ${vectorText(v3)}`,
+    `   g = a + v3          ${vectorText(found.g)}, outside`,
+    `   u = g - f(t)        ${vectorText(found.u)}`,
+    "   f(t) + s u meets the line of each edge; crossed when 0 <= s <= 1 and 0 <= q <= 1:",
+    ...EDGES.map(([edge, start], i) => {
+      if (Number.isNaN(found.alongU[i])) return `      ${start} + q ${edge}         parallel to u, not crossed`;
+      const numbers = `s = ${general(found.alongU[i]).padEnd(12)} q = ${general(found.alongEdge[i]).padEnd(12)}`;
+      return `      ${start} + q ${edge}         ${numbers} ${found.crossed[i] ? "crossed" : "-"}`;
+    }),
+    on ? `${count}but f(t) lies on ${on}, and what lies on an edge is inside.` : `${count}f(t) is ${found.inside ? "inside" : "outside"}.`,
+  ];
+}

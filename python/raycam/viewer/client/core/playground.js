@@ -1,0 +1,173 @@
+// The playground: a world file on the left, its picture on the right, rendered in the page.
+
+import { element, fillSelect } from "../dom.js";
+import { bytesOfBase64, deflate, inflate } from "../image/planes.js";
+
+const PATH = "world.toml";
+const PAUSE = 350; // ms after the last key until the world is read
+const LONGEST_LINK = 32 * 1024; // characters
+const KINDS = /\.(toml|glb|gltf|bin|obj|mtl|ply|stl|off|png|jpe?g|tga|bmp|hdr|exr|ies)$/i;
+const MODELS = /\.(glb|gltf|obj|ply|stl|off)$/i;
+
+/** @typedef {{ name: string, text: string }} Example */
+
+export class Playground {
+  /**
+   * @param {import("./transport_worker.js").WorkerTransport} transport
+   * @param {Example[]} examples
+   */
+  constructor(transport, examples) {
+    this.transport = transport;
+    /** @type {Map<string, ArrayBuffer>} files that were dropped, by their names */
+    this.files = new Map();
+    this.timer = 0;
+    this.text = /** @type {HTMLTextAreaElement} */ (element("textarea", "", { id: "world-text", spellcheck: "false", "aria-label": "World file", wrap: "off" }));
+    this.gutter = element("pre", "", { id: "world-lines", "aria-hidden": "true" });
+    this.problem = element("p", "", { id: "world-problem", role: "status" });
+    this.choice = /** @type {HTMLSelectElement} */ (element("select", "", { id: "example", "aria-label": "Example" }));
+    fillSelect(this.choice, [["", "examples"], ...examples.map(({ name }) => /** @type {[string, string]} */ ([name, name]))]);
+    this.build();
+    this.choice.addEventListener("change", () => {
+      const chosen = examples.find(({ name }) => name === this.choice.value);
+      if (chosen) this.setText(chosen.text);
+    });
+    this.text.addEventListener("input", () => this.edited());
+    this.text.addEventListener("scroll", () => (this.gutter.scrollTop = this.text.scrollTop));
+    document.addEventListener("dragover", (event) => event.preventDefault());
+    document.addEventListener("drop", (event) => {
+      event.preventDefault();
+      this.take([...(event.dataTransfer?.files || [])]);
+    });
+    transport.onFailure = (failure) => this.fail(failure);
+    this.begin(examples);
+  }
+
+  build() {
+    const buttons = element("div", "", { class: "buttons" });
+    const choose = /** @type {HTMLInputElement} */ (element("input", "", { type: "file", multiple: "", "aria-label": "Open files of your own" }));
+    choose.addEventListener("change", () => this.take([...(choose.files || [])]));
+    buttons.append(this.choice);
+    const actions = /** @type {[string, string, () => void][]} */ ([
+      ["copy-command", "Copy command", () => this.copy(this.command())],
+      ["copy-python", "Copy Python", () => this.copy(this.python())],
+      ["share", "Share as link", () => this.share()],
+    ]);
+    for (const [id, text, act] of actions) {
+      const button = element("button", text, { type: "button", id });
+      button.addEventListener("click", act);
+      buttons.append(button);
+    }
+    const lines = element("div", "", { id: "world-editor" });
+    lines.append(this.gutter, this.text);
+    const note = element("p", "Drop a .glb, .obj or .ply here, or open one: it is read in this page and sent nowhere.");
+    const pane = element("section", "", { id: "playground", "aria-label": "World" });
+    pane.append(buttons, lines, this.problem, note, choose);
+    document.querySelector("main")?.prepend(pane);
+    document.body.classList.add("playground");
+  }
+
+  /** @param {Example[]} examples */
+  async begin(examples) {
+    const shared = new URLSearchParams(location.hash.slice(1)).get("w");
+    try {
+      if (shared) return this.setText(await textOfLink(shared));
+    } catch {
+      this.fail({ text: "The link is damaged: its world cannot be read." });
+    }
+    if (examples.length) this.setText(examples[0].text);
+  }
+
+  /** @param {string} text */
+  setText(text) {
+    this.text.value = text;
+    this.edited(0);
+  }
+
+  edited(pause = PAUSE) {
+    this.number(0);
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.show(), pause);
+  }
+
+  show() {
+    this.problem.textContent = "";
+    const bytes = /** @type {ArrayBuffer} */ (new TextEncoder().encode(this.text.value).buffer);
+    this.transport.show({ path: PATH, files: [[PATH, bytes], ...this.files], options: { title: "raycam playground" } });
+  }
+
+  /** Numbers the lines. @param {number} wrong the line with an error, from 1 */
+  number(wrong) {
+    const count = this.text.value.split("\n").length;
+    const marks = Array.from({ length: count }, (_, i) => element("span", `${i + 1}\n`, i + 1 === wrong ? { class: "wrong" } : {}));
+    this.gutter.replaceChildren(...marks);
+    this.gutter.scrollTop = this.text.scrollTop;
+  }
+
+  /** @param {{ text: string, line?: number, file?: string }} failure */
+  fail({ text, line, file }) {
+    this.problem.textContent = text;
+    if (line && file === PATH) this.number(line);
+  }
+
+  /** Takes files of the user. @param {File[]} given */
+  async take(given) {
+    const known = given.filter(({ name }) => KINDS.test(name));
+    for (const file of known) this.files.set(file.name, await file.arrayBuffer());
+    const world = known.find(({ name }) => /\.toml$/i.test(name));
+    const model = known.find(({ name }) => MODELS.test(name));
+    if (world) this.setText(new TextDecoder().decode(this.files.get(world.name)));
+    else if (model) this.setText(`# ${model.name}, from this machine\n[[object]]\nmesh = ${JSON.stringify(model.name)}\n`);
+    else this.show();
+    const left = given.length - known.length;
+    if (left) this.fail({ text: `${left} of ${given.length} files are of no kind that raycam reads, and are left out.` });
+  }
+
+  /** @param {string} text */
+  async copy(text) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.problem.textContent = "Copied.";
+    } catch {
+      this.problem.textContent = text;
+    }
+  }
+
+  command() {
+    return `cat > ${PATH} <<'END'\n${this.text.value}\nEND\nraycam render ${PATH} -o picture.png`;
+  }
+
+  python() {
+    return `import pathlib\nimport raycam\n\npathlib.Path("${PATH}").write_text(${JSON.stringify(this.text.value)}, encoding="utf-8")\nraycam.render("${PATH}").save("picture.png")\n`;
+  }
+
+  async share() {
+    const packed = await linkOfText(this.text.value);
+    if (packed.length > LONGEST_LINK) {
+      const limit = `a link holds ${LONGEST_LINK}`;
+      return this.fail({ text: `The world takes ${packed.length} characters, and ${limit}: send it as a file.` });
+    }
+    history.replaceState(null, "", `#w=${packed}`);
+    await this.copy(location.href);
+    if (this.files.size) this.problem.textContent += ` The link holds the text; ${this.files.size} files stay here.`;
+  }
+}
+
+/** @param {string} text */
+async function linkOfText(text) {
+  const packed = await deflate(new TextEncoder().encode(text));
+  let binary = "";
+  for (const byte of packed) binary += String.fromCharCode(byte);
+  return btoa(binary).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
+}
+
+/** @param {string} link */
+async function textOfLink(link) {
+  if (link.length > LONGEST_LINK) throw new Error("too long");
+  return new TextDecoder().decode(await inflate(bytesOfBase64(link.replace(/-/g, "+").replace(/_/g, "/").padEnd(Math.ceil(link.length / 4) * 4, "="))));
+}
+
+/** The examples of a page with a playground; null in others. @returns {Example[] | null} */
+export function examplesOfPage() {
+  const options = JSON.parse(document.getElementById("core-options")?.textContent || "{}");
+  return options.playground || null;
+}

@@ -1,0 +1,335 @@
+// A session in a worker: what the page looks at. It answers the messages that viewer/session.py answers, by the core.
+
+import { dolly, fit, lengthOf, lookAround, minus, move, orbit, pan, plusTimes, roll, rowOf } from "./navigation.js";
+import { explanationText } from "./explanation.js";
+
+/** @typedef {Record<string, any> & { type: string }} Message */
+/** @typedef {import("../image/planes.js").Plane} Plane */
+
+const LARGEST = [640, 480]; // pixels of a still picture at most
+const SAMPLES = /** @type {Record<string, number>} */ ({ flat: 16, direct: 64, path: 256, ao: 64 });
+const COLORS = ["color", "alpha", "coverage"]; // what gets better with samples
+const LEFT_OUT = [...COLORS, "shadow", "error"];
+const MOVING_TIME = 60; // ms of a moving picture
+const BAND_TIME = 60; // ms until messages are heard again
+const REST = 150; // ms without a change after which a view rests
+const ORBIT_PER_PIXEL = (0.35 * Math.PI) / 180;
+
+export class Session {
+  /**
+   * @param {any} core the module of crates/web
+   * @param {any} world
+   * @param {{ title: string, integrator?: string, exposure?: number, view?: string, camera?: string, pose?: any, samples?: number }} options
+   * @param {(message: Message, transfer?: Transferable[]) => void} say
+   */
+  constructor(core, world, options, say) {
+    this.world = world;
+    this.say = say;
+    this.title = options.title;
+    this.about = JSON.parse(world.about());
+    this.table = JSON.parse(core.channels());
+    this.truth = this.table.map((/** @type {any} */ row) => row.name).filter((/** @type {string} */ name) => !LEFT_OUT.includes(name));
+    this.up = this.about.up === "y" ? [0, 1, 0] : [0, 0, 1];
+    this.bounds = this.about.bounds || [[-1, -1, -1], [1, 1, 1]];
+    this.middle = this.bounds[0].map((/** @type {number} */ low, /** @type {number} */ i) => (low + this.bounds[1][i]) / 2);
+    this.pivot = this.middle;
+    this.home = world.camera(options.camera, 640, 480);
+    this.given = options.pose ? this.home.atPose(Float64Array.from(options.pose.R), Float64Array.from(options.pose.C)) : this.home;
+    this.name = options.pose ? "" : options.camera || this.about.cameras[0] || "";
+    this.integrator = options.integrator || this.about.render.integrator || "direct";
+    this.most = options.samples || 0;
+    this.exposure = options.exposure ?? this.about.render.exposure ?? 0;
+    this.view = options.view || this.about.render.view || "standard";
+    this.space = [640, 480];
+    this.channel = "color";
+    this.version = 0;
+    this.touched = 0;
+    this.moved = -1;
+    this.samples = 0;
+    this.shown = "";
+    /** @type {Map<string, Plane> | null} planes of the newest still picture of this version */
+    this.still = null;
+    this.cost = 0.002; // ms per pixel of a moving picture
+    this.cares = true;
+    /** @type {any} corners, ids and colours of all triangles */
+    this.triangles = null;
+  }
+
+  welcome() {
+    this.say({
+      type: "welcome",
+      title: this.title,
+      channels: ["color", ...this.truth, ...COLORS.slice(1)].map((name) => ({ name })),
+      cameras: this.about.cameras,
+      names: { instance: Object.fromEntries(this.about.objects.map((/** @type {string} */ name, /** @type {number} */ id) => [id, name])), category: this.about.categories },
+      origin: [0, 0],
+      exposure: this.exposure,
+      view: this.view,
+      integrator: this.integrator,
+      explanations: [],
+      ...this.described([]),
+    });
+  }
+
+  /** @param {string[]} notices */
+  described(notices) {
+    const { size, K, C } = this.given;
+    const counts = `${this.about.objects.length} objects, ${this.about.triangles} triangles, rendered in this page`;
+    const text = `${counts}\n\ncamera of ${size[0]} x ${size[1]}\nK = [${[...K].join(", ")}]\nC = [${[...C].join(", ")}]`;
+    return { about: text, notices: [...this.about.notices, ...notices], camera: this.name };
+  }
+
+  /** @returns {[number, number]} the size of a still picture */
+  get size() {
+    const [width, height] = this.given.size;
+    const scale = Math.min(Math.min(this.space[0], LARGEST[0]) / width, Math.min(this.space[1], LARGEST[1]) / height);
+    return [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
+  }
+
+  get camera() {
+    return this.given.resized(...this.size);
+  }
+
+  get target() {
+    return this.most || SAMPLES[this.integrator] || 64;
+  }
+
+  changed() {
+    this.version += 1;
+    this.touched = performance.now();
+    this.samples = 0;
+    this.still = null;
+    this.shown = "";
+  }
+
+  /** @param {Message} message */
+  receive(message) {
+    const act = /** @type {Record<string, () => void>} */ ({
+      size: () => this.resize(message),
+      nav: () => this.navigate(message),
+      camera: () => this.lookThrough(message.name),
+      channel: () => {
+        this.channel = message.name;
+        this.shown = "";
+        if (this.moved === this.version) this.touched = 0;
+      },
+      display: () => ([this.exposure, this.view] = [message.exposure, message.view]),
+      quality: () => {
+        this.integrator = message.integrator;
+        this.changed();
+      },
+      visible: () => (this.cares = message.visible),
+      probe: () => this.probe(message),
+      explain: () => this.explain(message),
+      copy: () => this.say({ type: "copied", text: this.copied() }),
+      snapshot: () => this.snapshot(message.format),
+    });
+    act[message.type]?.();
+  }
+
+  /** @param {Message} message */
+  resize({ width, height, ratio }) {
+    const before = String(this.size);
+    this.space = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+    if (this.version === 0 || before !== String(this.size)) this.changed();
+  }
+
+  /** @param {string} name */
+  lookThrough(name) {
+    if (name) this.given = this.world.camera(name, 640, 480);
+    this.name = name;
+    this.changed();
+  }
+
+  /** @param {Message} message */
+  navigate({ kind, dx, dy, dz, u, v }) {
+    const { camera } = this;
+    const pose = { R: [...camera.R], C: [...camera.C] };
+    const step = lengthOf(minus(this.bounds[1], this.bounds[0])) / 100;
+    const [yaw, pitch] = [-dx * ORBIT_PER_PIXEL, -dy * ORBIT_PER_PIXEL];
+    let moved = pose;
+    if (kind === "orbit") moved = orbit(pose, this.up, this.pivot, yaw, pitch);
+    else if (kind === "look") moved = lookAround(pose, this.up, yaw, pitch);
+    else if (kind === "pan") moved = pan(pose, [...camera.K], this.pivot, dx, dy);
+    else if (kind === "move") moved = move(pose, this.up, dx * step, dy * step, dz * step);
+    else if (kind === "roll") moved = roll(pose, (dx * Math.PI) / 180);
+    else if (kind === "dolly") moved = dolly(pose, this.pointAt(camera, u, v) || this.besideAll(camera, u, v), 1.15 ** Math.max(-20, Math.min(20, dz)));
+    else if (kind === "pivot") {
+      this.pivot = this.pointAt(camera, u, v) || this.pivot;
+      return;
+    } else if (kind === "fit") {
+      this.pivot = this.middle;
+      moved = fit(pose, [...camera.K], [...camera.size], this.bounds);
+    } else {
+      [this.given, this.pivot] = [this.home, this.middle];
+      moved = { R: [...this.home.R], C: [...this.home.C] };
+    }
+    if (![...moved.R, ...moved.C].every(Number.isFinite)) return;
+    this.given = this.given.atPose(Float64Array.from(moved.R), Float64Array.from(moved.C));
+    this.name = "";
+    this.changed();
+  }
+
+  /** @param {any} camera @param {number} u @param {number} v @returns {number[] | null} the surface point seen there */
+  pointAt(camera, u, v) {
+    const [width, height] = camera.size;
+    const [column, row] = [Math.floor(u), Math.floor(v)];
+    if (column < 0 || row < 0 || column >= width || row >= height) return null;
+    const position = [...this.render(camera, { channels: ["position"], region: [column, row, 1, 1] }, true).get("position").values];
+    return position.every(Number.isFinite) ? position : null;
+  }
+
+  /** @param {any} camera @param {number} u @param {number} v @returns {number[]} a point along the view, as far as the pivot */
+  besideAll(camera, u, v) {
+    const ray = [...camera.ray(u + camera.offset - 0.5, v + camera.offset - 0.5)];
+    const direction = ray.every(Number.isFinite) ? ray.slice(3) : rowOf([...camera.R], 2);
+    return plusTimes([...camera.C], lengthOf(minus(this.pivot, [...camera.C])), direction);
+  }
+
+  /**
+   * Planes of a picture by channel.
+   * @param {any} camera
+   * @param {Record<string, any>} request
+   * @param {boolean} [exact] one sample without light
+   * @returns {Map<string, any>}
+   */
+  render(camera, request, exact = false) {
+    const asked = exact ? { integrator: "flat", samples: 1, ambient_occlusion: false, ...request } : request;
+    const frame = this.world.render(camera, JSON.stringify(asked));
+    const [, , width, height] = frame.region;
+    const planes = new Map();
+    for (const name of request.channels) {
+      const { dtype, components } = this.table.find((/** @type {any} */ row) => row.name === name);
+      planes.set(name, { name, dtype, width, height, components, values: frame.plane(name) });
+    }
+    this.notices = frame.notices;
+    frame.free();
+    return planes;
+  }
+
+  /** One piece of work: a moving picture, a channel, or more samples. @returns {Promise<boolean>} true if there may be more */
+  async work() {
+    if (!this.version || !this.cares) return false;
+    if (this.moved !== this.version) this.showMoving();
+    else if (performance.now() - this.touched < REST) return true;
+    else if (!COLORS.includes(this.channel) && this.shown !== this.channel) await this.inBands({ channels: [this.channel] }, 1, true);
+    else if (COLORS.includes(this.channel) && this.still && this.shown !== this.channel) this.show(this.still, this.samples, 0, false);
+    else if (this.samples < this.target) await this.inBands({ channels: COLORS, integrator: this.integrator }, Math.min(this.samples * 4 || 4, this.target), false);
+    else return false;
+    return true;
+  }
+
+  showMoving() {
+    const started = performance.now();
+    const [width, height] = this.size;
+    const divisor = [1, 2, 4].find((each) => (width * height * this.cost) / each ** 2 <= MOVING_TIME) || 4;
+    const camera = this.given.resized(Math.max(1, Math.round(width / divisor)), Math.max(1, Math.round(height / divisor)));
+    const lit = COLORS.includes(this.channel) ? (this.integrator === "flat" ? "flat" : "direct") : "flat";
+    const planes = this.render(camera, { channels: [this.channel], integrator: lit, samples: 1, ambient_occlusion: false });
+    const ms = performance.now() - started;
+    const [w, h] = camera.size;
+    this.cost += 0.4 * (ms / (w * h) - this.cost);
+    this.moved = this.version;
+    this.show(planes, 1, ms, true);
+  }
+
+  /**
+   * A picture of the whole size, some rows at a time, between which messages are heard; a change ends it.
+   * @param {Record<string, any>} request
+   * @param {number} samples
+   * @param {boolean} exact
+   */
+  async inBands(request, samples, exact) {
+    const [version, channel, started] = [this.version, this.channel, performance.now()];
+    const { camera } = this;
+    const [width, height] = [...camera.size];
+    const whole = new Map();
+    let rows = 4;
+    for (let top = 0; top < height; ) {
+      const before = performance.now();
+      const count = Math.min(rows, height - top);
+      const planes = this.render(camera, { ...request, samples, region: [0, top, width, count] }, exact);
+      for (const [name, plane] of planes) {
+        if (!whole.has(name)) whole.set(name, { ...plane, height, values: new plane.values.constructor(width * height * plane.components) });
+        whole.get(name).values.set(plane.values, top * width * plane.components);
+      }
+      top += count;
+      const spent = Math.max(performance.now() - before, 1);
+      rows = Math.max(1, Math.min(height, Math.round((count * BAND_TIME) / spent), 4 * rows));
+      await nextTurn();
+      if (this.version !== version || (exact && this.channel !== channel)) return;
+    }
+    const ms = performance.now() - started;
+    if (exact) return this.show(whole, 1, ms, false);
+    [this.still, this.samples] = [whole, samples];
+    this.say({ type: "about", ...this.described(this.notices || []) });
+    if (COLORS.includes(this.channel)) this.show(whole, samples, ms, false);
+  }
+
+  /**
+   * @param {Map<string, any>} planes
+   * @param {number} samples
+   * @param {number} ms
+   * @param {boolean} moving
+   */
+  show(planes, samples, ms, moving) {
+    const plane = planes.get(this.channel);
+    if (!plane) return;
+    if (!moving) this.shown = this.channel;
+    const [width, height] = this.size;
+    this.say({ type: "picture", version: this.version, channel: this.channel, plane, width, height, samples, integrator: this.integrator, ms, moving });
+  }
+
+  /** @param {Message} message */
+  probe({ id, u, v }) {
+    const { camera } = this;
+    const planes = this.render(camera, { channels: this.truth, region: [u, v, 1, 1] }, true);
+    /** @type {Record<string, any>} */
+    const values = {};
+    for (const name of COLORS) {
+      const plane = this.still?.get(name);
+      const at = plane ? (v * plane.width + u) * plane.components : 0;
+      if (plane) values[name] = { dtype: plane.dtype, numbers: [...plane.values.subarray(at, at + plane.components)] };
+    }
+    for (const [name, plane] of planes) values[name] = { dtype: plane.dtype, numbers: [...plane.values] };
+    values.instance.name = this.about.objects[values.instance.numbers[0]];
+    if (values.category) values.category.name = this.about.categories[values.category.numbers[0]];
+    this.say({ type: "values", id, u, v, values });
+  }
+
+  /** @param {Message} message */
+  explain({ u, v }) {
+    const { camera } = this;
+    if (!camera.isPinhole) return this.say({ type: "notice", text: "The lecture explains pinhole cameras; this one has a lens." });
+    this.triangles ||= { corners: this.world.triangles(), ids: this.world.triangleIds(), colors: this.world.triangleColors() };
+    const text = explanationText({ P: [...camera.P], size: [...camera.size], offset: camera.offset, column: u, row: v, names: this.about.objects, ...this.triangles });
+    this.say({ type: "explained", column: u, row: v, text, svg: "" });
+  }
+
+  copied() {
+    const { K, R, C, size, offset } = this.given;
+    const rows = (/** @type {Float64Array} */ m) => `[[${[0, 1, 2].map((i) => rowOf([...m], i).join(", ")).join("], [")}]]`;
+    return `camera = raycam.Camera(${rows(K)}, ${rows(R)}, [${[...C].join(", ")}], (${[...size].join(", ")}), pixel_center="${offset ? "half" : "integer"}", up="${this.about.up}")`;
+  }
+
+  /** @param {string} format */
+  snapshot(format) {
+    if (format !== "png") return this.say({ type: "notice", text: "This page saves PNG; raycam itself writes pages and NPZ." });
+    const frame = this.world.render(this.camera, JSON.stringify({ channels: ["color"], integrator: this.integrator, samples: Math.max(this.samples, 1) }));
+    const bytes = frame.png(this.exposure, this.view);
+    frame.free();
+    this.say({ type: "file", name: "raycam.png", media: "image/png", bytes });
+  }
+}
+
+/** Lets messages be heard. */
+export function nextTurn() {
+  return new Promise((resolve) => {
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = () => {
+      port1.close();
+      resolve(undefined);
+    };
+    port2.postMessage(0);
+  });
+}

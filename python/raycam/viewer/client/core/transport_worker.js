@@ -1,0 +1,87 @@
+// The transport of a page that renders by itself: a worker with the core. A worker that breaks is replaced.
+
+import { bytesOfBase64, inflate } from "../image/planes.js";
+
+/** @typedef {Record<string, any> & { type: string }} Message */
+
+const PATIENCE = 4000; // ms that a worker may work without a word before another world replaces it
+
+export class WorkerTransport {
+  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
+  constructor(size) {
+    this.live = true;
+    this.size = size;
+    /** @type {Worker | null} */
+    this.worker = null;
+    /** @type {any} what is shown: bytes of a world, or files, with options */
+    this.opened = null;
+    this.waiting = 0;
+    /** Called with errors of worlds, which have a line where there is one. @type {(message: any) => void} */
+    this.onFailure = () => {};
+  }
+
+  /** @returns {boolean} true if this page carries the core */
+  static get isThere() {
+    return typeof document !== "undefined" && document.getElementById("core-wasm") !== null;
+  }
+
+  /** @param {(message: Message) => void} say */
+  async open(say) {
+    this.say = say;
+    say({ type: "status", text: "starting" });
+    this.wasm = (await inflate(bytesOfBase64(textOf("core-wasm")))).buffer;
+    const world = textOf("core-world");
+    if (world) this.opened = { world: (await inflate(bytesOfBase64(world))).buffer, options: JSON.parse(textOf("core-options")) };
+    this.start();
+  }
+
+  start() {
+    const script = [textOf("core-glue"), "\nglobalThis.wasm_bindgen = wasm_bindgen;\n", textOf("client")];
+    const url = URL.createObjectURL(new Blob(script, { type: "text/javascript" }));
+    this.worker = new Worker(url);
+    this.worker.onmessage = ({ data }) => this.receive(data);
+    this.worker.onerror = (event) => this.receive({ type: "broken", text: event.message || "the worker did not start" });
+    this.worker.postMessage({ type: "start", wasm: this.wasm, ...this.opened, first: [{ type: "size", ...this.size() }] });
+  }
+
+  /**
+   * Shows another world.
+   * @param {{ path: string, files: [string, ArrayBuffer][], options: any }} opened
+   */
+  show(opened) {
+    this.opened = opened;
+    const first = [{ type: "size", ...this.size() }];
+    if (!this.worker) {
+      if (this.wasm) this.start();
+      return;
+    }
+    this.worker.postMessage({ type: "open", ...opened, first });
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.receive({ type: "stuck" }), PATIENCE);
+  }
+
+  /** @param {Message} message */
+  receive(message) {
+    clearTimeout(this.waiting);
+    if (message.type === "broken" || message.type === "stuck") {
+      this.worker?.terminate();
+      this.worker = null;
+      if (message.type === "broken") this.opened = null;
+      if (this.wasm) this.start();
+    }
+    if (message.type === "broken" || message.type === "failed") {
+      this.onFailure(message);
+      this.say?.({ ...message, type: "error" });
+    } else this.say?.(message);
+  }
+
+  /** @param {Message} message */
+  send(message) {
+    this.worker?.postMessage(message);
+  }
+}
+
+/** @param {string} id */
+function textOf(id) {
+  return document.getElementById(id)?.textContent || "";
+}

@@ -1,0 +1,77 @@
+// The worker of a page: the core, and a session that it serves.
+
+import { Session, nextTurn } from "./session.js";
+
+const IDLE = 30; // ms between two looks for work
+
+/**
+ * Serves the page that started this worker.
+ * @param {any} scope the worker's global scope, which has the core as `wasm_bindgen`
+ */
+export function serve(scope) {
+  /** @type {Session | null} */
+  let session = null;
+  let core = /** @type {any} */ (null);
+  let works = false;
+  const say = (/** @type {any} */ message) => scope.postMessage(message);
+
+  async function start(/** @type {any} */ { wasm, ...rest }) {
+    core = scope.wasm_bindgen;
+    await core({ module_or_path: wasm });
+    say({ type: "ready", version: core.version() });
+    if (rest.world || rest.files) open(rest);
+  }
+
+  function open(/** @type {any} */ { world, files, path, options, first }) {
+    session = null;
+    let loaded;
+    if (world) loaded = core.World.unpack(new Uint8Array(world));
+    else {
+      const given = new core.Files();
+      for (const [name, bytes] of files) given.add(name, new Uint8Array(bytes));
+      loaded = core.World.load(path, given);
+    }
+    session = new Session(core, loaded, options, say);
+    session.welcome();
+    for (const message of first || []) session.receive(message);
+  }
+
+  async function workOn() {
+    if (works) return;
+    works = true;
+    try {
+      while (session && (await session.work())) await (session.moved === session.version && performance.now() - session.touched < 150 ? sleep(IDLE) : nextTurn());
+    } catch (error) {
+      fail(error);
+    } finally {
+      works = false;
+    }
+  }
+
+  function fail(/** @type {any} */ error) {
+    if (session) session.samples = session.target; // the same work would fail again
+    const text = String(error?.message ?? error);
+    const broken = error instanceof WebAssembly.RuntimeError || error instanceof RangeError || text.includes("fault of raycam");
+    try {
+      say({ type: broken ? "broken" : "failed", ...JSON.parse(text) });
+    } catch {
+      say({ type: broken ? "broken" : "failed", text: broken ? `The page has not the memory for this, or raycam failed: ${text}` : text });
+    }
+  }
+
+  scope.onmessage = async (/** @type {MessageEvent} */ { data }) => {
+    try {
+      if (data.type === "start") await start(data);
+      else if (data.type === "open") open(data);
+      else session?.receive(data);
+    } catch (error) {
+      fail(error);
+    }
+    workOn();
+  };
+}
+
+/** @param {number} ms */
+function sleep(ms) {
+  return new Promise((resolve) => setTimeout(resolve, ms));
+}

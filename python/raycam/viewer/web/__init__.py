@@ -1,0 +1,1 @@
+"""Pages that render by themselves, by raycam compiled for WebAssembly."""

@@ -1,0 +1,43 @@
+"""raycam compiled for WebAssembly, as elements of a page. `make web` builds it, wheels have it."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from importlib.resources import files
+
+from ...errors import SettingsError
+
+__all__ = ["core_blocks", "is_built", "packed"]
+
+FOLDER = "wasm"
+GLUE, CORE = "raycam_web.js", "raycam_web_bg.wasm"
+LEVEL = 9
+
+
+def is_built() -> bool:
+    """True if raycam compiled for WebAssembly lies beside this module."""
+    return (files(__package__) / FOLDER / CORE).is_file()
+
+
+def core_blocks() -> list[str]:
+    """The elements of a page that hold raycam. Raises `SettingsError` where it was not built."""
+    if not is_built():
+        raise SettingsError(
+            "live pages need raycam compiled for WebAssembly, which this installation lacks: a wheel from the index has"
+            " it, and in a clone `make web` builds it"
+        )
+    folder = files(__package__) / FOLDER
+    glue = (folder / GLUE).read_text(encoding="utf-8")
+    if "</script" in glue.lower() or "<!--" in glue:
+        raise ValueError("the text of the core would end the script that holds it")
+    return [
+        f'<script type="text/plain" id="core-glue">{glue}</script>',
+        f'<script type="text/plain" id="core-wasm">{packed((folder / CORE).read_bytes())}</script>',
+    ]
+
+
+def packed(data: bytes) -> str:
+    """Raw deflate in base64, as the client unpacks it."""
+    packer = zlib.compressobj(LEVEL, zlib.DEFLATED, -15)
+    return base64.b64encode(packer.compress(data) + packer.flush()).decode()

@@ -1,0 +1,49 @@
+"""The HTML text of the client's page: one file, whose policy allows its own script and nothing else."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ..bundle import bundle, client_file
+
+__all__ = ["assembled", "filled", "json_text"]
+
+
+def assembled(title: str, blocks: Iterable[str], scripts: str = "", workers: str = "") -> str:
+    """The client's page with elements of data; `scripts` and `workers` are more that its policy allows."""
+    script, style = f"\n{bundle()}", f"\n{client_file('style.css')}"
+    policy = (
+        f"default-src 'none'; script-src '{_hash(script)}'{scripts}; style-src '{_hash(style)}'; "
+        f"img-src blob: data:; {workers}base-uri 'none'; form-action 'none'"
+    )
+    parts = {
+        "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        "title": html.escape(title),
+        "style": f"<style>{style}</style>",
+        "data": "\n".join(blocks),
+        "script": f'<script id="client">{script}</script>',
+    }
+    return filled(parts)
+
+
+def filled(parts: Mapping[str, str]) -> str:
+    """The page's HTML with its parts in their places; what a part says is not filled again."""
+    pieces = []
+    for piece in client_file("index.html").split("<!--"):
+        name, end, rest = piece.partition("-->")
+        pieces.append(parts[name] + rest if end else piece)
+    return "".join(pieces)
+
+
+def json_text(document: dict[str, Any]) -> str:
+    """JSON that cannot end the script element that holds it."""
+    return json.dumps(document, allow_nan=False).replace("<", "\\u003c")
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

@@ -1,0 +1,69 @@
+"""Pages that render by themselves: the client, a world, and raycam compiled for WebAssembly, in one file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from ... import _core
+from ...errors import SettingsError
+from .core import core_blocks, packed
+from .document import assembled, json_text
+
+if TYPE_CHECKING:
+    from ...render.frame import Frame
+    from ...world import World
+
+__all__ = ["live_page", "playground_page"]
+
+CAMERA = "page"
+"""The name of the frame's camera in the world of a page."""
+SCRIPTS, WORKERS = " 'wasm-unsafe-eval'", "worker-src blob:; "
+
+
+def live_page(
+    frame: Frame,
+    world: World | None,
+    unused: Mapping[str, Any],
+    *,
+    exposure: float | None,
+    view: str | None,
+    title: str | None,
+) -> str:
+    """The HTML text of a page that shows what the camera of `frame` sees of `world`. Raises `SettingsError`."""
+    from ...render import _name, _stops
+    from ...render.frame import VIEWS
+
+    for name, value in unused.items():
+        if value is not None and value is not False and value != ():
+            raise SettingsError(f"{name} is for pages of numbers; a live page renders its own")
+    if world is None or frame.camera is None:
+        raise SettingsError("live needs the world, as in save(path, world=world, live=True), and a camera")
+    name = next((name for name, each in world.cameras.items() if each == frame.camera), None)
+    carried = world.copy()
+    if name is None:
+        taken = set(world.cameras)
+        carried.add_camera(frame.camera, CAMERA)
+        (name,) = set(carried.cameras) - taken
+    width, height = frame.size
+    options = {
+        "title": title or f"raycam {width} x {height}",
+        "camera": name,
+        "exposure": _stops(frame.exposure if exposure is None else exposure),
+        "view": _name("view", frame.view if view is None else view, VIEWS),
+    }
+    world_text = packed(bytes(_core.world_to_bytes(carried._core)))
+    blocks = [
+        *core_blocks(),
+        f'<script type="text/plain" id="core-world">{world_text}</script>',
+        f'<script type="application/json" id="core-options">{json_text(options)}</script>',
+    ]
+    return assembled(str(options["title"]), blocks, SCRIPTS, WORKERS)
+
+
+def playground_page(examples: Mapping[str, str]) -> str:
+    """The HTML text of the playground: `examples` are texts of world files by their names, the first to begin with."""
+    listed = [{"name": name, "text": text} for name, text in examples.items()]
+    options = json_text({"playground": listed})
+    blocks = [*core_blocks(), f'<script type="application/json" id="core-options">{options}</script>']
+    return assembled("raycam playground", blocks, SCRIPTS, WORKERS)

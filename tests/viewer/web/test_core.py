@@ -1,0 +1,110 @@
+"""raycam for pages: the bytes of raycam itself."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import raycam
+from raycam import _core
+from raycam.render.frame import CHANNELS
+from support.node_core import array_of, needs_core, needs_node, run_core
+
+pytestmark = [needs_node, needs_core]
+LIGHTS = {
+    "sun": '[[light]]\ntype = "sun"\ndirection = [-1, 1, -2]\nirradiance = [3, 3, 3]\n',
+    "bulb": '[[light]]\ntype = "sphere"\nposition = [1, -2, 3]\nradius = 0.4\nradiance = [40, 30, 20]\n',
+    "none": "",
+}
+MATERIALS = {
+    "matte": "color = '#c83c28'",
+    "metal": "metal = 'gold'\nroughness = 0.3",
+    "glass": "glass = 1.5",
+    "glossy": "diffuse = [0.2, 0.3, 0.6]\nspecular = [0.3, 0.3, 0.3]\nshininess = 40",
+}
+
+
+def text_of(light: str, material: str) -> str:
+    """A small world: a ball on a floor."""
+    return (
+        f"[[object]]\nname = 'ball'\nsphere = {{ radius = 1 }}\nlocation = [0, 0, 1]\n{MATERIALS[material]}\n"
+        "[[object]]\nname = 'floor'\ncategory = 'ground'\nplane = { size = [9, 9] }\n"
+        f"{LIGHTS[light]}"
+        "[camera]\nlocation = [4, -4, 3]\nlook_at = [0, 0, 0.6]\nsize = [40, 30]\nfov = 45\n"
+    )
+
+
+PICTURES = [
+    (light, material, integrator, samples)
+    for light in LIGHTS
+    for material in MATERIALS
+    for integrator, samples in (("direct", 4), ("path", 2))
+]
+
+
+def test_pictures_are_the_same_bytes_in_all_channels(tmp_path) -> None:
+    assert len(PICTURES) >= 20
+    worlds, jobs, frames = {}, [], []
+    for number, (light, material, integrator, samples) in enumerate(PICTURES):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(text_of(light, material))
+        world = raycam.load(path)
+        worlds[str(number)] = bytes(_core.world_to_bytes(world._core))
+        options = {"integrator": integrator, "samples": samples, "seed": number}
+        jobs.append({"world": str(number), "request": options})
+        frames.append(raycam.render(world, channels="all", **options))
+    found = run_core(
+        f"return {json.dumps(jobs)}.map(({{ world, request }}) => {{"
+        "const loaded = core.World.unpack(worlds[world]);"
+        "const frame = loaded.render(loaded.camera(undefined, 640, 480), JSON.stringify(request));"
+        f"return Object.fromEntries({json.dumps(list(CHANNELS))}.map((name) => [name, base64(frame.plane(name))]));"
+        "});",
+        worlds,
+    )
+    for picture, frame, planes in zip(PICTURES, frames, found, strict=True):
+        for name, expected in frame.items():
+            there = array_of(planes[name], expected)
+            differs = there.view(np.uint8) != expected.view(np.uint8)
+            assert not differs.any(), (
+                f"{picture}: {name} differs in {(there != expected).sum()} of {expected.size}"
+            )
+
+
+def test_files_are_read_from_memory_with_what_they_name() -> None:
+    obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"
+    files = {
+        "a.toml": "[[object]]\nmesh = 'models/a.obj'\n",
+        "models/a.obj": obj,
+        "models/m.mtl": "newmtl red\nKd 1 0 0\n",
+    }
+    found = run_core(
+        f"const files = new core.Files(); for (const [name, text] of Object.entries({json.dumps(files)}))"
+        " files.add(name, new TextEncoder().encode(text));"
+        "const world = core.World.load('a.toml', files);"
+        "const about = JSON.parse(world.about());"
+        "return { about, corners: [...world.triangles()], colors: [...world.triangleColors()] };"
+    )
+    assert found["about"]["triangles"] == 1
+    assert found["corners"] == [0, 0, 0, 1, 0, 0, 0, 1, 0]
+    assert found["colors"] == [1, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "word"),
+    [
+        ("[[object]]\nbox = { size = 1 }\ncolour = 'red'\n", 3, "color"),
+        ("[[object]]\nmesh = '../../etc/passwd'\n", 2, "passwd"),
+        ("[[object]]\nmesh = 'none.glb'\n", 2, "none.glb"),
+        ("[[object]\n", 1, ""),
+        ("[camera]\nsize = [2000000000, 2000000000]\nfov = 45\n", None, ""),
+    ],
+)
+def test_errors_have_their_line(text: str, line: int | None, word: str) -> None:
+    found = run_core(
+        f"const files = new core.Files(); files.add('w.toml', new TextEncoder().encode({json.dumps(text)}));"
+        "try { core.World.load('w.toml', files); } catch (error) { return JSON.parse(error); } return {};"
+    )
+    assert word in found["text"]
+    if line is not None:
+        assert (found["line"], found["file"]) == (line, "w.toml")

@@ -1,0 +1,96 @@
+"""Pages that render by themselves: what is in them, and what is refused."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam import _core
+from raycam.viewer.web import core
+from raycam.viewer.web.live_page import playground_page
+
+GLUE = "let wasm_bindgen = null;"
+
+
+@pytest.fixture
+def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
+    """A stand-in for the core that was built."""
+    data = bytes(range(256)) * 20
+    (tmp_path / core.GLUE).write_text(GLUE)
+    (tmp_path / core.CORE).write_bytes(data)
+    monkeypatch.setattr(core, "FOLDER", str(tmp_path))
+    return data
+
+
+def element(page: str, name: str) -> str:
+    """The text of the element of an id."""
+    (found,) = re.findall(rf'<script [^>]*id="{name}">(.*?)</script>', page, re.S)
+    return str(found)
+
+
+def unpacked(text: str) -> bytes:
+    return zlib.decompress(base64.b64decode(text), -15)
+
+
+def test_a_page_carries_the_core_the_world_and_the_camera(
+    built: bytes, small_world: raycam.World, tmp_path: Path
+) -> None:
+    camera = raycam.Camera.look_at([3, 3, 2], [0, 0, 0], size=(40, 30), fov=50)
+    frame = raycam.render(small_world, camera, integrator="flat", samples=1)
+    path = tmp_path / "x.html"
+    frame.save(path, world=small_world, live=True, exposure=1.5, view="agx", title="</script>")
+    page = path.read_text(encoding="utf-8")
+    assert element(page, "core-glue") == GLUE
+    assert unpacked(element(page, "core-wasm")) == built
+    options = json.loads(element(page, "core-options"))
+    assert (options["exposure"], options["view"], options["title"]) == (1.5, "agx", "</script>")
+    world = raycam.World._of(_core.world_from_bytes(unpacked(element(page, "core-world")), None, ""))
+    assert np.array_equal(world.camera(options["camera"]).P, camera.P)
+    assert list(world.cameras) == [*small_world.cameras, options["camera"]]
+    assert len(small_world.cameras) == 2
+    (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', page)
+    assert "default-src 'none'" in policy
+    assert "connect-src" not in policy
+    assert "'wasm-unsafe-eval'" in policy
+    assert not re.search(r"(?:src|href)=\"?https?:", page)
+
+
+def test_a_camera_of_the_world_is_not_added(built: bytes, small_world: raycam.World, tmp_path: Path) -> None:
+    frame = raycam.render(small_world, "side", integrator="flat", samples=1)
+    frame.save(tmp_path / "x.html", world=small_world, live=True)
+    options = json.loads(element((tmp_path / "x.html").read_text(encoding="utf-8"), "core-options"))
+    assert options["camera"] == "side"
+
+
+def test_what_does_not_fit_is_refused(built: bytes, small_world: raycam.World, tmp_path: Path) -> None:
+    frame = raycam.render(small_world, "side", integrator="flat", samples=1)
+    for options, word in [
+        ({}, "world"),
+        ({"world": small_world, "explain": [(1, 1)]}, "explain"),
+        ({"world": small_world, "compare": frame}, "compare"),
+        ({"world": small_world, "half": True}, "half"),
+    ]:
+        with pytest.raises(raycam.errors.SettingsError, match=word):
+            frame.save(tmp_path / "x.html", live=True, **options)
+    assert not (tmp_path / "x.html").exists()
+
+
+def test_without_the_core_the_error_names_the_command(
+    small_world: raycam.World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(core, "FOLDER", str(tmp_path / "nothing"))
+    frame = raycam.render(small_world, "side", integrator="flat", samples=1)
+    with pytest.raises(raycam.errors.SettingsError, match="make web"):
+        frame.save(tmp_path / "x.html", world=small_world, live=True)
+
+
+def test_the_playground_carries_its_examples(built: bytes) -> None:
+    page = playground_page({"a": "[[object]]\nbox = { size = 1 }  # </script>\n"})
+    assert json.loads(element(page, "core-options"))["playground"][0]["name"] == "a"
+    assert "</script>" in json.loads(element(page, "core-options"))["playground"][0]["text"]
