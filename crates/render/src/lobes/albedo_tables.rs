@@ -189,16 +189,18 @@ impl AlbedoTables {
         let share = ROUGHNESS_ROWS.div_ceil(cores);
         let rows = &mut tables.entries[..ROUGHNESS_ROWS * COSINE_STEPS];
         let shares = rows.chunks_mut(share * COSINE_STEPS).zip(tables.means.chunks_mut(share));
-        let fill_share = |(first, (entries, means)): (usize, (&mut [[f32; 2]], &mut [[f32; 2]]))| {
+        let fill_rows = |first: usize, entries: &mut [[f32; 2]], means: &mut [[f32; 2]]| {
             for (i, row) in entries.chunks_mut(COSINE_STEPS).enumerate() {
-                means[i] = fill_row(first * share + i, row);
+                means[i] = fill_row(first + i, row);
             }
         };
         if cores == 1 {
-            shares.enumerate().for_each(fill_share);
+            shares.enumerate().for_each(|(i, (entries, means))| fill_rows(i * share, entries, means));
         } else {
             std::thread::scope(|scope| {
-                shares.enumerate().for_each(|each| drop(scope.spawn(move || fill_share(each))));
+                for (i, (entries, means)) in shares.enumerate() {
+                    scope.spawn(move || fill_rows(i * share, entries, means));
+                }
             });
         }
         tables

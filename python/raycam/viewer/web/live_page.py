@@ -39,12 +39,13 @@ def live_page(
             raise SettingsError(f"{name} is for pages of numbers; a live page renders its own")
     if world is None or frame.camera is None:
         raise SettingsError("live needs the world, as in save(path, world=world, live=True), and a camera")
-    name = next((name for name, each in world.cameras.items() if each == frame.camera), None)
+    names = [name for name, each in world.cameras.items() if each == frame.camera]
     carried = world.copy()
-    if name is None:
+    if not names:
         taken = set(world.cameras)
         carried.add_camera(frame.camera, CAMERA)
-        (name,) = set(carried.cameras) - taken
+        names = [*set(carried.cameras) - taken]
+    name = names[0]
     width, height = frame.size
     options = {
         "title": title or f"raycam {width} x {height}",
