@@ -65,7 +65,7 @@ export class LiveView {
     if (message.type === "welcome") this.timeline.welcome(message);
     if (message.type === "about" || message.type === "welcome") {
       this.camera.value = message.camera;
-      this.lens.show(message.lens);
+      if (message.lens) this.lens.show(message.lens);
     }
     if (message.type === "picture") this.showStatus(message);
     if (message.type === "picture") this.timeline.next();

@@ -24,8 +24,10 @@ function openLive(transport) {
   client.controls.onDisplay = ({ exposure, view }) => transport.send({ type: "display", exposure, view });
   bindCommands(client, { commands: live.commands(), pointers: live.pointers(), mouse: LIVE_MOUSE });
   client.open();
+  if (!(transport instanceof WorkerTransport)) return;
+  document.body.classList.add("in-page");
   const examples = examplesOfPage();
-  if (examples && transport instanceof WorkerTransport) new Playground(transport, examples);
+  if (examples) new Playground(transport, examples);
 }
 
 function openPage() {

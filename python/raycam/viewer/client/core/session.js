@@ -67,6 +67,10 @@ export class Session {
       view: this.view,
       integrator: this.integrator,
       explanations: [],
+      time: { seconds: 0, now: 0, animation: "" },
+      animations: [],
+      variants: [],
+      variant: "",
       ...this.described([]),
     });
   }
@@ -257,7 +261,8 @@ export class Session {
       const spent = Math.max(performance.now() - before, 1);
       rows = Math.max(1, Math.min(height, Math.round((count * BAND_TIME) / spent), 4 * rows));
       await nextTurn();
-      if (this.version !== version || (exact && this.channel !== channel)) return;
+      const other = this.channel !== channel && (exact || !COLORS.includes(this.channel));
+      if (this.version !== version || other) return;
     }
     const ms = performance.now() - started;
     if (exact) return this.show(whole, 1, ms, false);

@@ -1,0 +1,34 @@
+"""A page that carries raycam, in a browser: it renders, answers and loads nothing. Needs Chromium: `make proof`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import raycam
+from support.chromium import chromium
+from support.node_core import needs_core
+
+pytestmark = [pytest.mark.proof, needs_core]
+
+
+def test_a_live_page_renders_by_itself_and_its_numbers_are_raycams(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1}, location=[0, 0, 1], color="red", name="ball")
+    world.add_object(plane={"size": [8, 8]}, name="floor")
+    world.add_light("sun", direction=[-1, 1, -2], irradiance=3)
+    camera = raycam.Camera.look_at([4, -4, 3], [0, 0, 1], [0, 0, 1], size=(160, 120), fov=45)
+    frame = raycam.render(world, camera, channels="all", samples=4)
+    frame.save(tmp_path / "live.html", world=world, live=True)
+    with chromium(tmp_path / "browser") as tab:
+        tab.show(1280, 800)
+        tab.open((tmp_path / "live.html").as_uri())
+        tab.wait("document.body.innerText.includes('samples')")
+        tab.click(460, 406)  # the middle of the picture
+        tab.wait("document.body.innerText.includes('ball')")
+        text = tab.evaluate("document.body.innerText")
+        # The picture is four times as large, its middle the same to less than a pixel of the frame.
+        depth = float(text.split("(held)")[1].split("depth")[1].split()[0])
+        assert abs(depth - frame["depth"][59:61, 79:81].mean()) < 0.01
+        assert tab.said == []
+        assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests
