@@ -7,7 +7,7 @@
 # Things to look at
 #   make demo    pictures and a video in demo/
 #   make docs    the documentation in docs/_build/html
-#   make web     raycam for pages, in python/raycam/viewer/web/wasm/: live pages and the playground of the documentation
+#   make web     raycam for pages, in python/raycam/viewer/web/wasm/, which live pages carry
 #
 # Measurements
 #   make bench   the figures in benchmarks/results/
