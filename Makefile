@@ -70,7 +70,6 @@ lint: $(DONE)/build $(DONE)/develop
 
 test: lint
 	$(CARGO_TEST)
-	cargo test --locked -p raycam-web --lib
 	$(BIN)/python -m pytest -n 2 --durations=20
 
 proof: $(DONE)/build $(DONE)/develop
