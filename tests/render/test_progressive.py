@@ -185,13 +185,13 @@ def test_a_small_picture_does_not_wait_for_a_long_one(world: raycam.World, camer
 
     def long() -> None:
         with pytest.raises(raycam.Cancelled):
-            raycam.render(world, camera.resized((640, 525)), integrator="path", samples=256, cancel=cancel)
+            raycam.render(world, camera.resized((640, 525)), integrator="path", samples=64, cancel=cancel)
         ended.set()
 
     thread = threading.Thread(target=long)
     thread.start()
     time.sleep(0.05)
-    raycam.render(world, camera.resized((320, 262)), samples=4)
+    raycam.render(world, camera.resized((80, 66)), samples=4)
     assert not ended.is_set()
     cancel.cancel()
     thread.join()
