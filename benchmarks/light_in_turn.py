@@ -72,7 +72,7 @@ def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | N
 
 
 def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
-    """What each makes of a scene, its best time of several turns."""
+    """Time, variance and mean of each on a scene, with the best time of several turns."""
     best: dict[str, Found] = {}
     for _ in range(TURNS):
         for rival, (command, package) in rivals_of(options).items():

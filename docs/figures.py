@@ -38,7 +38,7 @@ def flat(world: raycam.World, camera: raycam.Camera) -> Image:
 
 
 def lit(world: raycam.World, camera: raycam.Camera, samples: int = 16, **settings: object) -> Image:
-    """What the camera sees by the light of the world's lights."""
+    """The picture of the camera by the light of the world's lights."""
     return raycam.render(world, camera, samples=samples, **settings).to_srgb8()
 
 

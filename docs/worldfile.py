@@ -81,7 +81,7 @@ class Reference:
 
 
 def has_section(schema: Schema) -> bool:
-    """Whether there is more to say than fits into a cell."""
+    """True if there is more to say than fits into a cell."""
     return "properties" in schema or any("description" in form for form in schema.get("oneOf", []))
 
 
@@ -97,7 +97,7 @@ def title(name: str) -> str:
 
 
 def anchor(heading: str) -> str:
-    """What a link to a heading is called."""
+    """The anchor of a heading."""
     return "world-" + heading.lower().replace(" ", "-")
 
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import raycam
 
-# What cv2.calibrateCamera and cv2.solvePnP gave; the principal point need not be at the centre.
+# The results of cv2.calibrateCamera and cv2.solvePnP; the principal point need not be at the centre.
 K = np.array([[812.3, 0, 333.1], [0, 809.7, 251.8], [0, 0, 1]])
 rvec = np.array([1.85, -0.62, 0.48])
 tvec = np.array([-0.1, 0.05, 3.6])

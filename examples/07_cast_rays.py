@@ -25,7 +25,7 @@ on_wagon = (hits["instance"] == wagon).sum()
 print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon")
 print(f"the farthest measures {hits['t'][met].max():.2f} m")
 
-# What stands between each measured point and a lamp under the ceiling?
+# Is anything between a measured point and a lamp under the ceiling?
 points = hits["position"][met]
 lamp = np.array([0.0, 0.0, 4.0])
 above = points + 1e-6 * hits["normal"][met]  # a little off the surface that it lies on

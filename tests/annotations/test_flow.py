@@ -60,7 +60,7 @@ def test_flow_is_reprojection(distortion: list[float] | None) -> None:
     assert np.isnan(found["flow"][~seen]).all()
     inside = ((pixels >= 0) & (pixels < SIZE)).all(axis=1)
     np.testing.assert_array_equal(found["outside"][seen], ~inside)
-    # What hides a point is found by the rays of the world itself.
+    # Rays of the world itself find the occluders of a point.
     hits = later.cast_rays(second.C, moved - second.C)
     clear = (np.abs(hits["t"] - 1) < 1e-4) | (hits["t"] > 1)
     hidden = (hits["t"] < 1 - 1e-4) & inside
@@ -166,7 +166,7 @@ def test_flow_follows_skins_and_morph_targets(tmp_path: Path) -> None:
     assert np.abs(found["flow"][seen] - moved).max() < 1e-3
     assert np.abs(found["scene_flow"][seen] - (after - before)).max() < 1e-5
     assert np.linalg.norm(moved, axis=1).max() > 20
-    # What the second picture shows at the point's new place is the same triangle, unless something hides it there.
+    # The second picture shows the same triangle at the point's new place, unless something hides it there.
     there = raycam.render(later, two, samples=1, channels=["triangle", "depth"])
     place = np.rint(moved + np.column_stack([column, row])).astype(int)
     clear = ~found["occluded"][seen] & ~found["outside"][seen]

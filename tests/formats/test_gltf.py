@@ -355,7 +355,7 @@ def test_lights(tmp_path: Path) -> None:
     assert any("range is a hint" in notice for notice in world.notices)
 
 
-# What is not there ----------------------------------------------------------------------------------------
+# Missing things -------------------------------------------------------------------------------------------
 
 
 def test_unknown_extensions(tmp_path: Path) -> None:

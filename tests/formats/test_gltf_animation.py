@@ -70,7 +70,7 @@ def test_morph_targets_and_skins(tmp_path: Path) -> None:
     bind[1, 3, :3] = [0, -5, 0]
     joints = [document.node(translation=[1, 0, 0]), document.node(translation=[0, 5, 0])]
     document.add("skins", joints=joints, inverseBindMatrices=document.accessor(bind))
-    # What the node does has no say over a skin.
+    # The node's own transform has no say over a skin.
     document.node(mesh=document.mesh(attributes), skin=0, translation=[100, 0, 0])
     animated(document, "translation", [0, 2], [[0, 5, 0], [0, 5, 6]], node=joints[1])
     world = load(document, tmp_path)

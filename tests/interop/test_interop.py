@@ -21,7 +21,7 @@ def test_a_mesh_of_trimesh() -> None:
     assert world.up == "z"
     np.testing.assert_allclose(world.triangles(), sphere.triangles, atol=1e-7)
     np.testing.assert_allclose(world.triangle_colors(), 0.8, atol=1e-6)
-    # What float32 holds stays as it is, to the last bit; far from the origin, nothing is lost but that.
+    # Values of float32 stay as they are, to the last bit; far from the origin, nothing is lost but that.
     np.testing.assert_array_equal(raycam.from_trimesh(BOX).triangles(), BOX.triangles)
     far = sphere.copy()
     far.apply_translation([4e6, 5e5, 1e3])

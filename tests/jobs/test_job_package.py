@@ -47,7 +47,7 @@ def test_its_id_says_what_its_frames_depend_on(tmp_path: Path, monkeypatch: pyte
         others.append(JobPackage("video", 7, {"a": 1, "b": 2}, world()))
     assert len({one.id for one in [base, *others]}) == 6
 
-    # Where its files lie does not matter, nor how the world file is written.
+    # The place of its files does not matter, nor how the world file is written.
     ids = set()
     for name, comment in (("one", ""), ("two", "# text\n")):
         (tmp_path / name).mkdir()

@@ -350,7 +350,7 @@ def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, code: int, place: str
 ) -> None:
     job = Job(tmp_path / "a", package())
-    # Of each frame the file is written, then the ledger.
+    # The file of each frame is written first, then the ledger.
     name, left = {"write": ("write", 4), "rename": ("replace", 3), "ledger": ("write", 5)}[place]
     real = getattr(os, name)
 
@@ -385,7 +385,7 @@ def test_the_clock_does_not_matter(
     assert results(tmp_path / "a") == whole
 
 
-# What can be wrong --------------------------------------------------------------------------------------------
+# Faults ------------------------------------------------------------------------------------------------------
 
 
 def test_bad_requests_are_named(tmp_path: Path) -> None:

@@ -186,7 +186,7 @@ def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) 
     assert job.status().finished == frames - 1
     assert list(job.status().failed) == [number]
     assert job.log(number).read_text().count("attempt ") >= scheduler.MAX_ATTEMPTS
-    # What killed it is gone: it is made when it is asked for again, and all is as on one machine.
+    # The fault is gone: it is made when it is asked for again, and all is as on one machine.
     Job(folder / "poison").run(pool, retry_failed=True)
     Job(folder / "clean", package).run(Pool())
     assert results(folder / "poison") == results(folder / "clean")

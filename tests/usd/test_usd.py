@@ -345,7 +345,7 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     assert "1 Points prims are left out" in said
     assert "a subdivision surface" in said
     assert "its unit of length is 0.01 m" in said
-    # Where nothing is left, the error says why.
+    # Without anything left, the error says why.
     other = stage(tmp_path / "b.usda")
     UsdGeom.Points.Define(other, "/dust")
     other.Save()

@@ -180,7 +180,7 @@ def test_what_does_not_move_is_built_once(tmp_path):
     fresh = moving_world()
     moment = fresh.at(0.5)
     assert moment._core.objects_shared_with(fresh._core) == 2
-    # Of a mesh that bends, the tree alone that it has is another.
+    # A mesh that bends has another tree, and shares all else.
     bending = bending_plate(tmp_path)
     for number in range(3):
         bending.add_object(box={"size": 0.1}, name=f"box {number}", location=[number, 0, 0])
@@ -254,7 +254,7 @@ def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
         VideoPlan(moving_world(), **FLAT).frame(0).to_srgba8()
 
 
-# What can go wrong
+# Faults
 
 
 def test_stopping_leaves_nothing_behind(tmp_path):

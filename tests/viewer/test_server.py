@@ -258,7 +258,7 @@ def test_random_messages_change_nothing_of_others(server: Server, client: Client
     assert get(server, "/")[0] == 200
 
 
-# What a client gets ---------------------------------------------------------------------------------------
+# Answers to a client --------------------------------------------------------------------------------------
 
 
 def test_pictures_come_from_coarse_to_fine_and_are_those_of_render(

@@ -17,7 +17,7 @@ HELLO = {"type": "hello", "width": 48, "height": 32, "ratio": 1, "session": ""}
 
 
 class Channel:
-    """What the kernel's channel carries, as the cell hears it."""
+    """The messages of the kernel's channel, as the cell hears them."""
 
     def __init__(self, world: raycam.World) -> None:
         self.heard: queue.Queue[tuple[dict[str, Any], list[bytes]]] = queue.Queue()

@@ -131,7 +131,7 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
         raise NotADirectoryError(errno.ENOTDIR, f"{folder!r} is a file, not a folder", target)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, f"the folder {folder!r} may not be written to", target)
-    from shutil import disk_usage  # where it is used: `import raycam` does not wait for it
+    from shutil import disk_usage  # imported here: `import raycam` does not wait for it
 
     free = disk_usage(folder).free
     # An empty file needs a block too.

@@ -32,7 +32,7 @@ def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]
             raise JobError(
                 f"{folder}: {who} is at it already; wait for it, stop it, or give each run its part: --shard I/N"
             )
-        from socket import gethostname  # where it is used: `import raycam` does not wait for it
+        from socket import gethostname  # imported here: `import raycam` does not wait for it
 
         os.ftruncate(file, 0)
         os.pwrite(file, f"process {os.getpid()} on {gethostname()}".encode(), 0)

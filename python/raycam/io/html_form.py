@@ -14,7 +14,7 @@ def html_table(
     title: str, head: Sequence[str], rows: Iterable[Sequence[object]], notes: Sequence[str] = ()
 ) -> str:
     """A title in bold, a table of at most `MAX_ROWS` rows, and lines below; all text is escaped."""
-    from html import escape  # where it is used: `import raycam` does not wait for it
+    from html import escape  # imported here: `import raycam` does not wait for it
 
     every = list(rows)
     parts = [f"<div><b>{escape(title)}</b>"]

@@ -17,7 +17,7 @@ def npz_bytes(arrays: Mapping[str, Any], *, compressed: bool = False) -> bytes:
     Stored, they are the same on every system and with every Python: no time, no system, no attributes of files.
     Compressed, they also depend on the zlib library; the arrays in them do not.
     """
-    import zipfile  # where it is used: `import raycam` does not wait for it
+    import zipfile  # imported here: `import raycam` does not wait for it
 
     buffer = io.BytesIO()
     kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED

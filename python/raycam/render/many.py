@@ -84,7 +84,7 @@ class Frames(Sequence[Frame]):
 
     def _repr_html_(self) -> str:
         """The first eight pictures that a notebook shows: the colour, or else the first channel."""
-        from html import escape  # where it is used: `import raycam` does not wait for it
+        from html import escape  # imported here: `import raycam` does not wait for it
 
         shown = []
         channel = "color" if "color" in self._channels else next(iter(self._channels))

@@ -85,7 +85,7 @@ def read(
         "up": up,
     }
     command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
-    # Where they are used: `import raycam` does not wait for them.
+    # Imported here: `import raycam` does not wait for them.
     import signal
     import subprocess
     import tempfile

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any
 
 from .._core import Cancel
 from ..camera import Camera
@@ -25,46 +26,42 @@ SLICE = 0.03  # seconds that anybody else waits at most
 LONGEST_WAIT = 0.5  # seconds until a picture is shown although some of its pixels have no more samples
 
 
-class Refinement(Protocol):
-    """A picture that gets better with each step."""
+@dataclass(eq=False)
+class Refinement:
+    """A picture of a view that gets better with each step, up to `most` samples a pixel."""
 
-    samples: int
+    world: World
+    camera: Camera
+    integrator: str
+    most: int
+    threads: int | None
+    channels: tuple[str, ...] = COLORS
+    samples: int = field(default=0, init=False)
     """The samples of all pixels."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """Takes a step; returns a frame where there is one to be shown. Raises `Cancelled`, which loses nothing."""
+        raise NotImplementedError
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The settings of `render` and `Progressive` alike, without the number of samples."""
+        return {"integrator": self.integrator, "threads": self.threads, "channels": self.channels}
 
 
-class Slices:
+@dataclass(eq=False)
+class Slices(Refinement):
     """A refinement by slices of a progressive picture: no sample is thrown away, and nobody waits for long."""
 
-    def __init__(
-        self,
-        world: World,
-        camera: Camera,
-        integrator: str,
-        most: int,
-        threads: int | None,
-        channels: tuple[str, ...] = COLORS,
-    ) -> None:
-        self._of = (world, camera)
-        self._settings: dict[str, Any] = {
-            "integrator": integrator,
-            "samples": most,
-            "threads": threads,
-            "channels": channels,
-        }
-        self._picture: Progressive | None = None
-        self._most = most
-        self._told = time.monotonic()
-        self.samples = 0
+    _picture: Progressive | None = field(default=None, init=False)
+    _told: float = field(default_factory=time.monotonic, init=False)
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """Adds samples for a slice; returns a frame of another number of samples, or of this one after a while."""
-        if self.samples >= self._most:
+        if self.samples >= self.most:
             return None
         if self._picture is None:  # not before: it may have to build a world's trees
-            self._picture = Progressive(*self._of, **self._settings)
+            self._picture = Progressive(self.world, self.camera, samples=self.most, **self.settings)
         before = self.samples
         self.samples = self._picture.add_for(SLICE, cancel=cancel)
         now = time.monotonic()
@@ -74,30 +71,15 @@ class Slices:
         return self._picture.frame()
 
 
-class FromScratch:
+class FromScratch(Refinement):
     """A refinement by pictures of 4, 16, 64, ... samples, each from scratch, for a camera with a background."""
-
-    def __init__(
-        self,
-        world: World,
-        camera: Camera,
-        integrator: str,
-        most: int,
-        threads: int | None,
-        channels: tuple[str, ...] = COLORS,
-    ) -> None:
-        self._world = world
-        self._camera = camera
-        self._settings: dict[str, Any] = {"integrator": integrator, "threads": threads, "channels": channels}
-        self._most = most
-        self.samples = 0
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """The frame of four times as many samples."""
-        if self.samples >= self._most:
+        if self.samples >= self.most:
             return None
-        samples = min(self.samples * GROWTH or FIRST, self._most)
-        frame = render(self._world, self._camera, samples=samples, cancel=cancel, **self._settings)
+        samples = min(self.samples * GROWTH or FIRST, self.most)
+        frame = render(self.world, self.camera, samples=samples, cancel=cancel, **self.settings)
         self.samples = samples
         return frame
 

@@ -29,7 +29,7 @@ def load_usd(
     time: float | None,
 ) -> _core.World:
     """The world of a USD file."""
-    from tempfile import TemporaryDirectory  # where it is used: `import raycam` does not wait for it
+    from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
         description = usd.read(path, Path(folder), root=root, time=time)
@@ -54,7 +54,7 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
     inside = root is not None and path.resolve().is_relative_to(Path(root).resolve())
     keys.setdefault("name", path.stem)
     up = core.up if keys.pop("upright", True) else None
-    from tempfile import TemporaryDirectory  # where it is used: `import raycam` does not wait for it
+    from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
         found = usd.read(path, Path(folder), root=root if inside else None, single=True, up=up)

@@ -39,8 +39,8 @@ impl Geometry {
         self.on_demand.rebraided.get().and_then(Option::as_ref).unwrap_or(&self.scene)
     }
 
-    /// [`Geometry::two_level`], re-braided if this many rays pay for it. Hits are the same with and without.
-    pub(crate) fn two_level_for(&self, rays: usize) -> &Scene {
+    /// Re-braids the two-level scene of a moved world if this many rays pay for it. Hits are the same with and without.
+    pub(crate) fn rebraid_if_worth(&self, rays: usize) {
         let OnDemandScenes { rebraided, is_of_moved, .. } = &*self.on_demand;
         let enough = || (RAYS_TO_PAY_REBRAIDING * self.triangle_count()).max(MIN_RAYS_TO_PAY_REBRAIDING);
         if *is_of_moved && rebraided.get().is_none() && rays >= enough() {
@@ -48,14 +48,16 @@ impl Geometry {
             let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
             let _ = rebraided.set(in_pool(build));
         }
-        self.two_level()
     }
 
     /// Scene that a frame of this many samples is traced against. Depends on the world and that number alone: the
     /// same frame has the same bits.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
         let flattened = self.flattened_if_worth(|_| self.flattening_pays(samples));
-        flattened.unwrap_or_else(|| self.two_level_for(samples as usize))
+        flattened.unwrap_or_else(|| {
+            self.rebraid_if_worth(samples as usize);
+            self.two_level()
+        })
     }
 
     /// True if a frame of this many samples pays for the flattened scene.
@@ -85,7 +87,7 @@ impl Geometry {
             let rays = exact_rays.fetch_add(rays, Ordering::Relaxed).saturating_add(rays);
             let to_pay = if *is_of_moved { EXACT_RAYS_TO_PAY_MOVED } else { EXACT_RAYS_TO_PAY };
             self.flattened_if_worth(|triangles| rays / to_pay >= triangles);
-            self.two_level_for(rays as usize);
+            self.rebraid_if_worth(rays as usize);
         }
     }
 
@@ -311,14 +313,16 @@ mod tests {
     fn a_moved_world_is_rebraided_once_it_pays() {
         let world = world();
         let still = prepare(&world, None);
-        assert!(std::ptr::eq(still.geometry.two_level_for(usize::MAX), &*still.geometry.scene));
+        still.geometry.rebraid_if_worth(usize::MAX);
+        assert!(std::ptr::eq(still.geometry.two_level(), &*still.geometry.scene));
         let mut other = world.clone();
         other.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&other, Some(&still));
         let enough = MIN_RAYS_TO_PAY_REBRAIDING;
         assert!(RAYS_TO_PAY_REBRAIDING * moved.geometry.triangle_count() < enough);
         let own: *const Scene = &*moved.geometry.scene;
-        assert!(std::ptr::eq(moved.geometry.two_level_for(enough - 1), own));
+        moved.geometry.rebraid_if_worth(enough - 1);
+        assert!(std::ptr::eq(moved.geometry.two_level(), own));
         let ray = |i: u32| {
             let [x, y] = [i % 64, i / 64].map(|step| f64::from(step) / 16.0 - 2.0);
             ExactRay { origin: [x, y, 3.0], direction: [0.01 * x, 0.02, -1.0], t_min: 0.0, t_max: f64::INFINITY }

@@ -3,14 +3,14 @@
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
 import { COMPARE_MODES, areComparable, differenceOf } from "./image/compare.js";
-import { DisplayControls } from "./display.js";
+import { DisplayControls } from "./panel/display.js";
 import { byId, element, fillSelect, saveFile } from "./dom.js";
-import { showExplanation } from "./explain.js";
-import { fillLegend } from "./legend.js";
+import { showExplanation } from "./panel/explain.js";
+import { fillLegend } from "./panel/legend.js";
 import { grouped, sixDigits } from "./image/numbers.js";
 import { paint } from "./image/paint.js";
 import { PictureView, layerOf } from "./picture.js";
-import { fillReadout, readoutText } from "./readout.js";
+import { fillReadout, readoutText } from "./panel/readout.js";
 
 /** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./picture.js").Pixel} Pixel */
@@ -45,7 +45,7 @@ export class Client {
     /** @type {Pixel | null} */
     this.held = null;
     this.probes = 0;
-    /** @type {{ pixel: Pixel, values: import("./readout.js").PixelValues } | null} */
+    /** @type {{ pixel: Pixel, values: import("./panel/readout.js").PixelValues } | null} */
     this.known = null;
     this.messageTimer = 0;
     /** Called with every message, after the client. @type {(message: Message) => void} */

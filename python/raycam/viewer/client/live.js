@@ -1,9 +1,9 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
-import { LensControls } from "./lens.js";
-import { Timeline } from "./timeline.js";
-import { WorldControls } from "./world.js";
+import { LensControls } from "./panel/lens.js";
+import { Timeline } from "./panel/timeline.js";
+import { WorldControls } from "./panel/world.js";
 
 /** @typedef {import("./client.js").Client} Client */
 /** @typedef {import("./pointer.js").Point} Point */

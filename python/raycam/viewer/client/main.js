@@ -5,11 +5,11 @@ import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";
 import { serve } from "./core/worker.js";
 import { LIVE_MOUSE, LiveView } from "./live.js";
-import { FrameTransport } from "./transport_frame.js";
+import { FrameTransport } from "./transport/frame.js";
 import { Playground, examplesOfPage } from "./core/playground.js";
-import { PageTransport } from "./transport_page.js";
-import { SocketTransport } from "./transport_socket.js";
-import { WorkerTransport } from "./core/transport_worker.js";
+import { PageTransport } from "./transport/page.js";
+import { SocketTransport } from "./transport/socket.js";
+import { WorkerTransport } from "./transport/worker.js";
 
 const PAGE_MOUSE =
   "Drag pans, the wheel zooms to the cursor; far enough in, every pixel shows its numbers. A click holds a pixel, " +

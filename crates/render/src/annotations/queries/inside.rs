@@ -121,7 +121,7 @@ pub fn inside(
     control: &Control,
 ) -> Result<Vec<bool>, RenderError> {
     let bodies = Bodies::new(&world.geometry, objects)?;
-    world.geometry.two_level_for(points.len());
+    world.geometry.rebraid_if_worth(points.len());
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| bodies.contain(&points[range]);
     in_tasks(points.len(), threads, control, work, |mut more| found.append(&mut more))?;

@@ -125,7 +125,7 @@ pub(super) fn search(
     let geometry = &world.geometry;
     query.check(geometry)?;
     let n = query.points.len();
-    geometry.two_level_for(n);
+    geometry.rebraid_if_worth(n);
     let chosen = query.objects.map(ChosenObjects);
     let filter = chosen.as_ref().map(|chosen| chosen as &(dyn HitFilter + Sync));
     let mut found = vec![ClosestPoint::MISS; n];

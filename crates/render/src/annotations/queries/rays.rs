@@ -107,7 +107,7 @@ pub fn cast_rays(
     let n = rays.origins.len();
     check_memory(|| format!("{n} hits"), n as u64 * 8 * fields.iter().map(|field| field.width() as u64).sum::<u64>())?;
     let geometry = &world.geometry;
-    geometry.two_level_for(n);
+    geometry.rebraid_if_worth(n);
     let mut found = Columns::empty(fields);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());
@@ -134,7 +134,7 @@ pub fn occluded(
 ) -> Result<Vec<bool>, RenderError> {
     rays.check(world)?;
     let n = rays.origins.len();
-    world.geometry.two_level_for(n);
+    world.geometry.rebraid_if_worth(n);
     let mut found = Vec::with_capacity(n);
     let work = |range: Range<usize>| {
         let local = rays.slice(range.clone());

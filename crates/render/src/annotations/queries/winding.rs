@@ -124,7 +124,7 @@ pub fn winding_number(
         .into_iter()
         .map(|instance| (instance, residual_edges(geometry, instance)))
         .collect();
-    world.geometry.two_level_for(points.len());
+    world.geometry.rebraid_if_worth(points.len());
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| {
         let points = &points[range];

@@ -13,7 +13,7 @@ const MODELS = /\.(glb|gltf|obj|ply|stl|off)$/i;
 
 export class Playground {
   /**
-   * @param {import("./transport_worker.js").WorkerTransport} transport
+   * @param {import("../transport/worker.js").WorkerTransport} transport
    * @param {Example[]} examples
    */
   constructor(transport, examples) {

@@ -1,8 +1,8 @@
 // The world of the live view: its objects and lights as lists, and what may be changed of them.
 
-import { byId, element, fillSelect } from "./dom.js";
+import { byId, element, fillSelect } from "../dom.js";
 
-/** @typedef {import("./client.js").Client} Client */
+/** @typedef {import("../client.js").Client} Client */
 
 const MOVES = /** @type {[string, number[]][]} */ ([
   ["-x", [-1, 0, 0]], ["+x", [1, 0, 0]], ["-y", [0, -1, 0]], ["+y", [0, 1, 0]], ["-z", [0, 0, -1]], ["+z", [0, 0, 1]],
@@ -54,7 +54,7 @@ export class WorldControls {
     byId(parent, HTMLElement).append(made);
   }
 
-  /** @param {import("./client.js").Message} contents */
+  /** @param {import("../client.js").Message} contents */
   show({ editable, undo, redo, objects, lights }) {
     const [object, light] = [this.object.value, this.light.value];
     this.objects = objects;

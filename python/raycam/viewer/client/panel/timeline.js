@@ -1,8 +1,8 @@
 // Time and variants of the live view: a slider, play, and what is chosen from lists.
 
-import { byId, fillSelect } from "./dom.js";
+import { byId, fillSelect } from "../dom.js";
 
-/** @typedef {import("./client.js").Client} Client */
+/** @typedef {import("../client.js").Client} Client */
 
 const FRAME = 1 / 30; // seconds of a step by key
 const SHOWN_DIGITS = 2;
@@ -25,7 +25,7 @@ export class Timeline {
     this.button.addEventListener("click", () => this.play(!this.playing));
   }
 
-  /** @param {import("./client.js").Message} welcome */
+  /** @param {import("../client.js").Message} welcome */
   welcome({ time, animations, variants, variant }) {
     this.seconds = time.seconds;
     byId("timeline", HTMLElement).hidden = !this.seconds;

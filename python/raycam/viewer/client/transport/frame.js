@@ -1,6 +1,6 @@
 // The transport of the notebook: the page is a frame in a cell, and the page around it passes messages on to the kernel.
 
-import { completed } from "./transport_message.js";
+import { completed } from "./message.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 

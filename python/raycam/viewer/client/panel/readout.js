@@ -1,9 +1,9 @@
 // The numbers of a pixel: a table for the eyes, a sentence for screen readers, a text for the clipboard.
 
-import { element } from "./dom.js";
-import { shortest, sixDigits } from "./image/numbers.js";
+import { element } from "../dom.js";
+import { shortest, sixDigits } from "../image/numbers.js";
 
-/** @typedef {import("./image/numbers.js").NumberType} NumberType */
+/** @typedef {import("../image/numbers.js").NumberType} NumberType */
 /** @typedef {{ dtype: NumberType, numbers: number[], name?: string, other?: number[] }} ChannelValue */
 /** @typedef {Record<string, ChannelValue>} PixelValues */
 

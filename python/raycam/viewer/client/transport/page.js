@@ -1,9 +1,9 @@
 // The transport of a saved page: it answers the client's messages from the arrays in the page.
 
-import { bytesOfBase64, unpackPlane } from "./image/planes.js";
+import { bytesOfBase64, unpackPlane } from "../image/planes.js";
 
-/** @typedef {import("./image/planes.js").Plane} Plane */
-/** @typedef {import("./image/planes.js").PlaneHeader} PlaneHeader */
+/** @typedef {import("../image/planes.js").Plane} Plane */
+/** @typedef {import("../image/planes.js").PlaneHeader} PlaneHeader */
 /** @typedef {Record<string, any> & { type: string }} Message */
 
 export class PageTransport {
@@ -86,7 +86,7 @@ export class PageTransport {
 
   /** @param {Message} message */
   sendValues({ id, u, v }) {
-    /** @type {import("./readout.js").PixelValues} */
+    /** @type {import("../panel/readout.js").PixelValues} */
     const values = {};
     for (const { name } of this.document.channels) {
       const plane = this.unpacked.get(`a-${name}`);

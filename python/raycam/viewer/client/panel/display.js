@@ -1,13 +1,13 @@
 // The controls of the display: exposure and view transform of colours, map and range of scalars.
 
-import { styleOf } from "./image/channels.js";
-import { MAPS } from "./image/colormap.js";
-import { byId, fillSelect } from "./dom.js";
-import { extremes, percentiles, rangeOf } from "./image/paint.js";
-import { VIEW_TRANSFORMS } from "./image/tone.js";
+import { styleOf } from "../image/channels.js";
+import { MAPS } from "../image/colormap.js";
+import { byId, fillSelect } from "../dom.js";
+import { extremes, percentiles, rangeOf } from "../image/paint.js";
+import { VIEW_TRANSFORMS } from "../image/tone.js";
 
-/** @typedef {import("./image/paint.js").Display} Display */
-/** @typedef {import("./image/planes.js").Plane} Plane */
+/** @typedef {import("../image/paint.js").Display} Display */
+/** @typedef {import("../image/planes.js").Plane} Plane */
 
 export class DisplayControls {
   /** @param {() => void} changed called when a control was moved */
@@ -17,7 +17,7 @@ export class DisplayControls {
     this.changed = changed;
     /** Called when exposure or view transform change. @type {(display: Display) => void} */
     this.onDisplay = () => {};
-    /** @type {Map<string, import("./image/paint.js").Range>} chosen ranges by channel */
+    /** @type {Map<string, import("../image/paint.js").Range>} chosen ranges by channel */
     this.ranges = new Map();
     this.exposure = byId("exposure", HTMLInputElement);
     this.view = byId("view-transform", HTMLSelectElement);
@@ -71,7 +71,7 @@ export class DisplayControls {
     else this.showRange();
   }
 
-  /** @param {import("./image/paint.js").Range} range */
+  /** @param {import("../image/paint.js").Range} range */
   setRange(range) {
     if (!this.plane) return;
     this.ranges.set(this.plane.name, { ...range, log: this.log.checked });

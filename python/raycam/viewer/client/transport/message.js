@@ -1,6 +1,6 @@
 // Messages of a server as the client wants them, whatever carried them.
 
-import { unpackPlane } from "./image/planes.js";
+import { unpackPlane } from "../image/planes.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
@@ -21,7 +21,7 @@ export async function completed(message, buffers) {
 
 /**
  * Numbers that JSON lacks come as text.
- * @param {import("./readout.js").PixelValues} values
+ * @param {import("../panel/readout.js").PixelValues} values
  */
 function revive(values) {
   for (const value of Object.values(values)) value.numbers = value.numbers.map(Number);

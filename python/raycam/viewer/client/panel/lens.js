@@ -1,8 +1,8 @@
 // The lens of the live view: focal lengths, principal point and distortion as numbers to be changed.
 
-import { byId, element } from "./dom.js";
+import { byId, element } from "../dom.js";
 
-/** @typedef {import("./client.js").Client} Client */
+/** @typedef {import("../client.js").Client} Client */
 /** @typedef {{ model: string, fx: number, fy: number, cx: number, cy: number, distortion: number[], names: string[] }} Lens */
 
 const INTRINSICS = /** @type {const} */ (["fx", "fy", "cx", "cy"]);

@@ -1,6 +1,6 @@
 // Explanations: the text and the figure of one pixel. The figure is shown as an image, where scripts do not run.
 
-import { byId } from "./dom.js";
+import { byId } from "../dom.js";
 
 /** @typedef {{ column: number, row: number, text: string, svg: string }} Explanation */
 

@@ -1,12 +1,12 @@
 // The legend of a channel: how to read its colours, the bar of a map, the commonest ids.
 
-import { howToRead, isMiss, styleOf } from "./image/channels.js";
-import { idColor, mapTable } from "./image/colormap.js";
-import { element } from "./dom.js";
-import { grouped, sixDigits } from "./image/numbers.js";
-import { longest, rangeOf } from "./image/paint.js";
+import { howToRead, isMiss, styleOf } from "../image/channels.js";
+import { idColor, mapTable } from "../image/colormap.js";
+import { element } from "../dom.js";
+import { grouped, sixDigits } from "../image/numbers.js";
+import { longest, rangeOf } from "../image/paint.js";
 
-/** @typedef {import("./image/planes.js").Plane} Plane */
+/** @typedef {import("../image/planes.js").Plane} Plane */
 
 const IDS_SHOWN = 12;
 
@@ -14,7 +14,7 @@ const IDS_SHOWN = 12;
  * Fills the legend of a plane.
  * @param {HTMLElement} box
  * @param {Plane} plane
- * @param {import("./image/paint.js").Display} display
+ * @param {import("../image/paint.js").Display} display
  * @param {Record<string, string>} names of ids
  */
 export function fillLegend(box, plane, display, names) {
@@ -27,7 +27,7 @@ export function fillLegend(box, plane, display, names) {
 
 /**
  * @param {Plane} plane
- * @param {import("./image/paint.js").Display} display
+ * @param {import("../image/paint.js").Display} display
  * @param {boolean} isShare
  * @returns {HTMLElement[]}
  */

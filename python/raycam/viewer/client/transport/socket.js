@@ -1,6 +1,6 @@
 // The transport of the live view: a WebSocket to the server that gave the page. It comes back by itself.
 
-import { completed } from "./transport_message.js";
+import { completed } from "./message.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
