@@ -60,45 +60,8 @@ def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
 
 
 def explained(world: World, camera: Camera, u: int, v: int) -> dict[str, Any]:
-    """Text and figure of a pixel, as the message `explained` has them. Raises `CameraError` for parallel rays.
-
-    Of a camera with a lens or a shutter the ray is that of a pinhole at the same centre, and the text says so.
-    """
+    """Text, figure and sections of a pixel, as the message `explained` has them. Raises `CameraError`."""
     from ..explanation import explain
 
-    still = camera.still()
-    note = ""
-    if still.model != "pinhole" and not still.is_parallel:
-        note = (
-            f"The camera has a lens ({still.model}). Its ray through this pixel is explained as that of a pinhole "
-            "camera at the same centre, turned so that the pixel has the same ray.\n\n"
-        )
-        still = _pinhole(still, u, v)
-    explanation = explain(world, still, (u, v))
-    return {"column": u, "row": v, "text": note + str(explanation), "svg": explanation.svg()}
-
-
-def _pinhole(camera: Camera, u: int, v: int) -> Camera:
-    """A pinhole with the intrinsics and the centre of `camera`, turned so that the pixel has the same ray."""
-    pixel = np.array([u, v]) + camera.corner + 0.5
-    wanted = camera.R @ camera.rays(pixel)[1]
-    has = np.linalg.solve(camera.K, np.append(pixel, 1.0))
-    has /= np.linalg.norm(has)
-    middle = (wanted + has) / np.linalg.norm(wanted + has)
-    half_turn = 2.0 * np.outer(middle, middle) - np.eye(3)  # swaps the two directions
-    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # keeps `has`
-    R = mirror @ half_turn @ camera.R
-    return Camera(
-        camera.K,
-        _orthonormal(R),
-        camera.location,
-        camera.size,
-        pixel_center=camera.pixel_center,
-        up=camera.up,
-    )
-
-
-def _orthonormal(R: Floats) -> Floats:
-    """The rotation nearest to `R`."""
-    left, _, right = np.linalg.svd(R)
-    return np.asarray(left @ right)
+    explanation = explain(world, camera, (u, v))
+    return {"column": u, "row": v, **explanation_parts(explanation)}
