@@ -9,11 +9,13 @@ import numpy as np
 
 from ..arrays import Floats
 from ..camera import Camera
+from ..explanation import Explanation, explain
+from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
 from .stills import truth
 
-__all__ = ["explained", "point_at", "values_at"]
+__all__ = ["explained", "explanation_parts", "point_at", "values_at"]
 
 
 def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int) -> dict[str, Any]:
@@ -59,9 +61,26 @@ def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
     return position if np.isfinite(position).all() else None
 
 
-def explained(world: World, camera: Camera, u: int, v: int) -> dict[str, Any]:
-    """Text, figure and sections of a pixel, as the message `explained` has them. Raises `CameraError`."""
-    from ..explanation import explain
-
+def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, Any], list[Line]]:
+    """The message `explained` of a pixel, and the rays that it speaks of. Raises `CameraError`."""
     explanation = explain(world, camera, (u, v))
-    return {"column": u, "row": v, **explanation_parts(explanation)}
+    parts, lines = explanation_parts(explanation)
+    return {"column": u, "row": v, **parts}, lines
+
+
+def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Line]]:
+    """Text and figure of the ray, `sections` of the light and the tree, and the rays of light."""
+    light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
+    parts = {
+        "text": str(explanation),
+        "svg": explanation.svg(),
+        "sections": [
+            {
+                "title": "The light",
+                "text": f"{light}\n\n{path}",
+                "svg": light_figure(explanation, light, path),
+            },
+            {"title": "The tree", "text": str(tree), "svg": tree_figure(explanation, tree)},
+        ],
+    }
+    return parts, light_lines(explanation.world, light, path)
