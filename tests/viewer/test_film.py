@@ -9,7 +9,7 @@ import pytest
 import raycam
 from PIL import Image, ImageSequence
 from raycam.errors import Cancelled
-from raycam.viewer import film
+from raycam.viewer.files import film
 from raycam.viewer.outputs import film as saved
 from raycam.viewer.session import Session
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 import raycam
-from raycam.viewer import uploads
-from raycam.viewer.uploads import Uploads
+from raycam.viewer.files import uploads
+from raycam.viewer.files.uploads import Uploads
 
 WORLD = b'[[object]]\nmesh = "a.obj"\n'
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"

@@ -256,12 +256,7 @@ def explain(
     inside = np.isfinite(hit_t)
     outside = (t >= 0) & ~inside
 
-    nearest = np.argsort(hit_t, kind="stable")[: min(HITS_SHOWN, inside.sum())]
-    misses = MISSES_SHOWN if len(nearest) else MISSES_SHOWN_WITHOUT_A_HIT
-    shown = np.concatenate([nearest, narrowest_misses(corners, t, outside, C, r[0])[:misses]])
-    shown = shown[np.lexsort([shown, t[shown]])]
-    candidates = {int(i): candidate(world, int(i), corners, n, C, r[0], t) for i in shown}
-    winner = candidates[int(nearest[0])] if len(nearest) else None
+    candidates, winner = _shown(world, corners, n, C, r[0], t, hit_t)
     distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
     axis = forward if lens is None else lens.forward
     depth = winner.t * float(r[0] @ axis) * units.scale if winner else np.inf
@@ -286,13 +281,26 @@ def explain(
         parallel=int((np.isnan(t) & ~without_area).sum()),
         behind=int((t < 0).sum()),
         outside=int(outside.sum()),
-        candidates=tuple(candidates.values()),
+        candidates=candidates,
         winner=winner,
         color=winner.color if winner else reference.background(world),
         depth=depth,
         distance=distance,
         lens=lens,
     )
+
+
+def _shown(
+    world: World, corners: Floats, n: Floats, C: Floats, r: Floats, t: Floats, hit_t: Floats
+) -> tuple[tuple[Candidate, ...], Candidate | None]:
+    """The triangles with full details, by t, and the closest hit among them."""
+    inside = np.isfinite(hit_t)
+    nearest = np.argsort(hit_t, kind="stable")[: min(HITS_SHOWN, inside.sum())]
+    misses = MISSES_SHOWN if len(nearest) else MISSES_SHOWN_WITHOUT_A_HIT
+    shown = np.concatenate([nearest, narrowest_misses(corners, t, (t >= 0) & ~inside, C, r)[:misses]])
+    shown = shown[np.lexsort([shown, t[shown]])]
+    candidates = {int(i): candidate(world, int(i), corners, n, C, r, t) for i in shown}
+    return tuple(candidates.values()), candidates[int(nearest[0])] if len(nearest) else None
 
 
 FIGURES = (".svg", ".png", ".pdf")

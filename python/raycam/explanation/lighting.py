@@ -133,7 +133,7 @@ def ray_of(explanation: Explanation) -> tuple[Floats, Floats]:
 
 
 def surface_at(world: World, origin: Floats, direction: Floats) -> Surface | None:
-    """What a ray sees; None for a miss."""
+    """The surface that a ray sees; None for a miss."""
     fields = ("t", "instance", "triangle", "position", "normal", "shading_normal", "albedo")
     hit = world.cast_rays(origin, direction, fields=fields, threads=1)
     if not np.isfinite(hit["t"]):

@@ -140,7 +140,7 @@ def _drawn(
     left, top = box.x + (box.width - scale * width) / 2, box.y + (box.height - scale * height) / 2
     svg.png(left, top, scale * width, scale * height, _core.encode_png(_veiled(picture)), scale > 1)
 
-    def place(points: Floats) -> Floats:
+    def on_page(points: Floats) -> Floats:
         pixels, in_front = camera.project(points)
         apart = np.linalg.norm(points - camera.rays(np.zeros(2) + camera.corner)[0], axis=1)
         in_front = in_front & (apart > 1e-9 * (1 + np.abs(points).max()))  # the camera's centre has no pixel
@@ -151,7 +151,7 @@ def _drawn(
     for line in lines:
         spread = np.linspace(0, 1, PIECES + 1)[:, None]
         pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
-        flat = [place(piece) for piece in pieces]
+        flat = [on_page(piece) for piece in pieces]
         for color, wide in (("#ffffff", 4.0), (line.color, 1.8)):
             for piece in flat:
                 for p, q in itertools.pairwise(piece):
@@ -166,7 +166,7 @@ def _drawn(
                 (x - 6 if at_right else x + 6, y - 4), line.name, 13, line.color, anchor=anchor, halo=True
             )
     for name, point in marks:
-        at = place(point[None])[0]
+        at = on_page(point[None])[0]
         if np.isfinite(at).all():
             svg.dot(at, 5, RAY, "#ffffff")
             svg.text((at[0] + 8, at[1] + 16), name, 13, INK, bold=True, halo=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .._core import world_to_gltf
 from ..errors import SettingsError
 from ..render.frame import Frame
-from .film import turntable
+from .files.film import turntable
 from .page import page
 from .scene.world_file import world_file
 from .session import Session
@@ -60,10 +60,10 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
     """Name, media type and bytes of a film that turns around the pivot."""
 
-    def tell(done: int, total: int) -> None:
+    def report(done: int, total: int) -> None:
         session.send_message({"type": "notice", "text": f"Film: {done} of {total} pictures."})
 
-    ending, media, data = turntable(session, seconds, degrees, tell)
+    ending, media, data = turntable(session, seconds, degrees, report)
     return f"{_stem(session.title)}_turntable{ending}", media, data
 
 

@@ -25,6 +25,7 @@ from ..explanation.scene_figure import Line
 from ..notices import collected
 from ..render.frame import Frame
 from ..world import World
+from .files.uploads import Uploads
 from .pace import Pace
 from .probe import point_at
 from .scene import navigation
@@ -32,7 +33,6 @@ from .scene.edits import Edits
 from .scene.overlay import frusta, polylines
 from .scene.selection import Selection
 from .stills import COLORS, SAMPLED, TRUTH, Refinement, refinement
-from .uploads import Uploads
 
 __all__ = ["DEFAULT_SAMPLES", "Session", "lens_of", "pose_of"]
 

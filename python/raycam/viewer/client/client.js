@@ -124,6 +124,7 @@ export class Client {
     this.plane = plane || null;
     this.frameB = other || null;
     this.picture.setSize(width, height);
+    if (this.held && (this.held.column >= width || this.held.row >= height)) this.hold(null);
     byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
     if (plane) {
       this.controls.show(plane);

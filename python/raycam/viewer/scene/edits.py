@@ -59,7 +59,7 @@ class Edits:
             raise SettingsError(LOOKING)
         self.replace(edited(self.world, kind, number, key, value))
 
-    def place(self, number: int, matrix: Floats, stroke: object) -> None:
+    def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
         """Places an object; places of the same stroke are one step of undo. Raises `WorldError`."""
         if not self.allowed:
             raise SettingsError(LOOKING)

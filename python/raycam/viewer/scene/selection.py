@@ -61,7 +61,7 @@ class Selection:
         begin, end = (np.array(said[name], np.float64) for name in ("begin", "end"))
         after = dragged(before, self._middle(), camera, self.tool, said["handle"], begin, end)
         if np.isfinite(after).all() and abs(np.linalg.det(after[:3, :3])) > 0:
-            self._edits.place(self.number, after, stroke)
+            self._edits.place_object(self.number, after, stroke)
 
     def _middle(self) -> Floats:
         """The middle of the object in its mesh, which edits leave as it is."""

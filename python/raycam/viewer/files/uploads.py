@@ -11,9 +11,9 @@ import re
 import tempfile
 from pathlib import Path
 
-from ..errors import SettingsError
-from ..world import World
-from ..world.load import load
+from ...errors import SettingsError
+from ...world import World
+from ...world.load import load
 
 __all__ = ["MOST_BYTES", "Uploads"]
 

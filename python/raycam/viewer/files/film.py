@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import Cancelled
-from ..render import render
-from ..video.files import has_av, open_video
-from .scene.navigation import turned_around
+from ...errors import Cancelled
+from ...render import render
+from ...video.files import has_av, open_video
+from ..scene.navigation import turned_around
 
 if TYPE_CHECKING:
-    from .session import Session
+    from ..session import Session
 
 __all__ = ["turntable"]
 
