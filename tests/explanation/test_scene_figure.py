@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
 import raycam
+from raycam.cli import main
 from raycam.explanation.scene_figure import light_lines
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -54,3 +56,23 @@ def test_another_subject_is_refused(world: raycam.World) -> None:
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(48, 32), fov=50)
     with pytest.raises(raycam.SettingsError, match="expected ray, light, tree"):
         raycam.explain(world, camera, (1, 1)).svg("boxes")
+
+
+def test_the_command_prints_and_draws_the_subject(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("room.toml").write_text(
+        '[camera]\nsize = [24, 16]\nfov = 50\nlocation = [-4, 0, 1]\n[[object]]\nbox = { size = 1 }\nname = "crate"\n'
+        '[[light]]\ntype = "sun"\ndirection = [1, 0.2, -1]\nirradiance = [3, 3, 3]\n'
+    )
+    command = ["explain", "room.toml", "--pixel", "12", "11"]
+    assert main([*command, "--of", "light", "--figure", "light.svg"]) == 0
+    said = capsys.readouterr().out
+    assert "SUN 0" in said
+    assert "ONE PATH OF LIGHT" in said
+    assert "The light of pixel (12, 11)" in Path("light.svg").read_text(encoding="utf-8")
+    assert main([*command, "--of", "tree"]) == 0
+    assert "THE TREE" in capsys.readouterr().out
+    assert main([*command, "--of", "shadow"]) != 0
+    assert "expected ray, light, tree" in capsys.readouterr().err
