@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from raycam.viewer.web.core import is_built
-from raycam.viewer.web.live_page import playground_page
+from raycam.viewer.web.live_page import lecture_page, playground_page
 
 WORLDS = Path(__file__).parent / "worlds"
 FIRST = "solids"
 """The world that the playground begins with."""
 FOLDER = "extra/live"
 """The folder of the pages, below that of what is generated."""
-PAGES = {"playground": lambda: playground_page(examples())}
+PAGES = {"playground": lambda: playground_page(examples()), "lecture": lecture_page}
 MISSING = """<!doctype html>
 <html lang="en">
 <head><meta charset="utf-8"><title>raycam in a page</title><meta name="color-scheme" content="light dark"></head>

@@ -27,8 +27,8 @@ def test_examples_begin_with_the_first_and_are_in_the_page_about_it() -> None:
     names = list(live.examples())
     assert names[0] == live.FIRST
     assert len(names) >= 5
-    text = (DOCS / "playground.md").read_text(encoding="utf-8")
-    assert all(f"live/{name}.html" in text for name in ["playground"])
+    for name in live.PAGES:
+        assert f"live/{name}.html" in (DOCS / f"{name}.md").read_text(encoding="utf-8")
 
 
 def test_without_the_core_the_pages_name_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
