@@ -82,7 +82,7 @@ def about(tab: Tab) -> str:
 
 def test_an_error_stands_at_its_line_and_goes_with_it(tab: Tab) -> None:
     type_world(tab, BALL + "\n[[object]]\nbox = { size = 1 }\ncolour = 'red'\n")
-    tab.wait("document.querySelector('#world-lines .wrong')")
+    tab.wait("document.querySelector('#world-lines .wrong') !== null")
     assert tab.evaluate("document.querySelector('#world-lines .wrong').textContent") == "7\n"
     assert "color" in problem(tab)
     type_world(tab, BALL + "\n[[object]]\nbox = { size = 1 }\ncolor = 'red'\n")
@@ -170,16 +170,15 @@ def test_a_model_that_is_dropped_is_shown(tab: Tab, files: dict[str, bytes], tri
                 "world.toml": b"[camera]\nsize = [1000000, 1000000]\nfov = 40\nlocation = [4, 0, 0]\n"
                 + BALL.encode()
             },
-            "",
+            "pixels",
         ),
-        ({"world.toml": b"[[object]]\nbox = { size = 1 }\nrefine = 12\n"}, ""),
+        ({"world.toml": b"[[object]]\nbox = { size = 1 }\nrefine = 12\n"}, "refine"),
         ({"notes.txt": b"x"}, "1 of 1 files"),
     ],
 )
 def test_hostile_files_leave_the_page_alive(tab: Tab, files: dict[str, bytes], word: str) -> None:
     drop(tab, files)
-    if word:
-        tab.wait(f"document.getElementById('world-problem').textContent.includes({json.dumps(word)})")
+    tab.wait(f"document.getElementById('world-problem').textContent.includes({json.dumps(word)})")
     type_world(tab, BOX)
     tab.wait("document.getElementById('about').textContent.includes('camera of 80 x 60')")
     tab.wait(STILL)
