@@ -16,8 +16,8 @@ from .. import _core
 from ..arrays import floats, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
-from ..errors import SettingsError, WorldError
-from ..notices import Notice, warn_all
+from ..errors import Notice, SettingsError, WorldError
+from ..notices import warn_all
 from . import CATCHER_NOTICE, DEFAULT_CHANNELS, channel_names, render, request_of
 from .frame import CHANNELS, Frame
 
@@ -142,27 +142,20 @@ def render_many(
         raise SettingsError(f"cameras of {sizes} pixels: pictures of one call have one size")
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
-    for name in ("denoise", "time_limit", "integrator"):
-        if settings.get(name) not in (None, False) and (
-            name != "integrator" or settings[name] == "reference"
-        ):
-            raise SettingsError(f"{name}={settings[name]!r} is for single pictures: call render for each")
+    _refuse_single(settings)
     names = channel_names(channels)
     if transparent_background and "color" in names and "alpha" not in names:
         names.append("alpha")
-    photographs = background is not None or any(camera.background is not None for camera in seen)
-    asked = {
-        "channels": names,
-        "surface": surface,
-        "region": region,
-        "transparent_background": transparent_background,
-        "background": background,
-        "catcher_truth": catcher_truth,
-    }
-    if (photographs and "color" in names and not transparent_background) or (
-        world._core.has_catchers and (transparent_background or photographs)
-    ):
-        return _composed(world, seen, moved, count, frame, out, progress, asked | settings)
+    behind = [background] if background is not None else [camera.background for camera in seen]
+    if background is not None or _is_composed(world, names, behind, transparent_background):
+        asked = {
+            "background": background,
+            "catcher_truth": catcher_truth,
+            "surface": surface,
+            "region": region,
+        }
+        asked |= {"channels": names, "transparent_background": transparent_background, **settings}
+        return _composed(world, seen, moved, count, frame, out, progress, asked)
     request, stops, display = request_of(
         world,
         settings,
@@ -190,6 +183,22 @@ def render_many(
         transparent=transparent_background,
         notices=notices,
     )
+
+
+def _refuse_single(settings: Mapping[str, Any]) -> None:
+    """Raises `SettingsError` for the settings that single pictures alone have."""
+    for name in ("denoise", "time_limit", "integrator"):
+        if settings.get(name) not in (None, False) and (
+            name != "integrator" or settings[name] == "reference"
+        ):
+            raise SettingsError(f"{name}={settings[name]!r} is for single pictures: call render for each")
+
+
+def _is_composed(world: World, names: Sequence[str], behind: Sequence[Any], transparent: bool) -> bool:
+    """True if pictures are laid over photographs, or show the shadows of catchers."""
+    photographs = any(one is not None for one in behind)
+    over = photographs and "color" in names and not transparent
+    return over or (world._core.has_catchers and (transparent or photographs))
 
 
 def _composed(
