@@ -174,15 +174,8 @@ def render_many(
     notices += [CATCHER_NOTICE] if world._core.has_catchers and "color" in names else []
     warn_all(notices)
     area = None if region is None else tuple(request["region"])
-    return Frames(
-        arrays,
-        seen,
-        region=area,
-        exposure=stops,
-        view=display,
-        transparent=transparent_background,
-        notices=notices,
-    )
+    look: dict[str, Any] = {"exposure": stops, "view": display, "transparent": transparent_background}
+    return Frames(arrays, seen, region=area, notices=notices, **look)
 
 
 def _refuse_single(settings: Mapping[str, Any]) -> None:
