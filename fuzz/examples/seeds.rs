@@ -189,11 +189,11 @@ fn main() {
         let files: Vec<&[u8]> = files.into_iter().map(|(_, bytes)| bytes).collect();
         add(&target, format, &files.join(BETWEEN));
         if let [file] = files[..] {
-            add("named_cameras", format, &[&[pick(format)], file].concat());
+            add("named_cameras", format, &[&[pick(format)][..], file].concat());
         }
     }
     for (format, text) in READ {
-        add("named_cameras", format, &[&[pick(format)], text.as_bytes()].concat());
-        add("any_cameras", format, text.as_bytes());
+        add("named_cameras", &format!("{format}-read"), &[&[pick(format)][..], text.as_bytes()].concat());
+        add("any_cameras", &format!("{format}-read"), text.as_bytes());
     }
 }
