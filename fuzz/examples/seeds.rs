@@ -116,6 +116,35 @@ fn documents() -> Vec<String> {
     vec![GLTF.into(), bare, untextured]
 }
 
+/// The first byte of an input of `named_cameras`.
+fn pick(format: &str) -> u8 {
+    let place = calibration::formats().position(|name| name == format);
+    place.expect("a format") as u8
+}
+
+/// Files of formats that are read and not written.
+const READ: [(&str, &str); 9] = [
+    ("bundler", "# Bundle file v0.3\n1 0\n500 -0.1 0.02\n1 0 0\n0 1 0\n0 0 1\n1 2 3\n"),
+    ("middlebury", "cam0=[500 0 32; 0 500 24; 0 0 1]\ncam1=[500 0 33; 0 500 24; 0 0 1]\ndoffs=1\nbaseline=193\n\
+        width=64\nheight=48\nndisp=10\n"),
+    ("mvsnet", "extrinsic\n1 0 0 1\n0 1 0 2\n0 0 1 3\n0 0 0 1\n\nintrinsic\n500 0 32\n0 500 24\n0 0 1\n\n1 0.1\n"),
+    ("metashape", "<document><chunk><sensors><sensor id='0' type='frame'><resolution width='64' height='48'/>\
+        <calibration class='adjusted'><f>500</f><k1>0.1</k1></calibration></sensor></sensors><cameras><camera id='0' \
+        sensor_id='0' label='a'><transform>1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1</transform></camera></cameras></chunk></document>"),
+    ("realitycapture", "#name,x,y,alt,heading,pitch,roll,f,px,py,k1,k2,k3,k4,t1,t2\na.jpg,1,2,3,10,20,30,28,0.01,-0.01,\
+        0.1,0.02,0,0,0,0\n"),
+    ("alicevision", r#"{"version": ["1", "2", "11"], "views": [{"viewId": "1", "poseId": "1", "intrinsicId": "2",
+        "path": "a.jpg"}], "intrinsics": [{"intrinsicId": "2", "width": "64", "height": "48", "sensorWidth": "36",
+        "focalLength": "50", "type": "pinhole", "distortionType": "brown", "distortionParams": ["0.1", "0", "0", "0", "0"]}],
+        "poses": [{"poseId": "1", "pose": {"transform": {"rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1], "center": [1, 2, 3]}}}]}"#),
+    ("opensfm", r#"[{"cameras": {"c": {"projection_type": "brown", "width": 64, "height": 48, "focal_x": 0.8, "focal_y": 0.8,
+        "c_x": 0, "c_y": 0, "k1": 0.1}}, "shots": {"a": {"camera": "c", "rotation": [0.1, 0.2, 0.3],
+        "translation": [1, 2, 3]}}}]"#),
+    ("poses", "[[[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]]"),
+    ("orb-slam", "Camera:\n  setup: monocular\n  model: fisheye\n  fx: 500\n  fy: 500\n  cx: 32\n  cy: 24\n  k1: 0.1\n\
+        \x20 cols: 64\n  rows: 48\n"),
+];
+
 fn main() {
     let folder = Path::new("/nonexistent");
     let world = world_file::parse(WORLD, folder, Path::new("seed.toml"), &Budget::default())
@@ -159,5 +188,12 @@ fn main() {
         files.sort_by_key(|&(place, _)| place);
         let files: Vec<&[u8]> = files.into_iter().map(|(_, bytes)| bytes).collect();
         add(&target, format, &files.join(BETWEEN));
+        if let [file] = files[..] {
+            add("named_cameras", format, &[&[pick(format)][..], file].concat());
+        }
+    }
+    for (format, text) in READ {
+        add("named_cameras", &format!("{format}-read"), &[&[pick(format)][..], text.as_bytes()].concat());
+        add("any_cameras", &format!("{format}-read"), text.as_bytes());
     }
 }

@@ -79,7 +79,7 @@ def test_a_lens_under_any_usual_name_is_read(tmp_path: Path, ending: str, words:
     [
         {"distorsions": BROWN},
         {"lens_params": BROWN},
-        {"radial_coefficients": BROWN[:2]},
+        {"radial_coefs_of_it": BROWN[:2]},
         {"calibration": {"dist": BROWN}},
         {"extra": [{"k1": 0.1}]},
     ],
@@ -265,7 +265,7 @@ def test_numbers_by_their_names(tmp_path: Path, nested: bool) -> None:
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-9)
     table["intrinsics"]["coeffs"] = BROWN
     (tmp_path / "a.json").write_text(json.dumps({"camera": table} if nested else table))
-    with pytest.raises(FormatError, match=r"coeffs.*lens"):
+    with pytest.raises(FormatError, match=r"coeffs.*same thing"):
         raycam.load_cameras(tmp_path / "a.json")
 
 
@@ -327,3 +327,92 @@ def test_arrays_of_numpy_in_yaml_and_old_pickles_are_named(tmp_path: Path) -> No
     (tmp_path / "a.p").write_bytes(pickle.dumps({"mtx": K.tolist()}, protocol=0))
     with pytest.raises(FormatError, match=r"pickle.*np\.savez"):
         raycam.load_cameras(tmp_path / "a.p")
+
+
+def test_what_opencvs_interactive_calibration_writes(tmp_path: Path) -> None:
+    # Standard deviations of the coefficients are no lens; the size has a key of its own.
+    for ending in ("yml", "xml"):
+        file = storage(
+            tmp_path / f"a.{ending}",
+            framesCount=30,
+            cameraResolution=np.array(SIZE),
+            camera_matrix=K,
+            camera_matrix_std_dev=np.full((4, 1), 0.3),
+            dist_coeffs=np.array([BROWN]),
+            dist_coeffs_std_dev=np.full((5, 1), 0.003),
+        )
+        (camera,) = raycam.load_cameras(file).values()
+        assert camera.size == SIZE
+        np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "words", [("resolution", "640x480"), ("image_size", "640, 480"), ("dim", "640 X 480")]
+)
+def test_sizes_in_a_word(tmp_path: Path, words: tuple[str, str]) -> None:
+    (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "dist": BROWN, words[0]: words[1]}))
+    assert raycam.load_cameras(tmp_path / "a.json")["a"].size == SIZE
+    (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "dist": BROWN, words[0]: "large"}))
+    with pytest.raises(FormatError, match=r"large.*expected columns and rows"):
+        raycam.load_cameras(tmp_path / "a.json")
+
+
+@pytest.mark.parametrize(
+    "words", [("img_w", "img_h"), ("frame_width", "frame_height"), ("camera_width", "camera_height")]
+)
+def test_sides_by_other_words(tmp_path: Path, words: tuple[str, str]) -> None:
+    table = {"calibration_matrix": K.tolist(), "dist_vec": BROWN, **dict(zip(words, SIZE, strict=True))}
+    (tmp_path / "a.json").write_text(json.dumps(table))
+    (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
+    assert camera.size == SIZE
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-8)
+
+
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_radial_and_tangential_terms_apart(tmp_path: Path, count: int) -> None:
+    k = [-0.21, 0.083, 0.013, 0.02, -0.01, 0.004][:count]
+    table = {"K": K.tolist(), "RadialDistortion": k, "TangentialDistortion": BROWN[2:4], "size": SIZE}
+    (tmp_path / "a.json").write_text(json.dumps(table))
+    (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected([*k[:2], *BROWN[2:4], *k[2:]]), atol=1e-8)
+    (tmp_path / "a.json").write_text(json.dumps({**table, "dist": BROWN}))
+    with pytest.raises(FormatError, match="twice"):
+        raycam.load_cameras(tmp_path / "a.json")
+
+
+def test_skew_beside_focal_lengths(tmp_path: Path) -> None:
+    table: dict[str, Any] = {"fx": 812.25, "fy": 790.5, "cx": 331.5, "cy": 229.125, "skew": 1.5, "size": SIZE}
+    (tmp_path / "a.json").write_text(json.dumps(table))
+    (camera,) = raycam.load_cameras(tmp_path / "a.json").values()
+    assert camera.K[0, 1] == 1.5
+    (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "skew": 1.5, "size": SIZE}))
+    with pytest.raises(FormatError, match=r"skew.*expected the same"):
+        raycam.load_cameras(tmp_path / "a.json")
+
+
+def test_numbers_that_may_be_a_lens_do_not_vanish(tmp_path: Path) -> None:
+    for numbers in (BROWN, BROWN[:4], [*BROWN, 0.1, 0.2, 0.3]):
+        (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "brownish": numbers, "size": SIZE}))
+        with pytest.raises(FormatError, match=r"brownish.*may be a lens"):
+            raycam.load_cameras(tmp_path / "a.json")
+    for harmless in (
+        {"q": [0.5, 0.5, 0.5, 0.5]},
+        {"crop": [1, 2, 30, 40]},
+        {"gains": [1.5, 1.0, 2.5, 1.0], "dist": BROWN},
+    ):
+        (tmp_path / "a.json").write_text(json.dumps({"K": K.tolist(), "size": SIZE, **harmless}))
+        notices = raycam.load_cameras(tmp_path / "a.json").notices
+        assert next(iter(harmless)) in notices[0]
+
+
+@pytest.mark.parametrize("names", [("cameraMatrix.txt", "cameraDistortion.txt"), ("mtx.csv", "dist.csv")])
+def test_text_files_beside_one_another(tmp_path: Path, names: tuple[str, str]) -> None:
+    for name, values in zip(names, (K, [BROWN]), strict=True):
+        np.savetxt(tmp_path / name, values, delimiter=",")
+    cameras = raycam.load_cameras(tmp_path / names[0], size=SIZE)
+    assert f"the lens is that of {names[1]}" in cameras.notices
+    (camera,) = cameras.values()
+    np.testing.assert_allclose(camera.project(POINTS)[0], projected(BROWN), atol=1e-8)
+    (tmp_path / names[1]).write_text("k1 = 3")
+    with pytest.raises(FormatError, match="coefficients of a lens"):
+        raycam.load_cameras(tmp_path / names[0], size=SIZE)

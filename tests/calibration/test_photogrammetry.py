@@ -129,6 +129,31 @@ def test_metashape_notices(tmp_path: Path) -> None:
         assert word in told
 
 
+def test_metashapes_slaves_stand_by_their_masters(tmp_path: Path) -> None:
+    # master_from_slave of the sensors; a sensor without it leaves its cameras out.
+    (R, C), (turn, place) = pose(1), pose(5)
+    size = '<resolution width="640" height="480"/>'
+    calibration = f'<calibration type="frame" class="adjusted">{size}<f>500</f></calibration>'
+    mount = f"<rotation>{text(turn)}</rotation><location>{text(place)}</location>"
+    sensors = f'<sensor id="0" type="frame">{size}{calibration}</sensor>'
+    sensors += f'<sensor id="1" type="frame" master_id="0">{size}{calibration}{mount}</sensor>'
+    sensors += f'<sensor id="2" type="frame" master_id="0">{size}{calibration}</sensor>'
+    cameras = f'<camera id="0" sensor_id="0" label="m"><transform>{text(four(R.T, C))}</transform></camera>'
+    cameras += '<camera id="1" sensor_id="1" master_id="0" label="s"/>'
+    cameras += '<camera id="2" sensor_id="2" master_id="0" label="unknown"/>'
+    file = tmp_path / "cameras.xml"
+    chunk = f'<chunk label="1"><sensors>{sensors}</sensors><cameras>{cameras}</cameras></chunk>'
+    file.write_text(f'<document version="2.0.0">{chunk}</document>')
+    found = raycam.load_cameras(file)
+    plain = intrinsics(500, 500, 320, 240)
+    moved = four(R.T, C) @ four(turn, place)
+    check(found["m"], plain, R, C)
+    check(found["s"], plain, moved[:3, :3].T, moved[:3, 3])
+    said = " ".join(found.notices)
+    assert "1 cameras of slave sensors" in said
+    assert "1 cameras without a transform" in said
+
+
 def test_an_old_lens_alone(tmp_path: Path) -> None:
     file = tmp_path / "lens.xml"
     terms = {

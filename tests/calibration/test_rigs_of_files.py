@@ -158,3 +158,17 @@ def test_errors_name_the_format_that_was_found(tmp_path: Path, text: str, name: 
     (tmp_path / "a").write_text(text)
     with pytest.raises(FormatError, match=f"(?i){name.replace('-', '.?')}"):
         raycam.load_cameras(tmp_path / "a")
+
+
+def test_names_with_spaces_in_text_models(tmp_path: Path) -> None:
+    # A name is the rest of its line; COLMAP's own programs cut it at the first space.
+    (tmp_path / "cameras.txt").write_text("1 PINHOLE 640 480 500 500 320 240\n")
+    names = ["my image.jpg", "sub folder/two  spaces.png", "d.JPG"]
+    lines = [f"{i + 1} 1 0 0 0 0 0 {i} 1 {name}\n1 2 -1 3 4 5\n" for i, name in enumerate(names)]
+    (tmp_path / "images.txt").write_text("# images\n" + "".join(lines))
+    cameras = raycam.load_cameras(tmp_path)
+    assert list(cameras) == names
+    assert [camera.C[2] for camera in cameras.values()] == [0, -1, -2]
+    (tmp_path / "images.txt").write_text("".join(line.split("\n")[0] + "\n" for line in lines))
+    with pytest.raises(FormatError, match="the line of an image"):
+        raycam.load_cameras(tmp_path)

@@ -312,3 +312,41 @@ def test_realsense(tmp_path: Path, model: str) -> None:
         file.write_text(json.dumps({**table, "coeffs": [0.0] * 5}))
         model = "None"
     check(raycam.load_cameras(file)["a"], K, np.eye(3), ZERO, None if model == "None" else lens3)
+
+
+STELLA = {
+    "name": '"a"',
+    "setup": '"monocular"',
+    "fps": 20.0,
+    "cols": 752,
+    "rows": 480,
+    "color_order": '"Gray"',
+}
+
+
+@pytest.mark.parametrize("nested", [True, False])
+@pytest.mark.parametrize("model", ["perspective", "fisheye"])
+def test_openvslam_has_models_of_its_own(tmp_path: Path, nested: bool, model: str) -> None:
+    # k3 and k4 are those of another lens than OpenCV's k1 k2 p1 p2 k3.
+    terms = TERMS if model == "perspective" else {"k1": 0.02, "k2": -0.01, "k3": 0.004, "k4": -0.001}
+    keys = {"model": f'"{model}"', "fx": 458.5, "fy": 457.25, "cx": 367.0, "cy": 248.5, **terms, **STELLA}
+    if nested:
+        text = "Camera:\n" + "".join(f"  {key}: {value}\n" for key, value in keys.items())
+    else:
+        text = "".join(f"Camera.{key}: {value}\n" for key, value in keys.items())
+    file = tmp_path / "a.yaml"
+    file.write_text(text + "Feature:\n  max_num_keypoints: 2000\n")
+    cameras = raycam.load_cameras(file)
+    check(cameras["Camera"], K, np.eye(3), ZERO, lens if model == "perspective" else kb)
+    assert cameras["Camera"].size == (752, 480)
+    file.write_text(text.replace(model, "radial_division"))
+    with pytest.raises(FormatError, match="radial_division"):
+        raycam.load_cameras(file)
+
+
+def test_openvslams_panorama(tmp_path: Path) -> None:
+    text = 'Camera.setup: "monocular"\nCamera.model: "equirectangular"\nCamera.cols: 1024\nCamera.rows: 512\n'
+    (tmp_path / "a.yaml").write_text(text)
+    (camera,) = raycam.load_cameras(tmp_path / "a.yaml").values()
+    assert camera.model == "equirectangular"
+    np.testing.assert_allclose(camera.project([[0, 0, 1], [1, 0, 0]])[0], [[511.5, 255.5], [767.5, 255.5]])

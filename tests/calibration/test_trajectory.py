@@ -295,3 +295,65 @@ def test_tum_calibration(tmp_path: Path) -> None:
     check_all(raycam.load_cameras(tmp_path), 1)
     (camera,) = raycam.load_cameras(tmp_path / "calibration.txt", size=SIZE).values()
     check(camera, K, np.eye(3), np.zeros(3))
+
+
+NAMED = {f"{i:06d}.png": world_from_camera(i) for i in range(4)}
+
+
+@pytest.mark.parametrize(
+    ("name", "document"),
+    [
+        ("poses.json", [m.tolist() for m in NAMED.values()]),
+        ("poses.json", [m.ravel().tolist() for m in NAMED.values()]),
+        ("poses.json", [m[:3].tolist() for m in NAMED.values()]),
+        ("poses.json", {name: m.tolist() for name, m in NAMED.items()}),
+        ("a.json", {"fps": 30, "poses": [m.tolist() for m in NAMED.values()]}),
+        ("a.json", {"w2c": [np.linalg.inv(m).tolist() for m in NAMED.values()]}),
+        ("extrinsics.json", [np.linalg.inv(m).tolist() for m in NAMED.values()]),
+        ("a.json", [{"file": name, "c2w": m.tolist()} for name, m in NAMED.items()]),
+    ],
+)
+def test_matrices_in_json(tmp_path: Path, name: str, document: Any) -> None:
+    (tmp_path / name).write_text(json.dumps(document, indent=1))
+    cameras = raycam.load_cameras(tmp_path / name, intrinsics=EYE)
+    check_all(cameras, 4)
+    named = "000000.png" in json.dumps(document)
+    assert list(cameras) == (list(NAMED) if named else [f"{i:06d}" for i in range(4)])
+    assert sum("neither direction nor axes" in notice for notice in cameras.notices) == 1
+    assert any("fps" in notice for notice in cameras.notices) == ("fps" in document)
+
+
+def test_damaged_matrices_in_json_are_errors(tmp_path: Path) -> None:
+    first, second = (world_from_camera(i) for i in range(2))
+    file = tmp_path / "poses.json"
+    for document, reason in (
+        ([first.tolist(), second[:2].tolist()], "expected a pose"),
+        ([first.T.tolist()], "transposed"),
+        ({"c2w": [first.tolist()], "w2c": [second.tolist()]}, "which"),
+        ([{"c2w": first.tolist(), "dist": [0.1, 0.2, 0, 0]}], "looks like a lens"),
+    ):
+        file.write_text(json.dumps(document))
+        with pytest.raises(FormatError, match=reason):
+            raycam.load_cameras(file, format="poses", intrinsics=EYE)
+    file.write_text(json.dumps([first.tolist(), (second * np.nan).tolist()]))
+    cameras = raycam.load_cameras(file, intrinsics=EYE)
+    check_all(cameras, 1)
+    assert any("1 poses" in notice for notice in cameras.notices)
+
+
+def test_the_upper_rows_of_poses(tmp_path: Path) -> None:
+    # ICL-NUIM's ground truth: three lines and an empty one.
+    file = tmp_path / "livingRoom.gt.sim"
+    text = "\n".join(rows(world_from_camera(i)[:3]) for i in range(4))
+    for found in (text, text.replace(" ", "; ")):
+        file.write_text(found)
+        check_all(raycam.load_cameras(file, intrinsics=EYE), 4)
+    file.write_text(rows(world_from_camera(0)[:3]))
+    check_all(raycam.load_cameras(file, intrinsics=EYE), 1)
+
+
+def test_poses_in_npz(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", poses=np.array(list(NAMED.values())), focal=500.0)
+    cameras = raycam.load_cameras(tmp_path / "a.npz", intrinsics=EYE)
+    check_all(cameras, 4)
+    assert any("focal" in notice for notice in cameras.notices)

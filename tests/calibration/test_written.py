@@ -19,27 +19,67 @@ from support.camera_truth import intrinsics, points, pose
 SIZE = (640, 480)
 K = intrinsics(520.0, 520.0, 319.5, 239.5)
 BROWN = (-0.1, 0.02, 0.001, -0.002, 0.003)
-LENSES: dict[str, dict[str, Any]] = {
+RATIONAL = (*BROWN, 0.01, 0.002, 0.003)
+PRISM = (0.001, -0.0005, 0.0007, 0.0002)
+KINDS: dict[str, dict[str, Any]] = {
     "pinhole": {},
+    "off": {"K": intrinsics(520.0, 515.5, 322.25, 236.75)},
+    "skew": {"K": intrinsics(520.0, 515.5, 322.25, 236.75, 1.5)},
+    "half": {"K": intrinsics(520.0, 520.0, 320.0, 240.0), "pixel_center": "half"},
     "opencv": {"distortion": BROWN[:4]},
     "opencv5": {"distortion": BROWN},
-    "opencv8": {"distortion": (*BROWN, 0.01, 0.002, 0.003)},
+    "opencv8": {"distortion": RATIONAL},
+    "opencv12": {"distortion": (*RATIONAL, *PRISM)},
+    "opencv14": {"distortion": (*RATIONAL, *PRISM, 0.01, -0.02)},
     "fisheye": {"distortion": (0.02, -0.01, 0.004, -0.001), "model": "fisheye"},
     "omni": {"distortion": (1.8, *BROWN[:4]), "model": "omni"},
+    "fov": {"distortion": (0.8,), "model": "fov"},
+    "prism": {
+        "distortion": (0.02, -0.01, 0.001, -0.002, 0.004, -0.001, 0.0005, 0.0003),
+        "model": "thin_prism_fisheye",
+    },
+    "aria": {
+        "distortion": (0.02, -0.01, 0.004, -0.001, 0.0002, 0.0001, 0.001, -0.002, *PRISM),
+        "model": "rad_tan_thin_prism_fisheye",
+    },
 }
+PLAIN = ("pinhole", "off", "half")
 HOLDS = {
-    "orb-slam": ("pinhole", "opencv", "opencv5", "fisheye"),
-    "camodocal": tuple(LENSES),
-    "nerf": ("pinhole", "opencv", "opencv5", "fisheye"),
-    "blender-splits": ("pinhole",),
-    "3dgs": ("pinhole",),
-    "poses": ("pinhole",),
-    "euroc": ("pinhole",),
+    "colmap": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "fov", "prism", "aria"),
+    "colmap-binary": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "fov", "prism", "aria"),
+    "kalibr": (*PLAIN, "opencv", "fisheye", "omni", "fov"),
+    "ros": (*PLAIN, "skew", "opencv", "opencv5", "opencv8", "fisheye"),
+    "orb-slam": (*PLAIN, "opencv", "opencv5", "fisheye"),
+    "camodocal": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "omni"),
+    "nerf": (*PLAIN, "opencv", "opencv5", "fisheye"),
+    "blender": ("pinhole", "half"),
+    "blender-splits": ("pinhole", "half"),
+    "3dgs": ("pinhole", "half"),
+    "bop": (*PLAIN, "skew"),
+    "euroc": tuple(KINDS),
+    "opencv": (*PLAIN, "skew", "opencv", "opencv5", "opencv8", "opencv12", "opencv14", "fisheye"),
+    "kitti": (*PLAIN, "skew"),
+    "poses": tuple(KINDS),
+    "kitti-poses": tuple(KINDS),
+    "tum": tuple(KINDS),
+    "tum-intrinsics": PLAIN,
 }
+"""The cameras that each format holds; of poses alone, with `intrinsics=`."""
+ENDINGS = {
+    "opencv": ".yml",
+    "nerf": ".json",
+    "blender": ".json",
+    "3dgs": ".json",
+    "bop": ".json",
+    "euroc": ".csv",
+}
+ALONE = ("orb-slam", "camodocal", "ros", "tum-intrinsics")
+"""Formats of one camera without its pose."""
 
 
-def camera(lens: str, seed: int) -> raycam.Camera:
-    return raycam.Camera(K, *pose(seed), SIZE, **LENSES[lens])
+def camera(kind: str, seed: int) -> raycam.Camera:
+    given = {"K": K, **KINDS[kind]}
+    return raycam.Camera(given.pop("K"), *pose(seed), SIZE, **given)
 
 
 def same(found: raycam.Camera, expected: raycam.Camera, posed: bool = True) -> None:
@@ -47,27 +87,35 @@ def same(found: raycam.Camera, expected: raycam.Camera, posed: bool = True) -> N
         expected = expected.at_pose(np.eye(3), np.zeros(3))
     world = points(expected.R, expected.C, 0.4)
     shift = (0.5 if found.pixel_center == "half" else 0) - (0.5 if expected.pixel_center == "half" else 0)
-    np.testing.assert_allclose(found.project(world)[0] - shift, expected.project(world)[0], atol=1e-7)
+    np.testing.assert_allclose(found.project(world)[0] - shift, expected.project(world)[0], rtol=0, atol=1e-6)
+
+
+def test_the_table_has_every_written_format() -> None:
+    assert set(HOLDS) == set(WRITTEN_FORMATS)
 
 
 @pytest.mark.parametrize("format", HOLDS)
-@pytest.mark.parametrize("lens", LENSES)
-def test_what_is_written_is_read(tmp_path: Path, format: str, lens: str) -> None:
-    many = format not in ("orb-slam", "camodocal")
-    cameras = {f"train/{i}": camera(lens, i) for i in range(3 if many else 1)}
-    path = tmp_path / ("out.csv" if format == "euroc" else "out")
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_written_is_read(tmp_path: Path, format: str, kind: str) -> None:
+    alone = format in ALONE
+    cameras = {f"train/{i}": camera(kind, i) for i in range(1 if alone else 3)}
+    path = tmp_path / f"out{ENDINGS.get(format, '')}"
     times = {name: 1.4e9 + i for i, name in enumerate(cameras)}
-    if lens not in HOLDS[format] and format not in ("poses", "euroc"):
-        with pytest.raises(FormatError, match=r"lens|distortion"):
-            raycam.save_cameras(path, cameras, format)
+    if kind not in HOLDS[format]:
+        with pytest.raises(FormatError, match=r"lens|distortion|skew|thin prism|square pixels|middle"):
+            raycam.save_cameras(path, cameras, format, times=times)
         return
     raycam.save_cameras(path, cameras, format, times=times)
-    eye = camera(lens, 0).at_pose(np.eye(3), np.zeros(3))
-    known = {"intrinsics": eye} if format in ("poses", "euroc") else {}
-    back = raycam.load_cameras(path, **known)
+    known: dict[str, Any] = {}
+    if format in ("poses", "kitti-poses", "euroc", "tum"):
+        known = {"intrinsics": camera(kind, 0).at_pose(np.eye(3), np.zeros(3))}
+    elif format in ("bop", "kitti", "tum-intrinsics"):
+        known = {"size": SIZE}
+    back = raycam.load_cameras(path, format=None if format != "ros" else "ros", **known)
     assert len(back) == len(cameras)
     for found, expected in zip(back.values(), cameras.values(), strict=True):
-        same(found, expected, posed=many)
+        same(found, expected, posed=not alone)
+        assert found.size == SIZE
 
 
 @pytest.mark.parametrize("lens", ["opencv", "fisheye"])

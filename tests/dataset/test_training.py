@@ -264,7 +264,8 @@ def test_the_card_counts(tmp_path: Path) -> None:
 
 
 def test_the_contact_sheet_has_every_label(tmp_path: Path) -> None:
-    from raycam.dataset.training.contact_sheet import _strips, contact_sheet
+    from raycam.dataset.training.contact_sheet import contact_sheet
+    from raycam.dataset.training.marks import _strips
 
     (camera,) = ring(1)
     write(table(), tmp_path / "coco", "coco", cameras=[camera], samples=1)
@@ -286,3 +287,41 @@ def test_the_contact_sheet_has_every_label(tmp_path: Path) -> None:
         assert page.count("<g>") == len(data["annotations"])
     with pytest.raises(raycam.SettingsError, match="expected a data set"):
         contact_sheet(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "format", ["bop", "mot", "kitti", "panoptic", "replicator", "semantic", "coco", "yolo"]
+)
+def test_the_contact_sheet_shows_any_labelled_set(tmp_path: Path, format: str) -> None:
+    from raycam.dataset.training.contact_sheet import contact_sheet
+    from raycam.dataset.training.marks import pictures_of
+
+    cameras = ring(2)
+    write(table(), tmp_path, format, cameras=cameras, samples=1)
+    page = contact_sheet(tmp_path).read_text()
+    assert ("2 cameras from above" in page) == (format in ("bop", "kitti", "replicator", "coco"))
+    pictures = pictures_of(tmp_path)
+    assert len(pictures) == page.count("<svg class=labels") == 2
+    by_number = sorted(pictures, key=lambda one: Path(one.file).stem)
+    for one, camera in zip(by_number, cameras, strict=True):
+        assert one.size == SIZE
+        instance = truth(camera)
+        assert (tmp_path / one.file).is_file()
+        assert one.mask is None or (tmp_path / one.mask).is_file()
+        boxes = {mark.box for mark in one.marks if mark.box is not None}
+        expected = set()
+        for key in objects_of(instance):
+            rows, columns = np.nonzero(instance == key)
+            expected.add((columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1))
+        if format == "semantic":
+            assert not boxes
+        elif format in ("mot", "kitti"):  # amodal
+            assert len(boxes) == len(expected)
+        else:
+            np.testing.assert_allclose(sorted(boxes), sorted(expected), atol=1e-4)
+        axes = [mark.axes for mark in one.marks if mark.axes]
+        assert len(axes) == (len(expected) if format == "bop" else 0)
+        centers = {
+            tuple(np.round(camera.project(item.matrix[:3, 3])[0] + 0.5, 6)) for item in table().objects
+        }
+        assert {tuple(np.round(start, 6)) for (_, start, _), *_ in axes} <= centers

@@ -225,8 +225,6 @@ def test_errors(photo: Path) -> None:
         raycam.render(world(), lens(), background=photo, transparent_background=True)
     with pytest.raises(FileNotFoundError):
         raycam.render(world(), lens().with_background("nothing.png"))
-    with pytest.warns(raycam.Notice, match="backgrounds of the cameras are left out"):
-        raycam.render_many(world(), [lens().with_background(photo)], samples=1)
 
 
 def test_the_command_line_has_them(photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

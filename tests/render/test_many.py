@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import raycam
+from PIL import Image
 
 SIZE = (20, 16)
 
@@ -115,3 +117,44 @@ def test_what_does_not_match_is_said() -> None:
     ):
         with pytest.raises(error, match=said):
             raycam.render_many(made, **{"cameras": camera(0), **call})
+
+
+@pytest.mark.parametrize("transparent", [True, False])
+def test_photographs_and_catchers_are_those_of_render(tmp_path: Path, transparent: bool) -> None:
+    made, count = world(), 3
+    made.set_object("floor", shadow_catcher=True)
+    Image.fromarray(np.random.default_rng(5).integers(0, 255, (*SIZE[::-1], 3), np.uint8)).save(
+        tmp_path / "a.png"
+    )
+    cameras = [camera(i).with_background(tmp_path / "a.png") for i in range(count)]
+    matrices, channels = poses(count), ["color", "depth", "instance"]
+    settings: dict[str, Any] = {"samples": 2, "channels": channels, "transparent_background": transparent}
+    before = made.to_bytes()
+    frames = raycam.render_many(made, cameras, poses={"cup": matrices}, frame=4, **settings)
+    assert made.to_bytes() == before
+    assert ("shadow" in frames.channels) == transparent
+    depth = np.zeros((count, *SIZE[::-1]), np.float32)
+    part = raycam.render_many(
+        made, cameras, poses={"cup": matrices}, frame=4, out={"depth": depth}, **settings
+    )
+    np.testing.assert_array_equal(depth, part["depth"])
+    for i, frame in enumerate(frames):
+        made.set_object("cup", matrix=matrices[i])
+        one = raycam.render(made, cameras[i], frame=4 + i, **settings)
+        assert set(one) == set(frames.channels)
+        for name in one:
+            np.testing.assert_array_equal(frame[name], one[name])
+        np.testing.assert_array_equal(frame.to_srgb8(), one.to_srgb8())
+    assert (frames["instance"] != 0).all()
+    mixed = [cameras[0], camera(1)]
+    if not transparent:
+        behind = raycam.render_many(made, [camera(0)], background=tmp_path / "a.png", samples=2)
+        np.testing.assert_array_equal(
+            behind["color"][0],
+            raycam.render(made, camera(0), background=tmp_path / "a.png", samples=2)["color"],
+        )
+        one = raycam.render_many(made, mixed, samples=2)
+        for i, camera_of in enumerate(mixed):
+            np.testing.assert_array_equal(
+                one["color"][i], raycam.render(made, camera_of, samples=2, frame=i)["color"]
+            )

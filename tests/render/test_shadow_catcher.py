@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from pathlib import Path
 from typing import Any
@@ -134,6 +135,42 @@ def test_over_its_own_ground_it_is_a_render_of_the_real_ground() -> None:
     shadow = caught(world, camera, **settings)["shadow"]
     assert shadow.min() < 0.4
     assert (shadow[..., 0] > shadow[..., 2] + 0.02).any(), "red light of the box on the ground"
+
+
+def test_a_glossy_catcher_has_reflections_as_well() -> None:
+    # The material of the catcher says whether objects are reflected: that of `color` alone reflects none.
+    camera = raycam.Camera.look_at([5, -4, 2.5], [0.5, 0, 0], fov=35, size=(32, 24))
+    settings: dict[str, Any] = {"integrator": "path", "samples": 96, "max_depth": 4}
+    shown = {}
+    for gloss in (True, False):
+        world = raycam.World()
+        material: dict[str, Any] = {"type": "metal", "roughness": 0.15} if gloss else {}
+        world.add_object(
+            plane={"size": 60}, color=[0.6, 0.6, 0.6], shadow_catcher=True, name="ground", **material
+        )
+        world.add_object(
+            box={"size": 2}, location=[0, 0, 1], color=[0.9, 0.05, 0.05], emission=[0.6, 0.0, 0.0], name="box"
+        )
+        world.add_light("sky", radiance=0.5)
+        bare = copy.copy(world)
+        bare.remove_object("box")
+        bare.set_object("ground", shadow_catcher=False)
+        real = copy.copy(world)
+        real.set_object("ground", shadow_catcher=False)
+        photo = raycam.render(bare, camera, **settings | {"samples": 512}, seed=77)["color"]
+        runs = np.stack(
+            [caught(world, camera, **settings, seed=seed).over(photo)["color"] for seed in range(5)]
+        )
+        truth = np.stack(
+            [raycam.render(real, camera, **settings, seed=90 + seed)["color"] for seed in range(5)]
+        )
+        noise = np.sqrt((runs.var(axis=0, ddof=1) + truth.var(axis=0, ddof=1)) / 5) + 0.006
+        z = (runs.mean(axis=0) - truth.mean(axis=0)) / noise
+        assert np.abs(z).max() < 8, np.abs(z).max()
+        assert np.abs(z.mean(axis=(0, 1))).max() < 0.4
+        shown[gloss] = caught(world, camera, **settings)["shadow"]
+    assert shown[True][..., 0].max() > 1.3
+    assert shown[True][..., 2].min() < 0.2
 
 
 def test_an_opaque_picture_is_left_as_it_was_and_says_so() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import copy
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +16,9 @@ from .. import _core
 from ..arrays import floats, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
-from ..errors import SettingsError, WorldError
+from ..errors import Notice, SettingsError, WorldError
 from ..notices import warn_all
-from . import DEFAULT_CHANNELS, channel_names, request_of
+from . import CATCHER_NOTICE, DEFAULT_CHANNELS, channel_names, render, request_of
 from .frame import CHANNELS, Frame
 
 if TYPE_CHECKING:
@@ -109,6 +111,8 @@ def render_many(
     surface: str = "first",
     region: Sequence[int] | None = None,
     transparent_background: bool = False,
+    background: Any = None,
+    catcher_truth: bool = False,
     out: Mapping[str, npt.NDArray[Any]] | None = None,
     progress: Callable[[int, int], object] | None = None,
     **settings: Any,
@@ -118,7 +122,8 @@ def render_many(
     `poses` gives the matrix world_from_mesh [4, 4] of objects by name or number, or one for each picture, [n, 4, 4]:
     `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for all pictures or one
     for each, of one size. Picture i is byte for byte that of `render` with the poses i, the camera i and `frame` + i,
-    for any number of threads. Other arguments are those of `render`, but for `denoise` and `time_limit`.
+    for any number of threads, also before the photographs of the cameras (`Camera.background`) and with the shadows of
+    shadow catchers. Other arguments are those of `render`, but for `denoise` and `time_limit`.
 
     Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` gives arrays by channel that are
     written instead of new ones: C-contiguous, of the channel's type, [n, h, w] or [n, h, w, c]. `progress(done, total)`
@@ -137,14 +142,20 @@ def render_many(
         raise SettingsError(f"cameras of {sizes} pixels: pictures of one call have one size")
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     count = _count({"cameras": len(seen)} | {f"poses[{which!r}]": len(found) for which, found in moved})
-    for name in ("denoise", "time_limit", "integrator"):
-        if settings.get(name) not in (None, False) and (
-            name != "integrator" or settings[name] == "reference"
-        ):
-            raise SettingsError(f"{name}={settings[name]!r} is for single pictures: call render for each")
+    _refuse_single(settings)
     names = channel_names(channels)
     if transparent_background and "color" in names and "alpha" not in names:
         names.append("alpha")
+    behind = [background] if background is not None else [camera.background for camera in seen]
+    if background is not None or _is_composed(world, names, behind, transparent_background):
+        asked = {
+            "background": background,
+            "catcher_truth": catcher_truth,
+            "surface": surface,
+            "region": region,
+        }
+        asked |= {"channels": names, "transparent_background": transparent_background, **settings}
+        return _composed(world, seen, moved, count, frame, out, progress, asked)
     request, stops, display = request_of(
         world,
         settings,
@@ -160,28 +171,74 @@ def render_many(
     notices = _core.render_many(
         world._core, [camera._core for camera in seen], moved, request, count, list(arrays.items()), progress
     )
-    notices += _left_out(world, seen)
+    notices += [CATCHER_NOTICE] if world._core.has_catchers and "color" in names else []
     warn_all(notices)
     area = None if region is None else tuple(request["region"])
+    look: dict[str, Any] = {"exposure": stops, "view": display, "transparent": transparent_background}
+    return Frames(arrays, seen, region=area, notices=notices, **look)
+
+
+def _refuse_single(settings: Mapping[str, Any]) -> None:
+    """Raises `SettingsError` for the settings that single pictures alone have."""
+    for name in ("denoise", "time_limit", "integrator"):
+        if settings.get(name) not in (None, False) and (
+            name != "integrator" or settings[name] == "reference"
+        ):
+            raise SettingsError(f"{name}={settings[name]!r} is for single pictures: call render for each")
+
+
+def _is_composed(world: World, names: Sequence[str], behind: Sequence[Any], transparent: bool) -> bool:
+    """True if pictures are laid over photographs, or show the shadows of catchers."""
+    photographs = any(one is not None for one in behind)
+    over = photographs and "color" in names and not transparent
+    return over or (world._core.has_catchers and (transparent or photographs))
+
+
+def _composed(
+    world: World,
+    cameras: Sequence[Camera],
+    moved: Sequence[tuple[str | int, npt.NDArray[np.float64]]],
+    count: int,
+    first: int,
+    out: Mapping[str, npt.NDArray[Any]] | None,
+    progress: Callable[[int, int], object] | None,
+    asked: dict[str, Any],
+) -> Frames:
+    """The pictures with photographs behind them, or shadows of catchers, each by `render` with the options `asked`."""
+    number = whole("frame", first, 0, (1 << 32) - count)
+    copied = copy.copy(world)
+    arrays: Pixels = {}
+    found: list[str] = []
+    for i in range(count):
+        for which, matrices in moved:
+            copied.set_object(which, matrix=matrices[i if len(matrices) > 1 else 0])
+        camera = cameras[i if len(cameras) > 1 else 0]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            made = render(copied, camera, frame=number + i, **asked)
+        if not arrays:
+            arrays = _arrays(out, list(made), (count, *next(iter(made.values())).shape[:2]))
+        elif set(made) != set(arrays):
+            raise SettingsError(
+                f"pictures with {', '.join(arrays)} and with {', '.join(made)}: cameras of one call have backgrounds "
+                "all or none"
+            )
+        for name, array in arrays.items():
+            array[i] = made[name]
+        found += made.notices
+        if progress is not None:
+            progress(i + 1, count)
+    notices = list(dict.fromkeys(found))
+    warn_all(notices)
     return Frames(
         arrays,
-        seen,
-        region=area,
-        exposure=stops,
-        view=display,
-        transparent=transparent_background,
+        cameras,
+        region=made.region if asked["region"] is not None else None,
+        exposure=made.exposure,
+        view=made.view,
+        transparent=made.transparent,
         notices=notices,
     )
-
-
-def _left_out(world: World, cameras: Sequence[Camera]) -> list[str]:
-    """The notices of what single pictures have and these have not."""
-    found = []
-    if any(camera.background is not None for camera in cameras):
-        found.append("the backgrounds of the cameras are left out: call render for each picture")
-    if world._core.has_catchers:
-        found.append("shadow catchers are surfaces here: call render for each picture")
-    return found
 
 
 def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]:

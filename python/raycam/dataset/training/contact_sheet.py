@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import html
-import json
 import os
-from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,59 +12,29 @@ from ...calibration import load_cameras
 from ...camera import Camera
 from ...errors import FormatError, SettingsError
 from ...io.atomic_files import write
+from .marks import LabelledPicture, Mark, pictures_of
 
 __all__ = ["contact_sheet"]
 
-COLORS = (
-    "#e6194b",
-    "#3cb44b",
-    "#4363d8",
-    "#f58231",
-    "#911eb4",
-    "#008080",
-    "#9a6324",
-    "#808000",
-    "#e6beff",
-    "#000075",
-)
 MAX_PICTURES = 200
-
-Pair = tuple[float, float]
-
-
-class Mark(NamedTuple):
-    """A label of a picture, in pixels from its top left corner."""
-
-    name: str
-    color: str
-    box: tuple[float, float, float, float] | None
-    polygons: list[list[Pair]]
-    strips: list[tuple[int, int, int]]
-    """Columns of a mask: x, first y, number of pixels."""
-    points: list[tuple[float, float, int]]
-    """Keypoints with their visibility, 1 or 2."""
 
 
 def contact_sheet(folder: str | os.PathLike[str]) -> Path:
-    """Writes `contact_sheet.html` into the folder of a data set ("coco" or "yolo") and returns its path.
+    """Writes `contact_sheet.html` into the folder of a data set and returns its path.
 
-    The page shows the first 200 pictures with boxes, masks and keypoints, and from above where the cameras look.
+    The page shows the first 200 pictures with what the set's own files say: boxes, masks, keypoints, the axes of
+    objects with poses, and from above what the cameras see. Sets are those of "coco", "yolo", "bop", "mot", "kitti",
+    "panoptic", "semantic" and "replicator".
     Raises `SettingsError` for a folder that is no such data set; `FormatError` for broken labels.
     """
     place = Path(folder)
-    if (place / "annotations/instances.json").is_file():
-        pictures = list(_coco(place))
-    elif (place / "data.yaml").is_file():
-        pictures = list(_yolo(place))
-    else:
-        raise SettingsError(
-            f"{place}: expected a data set with annotations/instances.json (coco) or data.yaml (yolo)"
-        )
-    figures = [_figure(*picture) for picture in pictures[:MAX_PICTURES]]
+    pictures = pictures_of(place)
+    figures = [_figure(picture) for picture in pictures[:MAX_PICTURES]]
     more = f"<p>and {len(pictures) - MAX_PICTURES} more</p>" if len(pictures) > MAX_PICTURES else ""
     page = (
         "<!doctype html><meta charset=utf-8><title>contact sheet</title><style>body{font:14px sans-serif;margin:1em}"
-        "figure{display:inline-block;margin:4px;position:relative}svg.labels{position:absolute;left:0;top:0}"
+        "figure{display:inline-block;margin:4px;position:relative}.labels{position:absolute;left:0;top:0}"
+        "img.labels{opacity:.5;image-rendering:pixelated}img.ids{filter:brightness(30)}"
         f"</style>\n<h1>{html.escape(place.resolve().name)}</h1>\n{_top_view(place)}\n{''.join(figures)}{more}\n"
     )
     target = place / "contact_sheet.html"
@@ -75,99 +42,16 @@ def contact_sheet(folder: str | os.PathLike[str]) -> Path:
     return target
 
 
-def _coco(place: Path) -> Iterator[tuple[str, tuple[int, int], list[Mark]]]:
-    data = json.loads((place / "annotations/instances.json").read_bytes())
-    names = {one["id"]: one["name"] for one in data["categories"]}
-    marks: dict[int, list[Mark]] = {}
-    for one in data["annotations"]:
-        shape, strips, polygons = one["segmentation"], [], []
-        if isinstance(shape, dict):
-            strips = list(_strips(shape["counts"], shape["size"][0]))
-        else:
-            polygons = [list(zip(corners[::2], corners[1::2], strict=True)) for corners in shape]
-        triples = np.reshape(one.get("keypoints", []), (-1, 3)).tolist()
-        points = [(x, y, int(v)) for x, y, v in triples if v > 0]
-        number = one["category_id"]
-        own = Mark(names[number], COLORS[number % len(COLORS)], tuple(one["bbox"]), polygons, strips, points)
-        marks.setdefault(one["image_id"], []).append(own)
-    for image in data["images"]:
-        size = (image["width"], image["height"])
-        yield f"images/{image['file_name']}", size, marks.get(image["id"], [])
-
-
-def _strips(counts: str, height: int) -> Iterator[tuple[int, int, int]]:
-    """The columns of a mask in COCO's compressed run lengths. Source: pycocotools, maskApi.c, rleFrString."""
-    runs: list[int] = []
-    value = shift = 0
-    for letter in counts.encode():
-        bits = letter - 48
-        value |= (bits & 31) << shift
-        shift += 5
-        if not bits & 32:
-            value -= (bits & 16) and 1 << shift
-            runs.append(value + (runs[-2] if len(runs) > 2 else 0))
-            value = shift = 0
-    at = 0
-    for number, run in enumerate(runs):
-        end = at + run
-        while number % 2 and at < end:
-            length = min(end - at, height - at % height)
-            yield at // height, at % height, length
-            at += length
-        at = end
-
-
-def _yolo(place: Path) -> Iterator[tuple[str, tuple[int, int], list[Mark]]]:
-    names = dict(_names(place / "data.yaml"))
-    for picture in sorted(place.glob("images/**/*.png")):
-        name = picture.relative_to(place / "images").with_suffix(".txt")
-        head = picture.read_bytes()[16:24]
-        size = (int.from_bytes(head[:4], "big"), int.from_bytes(head[4:], "big"))
-        labels = place / "labels" / name
-        lines = labels.read_text().splitlines() if labels.is_file() else []
-        yield (
-            picture.relative_to(place).as_posix(),
-            size,
-            [_yolo_mark(line, names, size, labels) for line in lines],
-        )
-
-
-def _names(path: Path) -> Iterator[tuple[int, str]]:
-    """The names of the classes in `data.yaml`, as raycam writes it."""
-    inside = False
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if inside and line.startswith("  "):
-            number, _, name = line.strip().partition(": ")
-            yield int(number), name.strip("'\"")
-        else:
-            inside = line == "names:"
-
-
-def _yolo_mark(line: str, names: dict[int, str], size: tuple[int, int], path: Path) -> Mark:
-    try:
-        kind, *values = [float(word) for word in line.split()]
-    except ValueError:
-        raise FormatError(f"{path}: {line!r}: expected numbers") from None
-    (w, h), number = size, int(kind)
-    name, color = names.get(number, str(number)), COLORS[(number + 1) % len(COLORS)]
-    if len(values) == 4 or (len(values) > 4 and (len(values) - 4) % 3 == 0 and len(values) % 2):
-        x, y, width, height = values[:4]
-        triples = np.reshape(values[4:], (-1, 3)).tolist()
-        points = [(u * w, v * h, int(seen)) for u, v, seen in triples if seen > 0]
-        return Mark(
-            name, color, ((x - width / 2) * w, (y - height / 2) * h, width * w, height * h), [], [], points
-        )
-    corners = np.reshape(values, (-1, 2)) * size
-    return Mark(name, color, None, [[(float(x), float(y)) for x, y in corners]], [], [])
-
-
-def _figure(name: str, size: tuple[int, int], marks: list[Mark]) -> str:
-    width, height = size
+def _figure(picture: LabelledPicture) -> str:
+    width, height = picture.size
     shown = f'width="{max(width, 240)}"'
-    drawn = "".join(map(_mark, marks))
+    drawn = "".join(map(_mark, picture.marks))
+    kind = "labels ids" if picture.has_ids else "labels"
+    over = f'<img class="{kind}" {shown} src="{html.escape(picture.mask)}">' if picture.mask else ""
+    name = html.escape(picture.file)
     return (
-        f'<figure><img {shown} src="{html.escape(name)}"><svg class=labels {shown} viewBox="0 0 {width} {height}">'
-        f"{drawn}</svg><figcaption>{html.escape(name)}: {len(marks)}</figcaption></figure>\n"
+        f'<figure><img {shown} src="{name}">{over}<svg class=labels {shown} viewBox="0 0 {width} {height}">'
+        f"{drawn}</svg><figcaption>{name}: {len(picture.marks)}</figcaption></figure>\n"
     )
 
 
@@ -186,6 +70,8 @@ def _mark(mark: Mark) -> str:
     for x, y, seen in mark.points:
         fill = mark.color if seen == 2 else "none"
         inside += f'<circle cx="{x:g}" cy="{y:g}" r="1.5" fill="{fill}" {stroke}/>'
+    for color, (x, y), (u, v) in mark.axes:
+        inside += f'<path d="M{x:.2f} {y:.2f}L{u:.2f} {v:.2f}" stroke="{color}" vector-effect="non-scaling-stroke"/>'
     return f"<g><title>{html.escape(mark.name)}</title>{inside}</g>"
 
 
@@ -199,13 +85,23 @@ def _top_view(place: Path) -> str:
 
 
 def _plan_of(cameras: list[Camera]) -> str:
+    """The cameras from above, each with the fan that it sees: where fans lie over one another, much is seen often."""
     places = np.array([camera.C[:2] for camera in cameras])
-    ahead = np.array([camera.R[2, :2] for camera in cameras])
     low, high = places.min(axis=0), places.max(axis=0)
     reach = max(float((high - low).max()), 1e-9)
-    lines = ""
-    for (x, y), (u, v) in zip((places - low) / reach * 200 + 30, ahead * 25, strict=True):
-        lines += f'<circle cx="{x:.2f}" cy="{260 - y:.2f}" r="2"/><path d="M{x:.2f} {260 - y:.2f}l{u:.2f} {-v:.2f}"/>'
-    caption = f"{len(cameras)} cameras from above: x to the right, y up, {reach:.3g} m across"
-    drawn = f'<svg width="260" height="290" stroke="#333">{lines}</svg>'
+    lines = fans = ""
+    for camera, (x, y) in zip(cameras, (places - low) / reach * 200 + 60, strict=True):
+        width, height = camera.size
+        seen = camera.rays([[u, (height - 1) / 2] for u in np.linspace(0, width - 1, 9)])[1][:, :2]
+        u, v = camera.R[2, :2] * 25
+        corners = "".join(
+            f"L{x + 160 * a:.1f} {320 - y - 160 * b:.1f}" for a, b in seen if np.isfinite(a + b)
+        )
+        fans += f'<path d="M{x:.1f} {320 - y:.1f}{corners}z"/>'
+        lines += f'<circle cx="{x:.2f}" cy="{320 - y:.2f}" r="2"/><path d="M{x:.2f} {320 - y:.2f}l{u:.2f} {-v:.2f}"/>'
+    caption = (
+        f"{len(cameras)} cameras from above, and what they see: x to the right, y up, {reach:.3g} m across"
+    )
+    fill = f'<g fill="#4363d8" fill-opacity="{max(0.3 / len(cameras) ** 0.5, 0.02):.3f}" stroke="none">{fans}</g>'
+    drawn = f'<svg width="320" height="320">{fill}<g stroke="#333">{lines}</g></svg>'
     return f"<figure>{drawn}<figcaption>{caption}</figcaption></figure>"

@@ -41,6 +41,7 @@ impl ModelFormat for Text {
             path: &file.path,
             lines: file.text()?.lines().enumerate(),
             line: 0,
+            text: "",
             words: "".split_whitespace(),
         })
     }
@@ -52,6 +53,7 @@ pub(crate) struct LineTokens<'a> {
     lines: std::iter::Enumerate<Lines<'a>>,
     /// From 1.
     line: usize,
+    text: &'a str,
     words: SplitWhitespace<'a>,
 }
 
@@ -61,6 +63,7 @@ impl<'a> LineTokens<'a> {
         let comment = |line: &str| line.trim_start().starts_with('#');
         let (i, line) = self.lines.find(|(_, line)| !comment(line))?;
         self.line = i + 1;
+        self.text = line;
         self.words = line.split_whitespace();
         Some(())
     }
@@ -127,8 +130,16 @@ impl RecordReader for LineTokens<'_> {
         Ok(params)
     }
 
+    /// The last field of a line, which may have spaces in it.
     fn image_name(&mut self) -> Result<String, FormatError> {
-        Ok(self.word("NAME")?.to_owned())
+        let before = self.text.split_whitespace().count() - self.words.clone().count();
+        let mut name = self.text.trim();
+        for _ in 0..before {
+            name = name.trim_start_matches(|c: char| !c.is_whitespace()).trim_start();
+        }
+        self.word("NAME")?;
+        self.words = "".split_whitespace();
+        Ok(name.to_owned())
     }
 
     fn end_record(&mut self) -> Result<(), FormatError> {
@@ -140,9 +151,13 @@ impl RecordReader for LineTokens<'_> {
 
     /// The line of points may be empty. A file whose last newline is missing ends without it.
     fn skip_points2d(&mut self) -> Result<(), FormatError> {
-        if self.next_line().is_some() && !self.words.clone().count().is_multiple_of(3) {
+        if self.next_line().is_none() {
+            return Ok(());
+        }
+        let is_image = self.words.clone().nth(9).is_some_and(|name| name.parse::<f64>().is_err());
+        if is_image || !self.words.clone().count().is_multiple_of(3) {
             let mut message = "expected X Y POINT3D_ID, three numbers for each point".to_owned();
-            if self.words.clone().nth(9).is_some_and(|name| name.parse::<f64>().is_err()) {
+            if is_image {
                 message.push_str(", which may be none: this is the line of an image, and each has a second line");
             }
             return Err(self.fail(message));

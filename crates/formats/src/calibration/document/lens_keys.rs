@@ -9,7 +9,7 @@ pub(crate) fn plain(key: &str) -> String {
 }
 
 /// True if a key has the name of a lens or of coefficients.
-fn looks_like_lens(key: &str) -> bool {
+pub(crate) fn looks_like_lens(key: &str) -> bool {
     let key = plain(key);
     let starts = |words: &[&str]| words.iter().any(|word| key.starts_with(word));
     let distortion = starts(&["dist"]) && !starts(&["distance", "distrib", "distric"]);

@@ -14,14 +14,23 @@ use crate::error::FormatError;
 
 /// K, if the camera has one.
 pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>, FormatError> {
-    if let Some(k) = view.find_value(&keys::K)? {
-        return matrix(&k).map(Some);
+    let skew = view.find_value(&keys::SKEW)?.map(|at| Ok::<_, FormatError>((at.number()?, at))).transpose()?;
+    if let Some(at) = view.find_value(&keys::K)? {
+        let k = matrix(&at)?;
+        return match skew {
+            Some((skew, at)) if skew != 0.0 && skew != k.y_axis.x => {
+                Err(at.fail(format_args!("{skew}, and K[0, 1] is {}: expected the same", k.y_axis.x)))
+            }
+            _ => Ok(Some(k)),
+        };
     }
     let focals = keys::FOCALS.map(|key| view.find_value(&[key]));
     let [Some(fx), Some(fy), Some(cx), Some(cy)] = focals.map(|at| at.ok().flatten()) else {
         return Ok(None);
     };
-    Ok(Some(upper([fx.number()?, fy.number()?, cx.number()?, cy.number()?])))
+    let mut k = upper([fx.number()?, fy.number()?, cx.number()?, cy.number()?]);
+    k.y_axis.x = skew.map_or(0.0, |(skew, _)| skew);
+    Ok(Some(k))
 }
 
 fn upper([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
@@ -60,7 +69,15 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>, FormatError> 
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {
         let mut numbers = match keys::is_keyed(at) {
             true => sides(at)?,
-            false => at.numbers()?,
+            false => match at.word() {
+                // As one word, 640x480.
+                Ok(word) => {
+                    let parts = word.split(['x', 'X', '*', ',', ' ']).filter(|part| !part.is_empty());
+                    let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok()).collect();
+                    numbers.ok_or_else(|| at.fail(format_args!("{word:?}: expected columns and rows")))?
+                }
+                Err(_) => at.numbers()?,
+            },
         };
         if pair.is_none() && !keys::is_keyed(at) {
             // The third number of a shape is that of the colours.

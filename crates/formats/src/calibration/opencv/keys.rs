@@ -5,7 +5,7 @@ use crate::calibration::document::lens_keys::plain;
 use crate::error::FormatError;
 
 /// K, of 9 numbers or of 4: fx, fy, cx, cy.
-pub(super) const K: [&str; 18] = [
+pub(super) const K: [&str; 26] = [
     "cameramatrix",
     "cameramat",
     "cammatrix",
@@ -24,9 +24,17 @@ pub(super) const K: [&str; 18] = [
     "cameraintrinsic",
     "cameraintrinsics",
     "intrinsicmat",
+    "intrinsicparameters",
+    "intrinsicparams",
+    "calibrationmatrix",
+    "cameraintrinsicmatrix",
+    "cameraintrinsicsmatrix",
+    "kmatrix",
+    "kmat",
+    "kmtx",
 ];
 /// The coefficients of the lens.
-pub(super) const LENS: [&str; 20] = [
+pub(super) const LENS: [&str; 35] = [
     "distortioncoefficients",
     "distortioncoefficient",
     "distortioncoeffs",
@@ -46,13 +54,34 @@ pub(super) const LENS: [&str; 20] = [
     "lensdistortion",
     "dist",
     "dcoeffs",
+    "dcoefs",
+    "dmtx",
+    "dmat",
+    "dvec",
+    "distvec",
+    "distvector",
+    "distparams",
+    "distparameters",
+    "coeffs",
+    "coefs",
+    "coefficients",
+    "lenscoeffs",
+    "lenscoefficients",
+    "radialtangential",
+    "distorsion",
     "d",
 ];
+/// The coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
+pub(super) const RADIAL: [&str; 4] =
+    ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs"];
+pub(super) const TANGENTIAL: [&str; 4] =
+    ["tangentialdistortion", "tangentialdistortioncoefficients", "tangentialcoefficients", "tangentialcoeffs"];
 /// The coefficients by names of their own, in OpenCV's order.
 pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"];
 pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
+pub(super) const SKEW: [&str; 1] = ["skew"];
 /// Columns and rows.
-pub(super) const SIZE: [&str; 10] = [
+pub(super) const SIZE: [&str; 13] = [
     "imagesize",
     "imgsize",
     "framesize",
@@ -63,11 +92,38 @@ pub(super) const SIZE: [&str; 10] = [
     "size",
     "picturesize",
     "imagedimensions",
+    "cameraresolution",
+    "videoresolution",
+    "videosize",
 ];
 /// Rows and columns, as NumPy's `shape` has them.
 pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
-pub(super) const WIDTH: [&str; 4] = ["imagewidth", "imgwidth", "width", "w"];
-pub(super) const HEIGHT: [&str; 4] = ["imageheight", "imgheight", "height", "h"];
+pub(super) const WIDTH: [&str; 11] = [
+    "imagewidth",
+    "imgwidth",
+    "width",
+    "w",
+    "imagew",
+    "imgw",
+    "imwidth",
+    "framewidth",
+    "camerawidth",
+    "camwidth",
+    "widthpx",
+];
+pub(super) const HEIGHT: [&str; 11] = [
+    "imageheight",
+    "imgheight",
+    "height",
+    "h",
+    "imageh",
+    "imgh",
+    "imheight",
+    "frameheight",
+    "cameraheight",
+    "camheight",
+    "heightpx",
+];
 pub(super) const MODEL: [&str; 7] =
     ["distortionmodel", "distmodel", "lensmodel", "cameramodel", "cameratype", "model", "projectionmodel"];
 pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
@@ -151,11 +207,14 @@ pub(super) fn is_camera_matrix(key: &str) -> bool {
 
 /// True if a key without a mark is one that the reader knows.
 fn is_base(base: &str) -> bool {
-    let groups: [&[&str]; 19] = [
+    let groups: [&[&str]; 22] = [
         &K,
         &LENS,
         &COEFFICIENTS,
         &FOCALS,
+        &SKEW,
+        &RADIAL,
+        &TANGENTIAL,
         &SIZE,
         &SHAPE,
         &WIDTH,
@@ -172,7 +231,13 @@ fn is_base(base: &str) -> bool {
         &TVECS,
         &OTHER,
     ];
-    groups.iter().any(|group| group.contains(&base))
+    groups.iter().any(|group| group.contains(&base)) || is_deviation(base)
+}
+
+/// True for the name of a standard deviation, which OpenCV's programs write beside the numbers.
+fn is_deviation(base: &str) -> bool {
+    ["stddev", "stdev", "std", "stddeviation", "stddeviations"].iter().any(|end| base.ends_with(end))
+        || base.starts_with("stddev")
 }
 
 /// True for a map of keys, which is no matrix of OpenCV.

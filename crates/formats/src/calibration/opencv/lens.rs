@@ -44,6 +44,9 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens, Format
 /// The coefficients, in a list or by their names, and the place of the list.
 fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>), FormatError> {
     let list = view.find_value(&keys::LENS)?;
+    if let Some(at) = view.find_value(&keys::RADIAL)? {
+        return radial_and_tangential(view, list, at);
+    }
     let named = match &list {
         Some(at) if keys::is_keyed(at) => KeyView { at: at.clone(), side: &[] },
         _ => view.clone(),
@@ -87,6 +90,26 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
         numbers[i] = value;
     }
     Ok((list.or((count > 0).then_some(named.at)), numbers))
+}
+
+/// The coefficients of two lists, as MATLAB has them.
+fn radial_and_tangential<'a>(
+    view: &KeyView<'a>,
+    list: Option<Cursor<'a>>,
+    at: Cursor<'a>,
+) -> Result<(Option<Cursor<'a>>, Vec<f64>), FormatError> {
+    if let Some(other) = list {
+        return Err(at.fail(format_args!("the lens is there twice, here and as {}: expected one of them", other.key)));
+    }
+    let k = at.numbers()?;
+    let p = view.find_value(&keys::TANGENTIAL)?.map_or(Ok([0.0; 2]), |at| at.array())?;
+    let numbers = match k[..] {
+        [k1, k2] => vec![k1, k2, p[0], p[1]],
+        [k1, k2, k3] => vec![k1, k2, p[0], p[1], k3],
+        [k1, k2, k3, k4, k5, k6] => vec![k1, k2, p[0], p[1], k3, k4, k5, k6],
+        _ => return Err(at.fail(format_args!("{} numbers, expected k1 k2, k3 with them, or k1 to k6", k.len()))),
+    };
+    Ok((Some(at), numbers))
 }
 
 /// The name of the model that the file states, and its place.

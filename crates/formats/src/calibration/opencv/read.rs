@@ -110,7 +110,26 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
         None => name,
     };
     camera::read(view, name, hints, &mut calibration)?;
+    if calibration.records.iter().all(|record| matches!(record.lens, raycam_scene::Lens::Pinhole)) {
+        refuse_numbers_of_a_lens(view)?;
+    }
     Ok(calibration)
+}
+
+/// Refuses numbers under an unknown key that may be the lens of a camera that has none.
+fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<(), FormatError> {
+    for (key, at) in view.at.entries()? {
+        let Ok(numbers) = at.numbers() else { continue };
+        let count = matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && numbers.iter().any(|v| v.fract() != 0.0);
+        let is_quaternion = numbers.len() == 4 && (numbers.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-4;
+        if count && !is_quaternion && !view.knows(key) && view.all(&keys::LENS).is_empty() {
+            return Err(at.fail(format_args!(
+                "{} numbers that may be a lens, and the camera has none: name them dist_coeffs, or remove them",
+                numbers.len()
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Cameras in maps of their own; two of them with R and T are a pair.

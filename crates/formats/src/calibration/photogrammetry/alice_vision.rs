@@ -1,4 +1,4 @@
-//! AliceVision's and Meshroom's `.sfm`: JSON whose numbers are words, of versions 1.0 to 1.2.11. Sources: AliceVision,
+//! AliceVision's and Meshroom's `.sfm`: JSON whose numbers are words, of versions 1.0 to 1.2.14. Sources: AliceVision,
 //! jsonIO.cpp, IntrinsicScaleOffset.cpp and CHANGES.md.
 
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ use crate::io::input_file::InputFile;
 
 /// Numbers of a version.
 type Version = [u32; 3];
-const NEWEST: Version = [1, 2, 11];
+const NEWEST: Version = [1, 2, 14];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let has = |key: &str| text.contains(key);
@@ -34,10 +34,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         numbers?.try_into().map_err(|_| at.fail("expected three numbers, as \"1\", \"2\", \"11\""))?;
     let shown = version.map(|number| number.to_string()).join(".");
     if version[..2] > NEWEST[..2] || version[0] < 1 {
-        return Err(at.fail(format_args!("an AliceVision file of version {shown}, raycam reads 1.0 to 1.2.11")));
+        return Err(at.fail(format_args!("an AliceVision file of version {shown}, raycam reads 1.0 to 1.2.14")));
     }
     if version > NEWEST {
-        calibration.notices.push(format!("version {shown} is newer than 1.2.11, by whose rules it is read"));
+        calibration.notices.push(format!("version {shown} is newer than 1.2.14, by whose rules it is read"));
     }
     let mut intrinsics = HashMap::new();
     for at in items(&root, "intrinsics")? {

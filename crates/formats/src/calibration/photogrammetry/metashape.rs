@@ -74,24 +74,32 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
     let sensors = chunk.child("sensors").ok_or_else(|| chunk.fail("no sensors in it"))?;
     let sensors: HashMap<&str, XmlElement<'_>> =
         sensors.all("sensor").filter_map(|at| Some((at.attribute("id")?, at))).collect();
-    let placed = chunk.child("transform").map(|at| Similarity::read(&at)).transpose()?;
+    let placed = chunk.child("transform").map(|at| Similarity::read(&at, "translation")).transpose()?;
     let mut components = HashMap::new();
     for at in chunk.all("component") {
         if let (Some(id), Some(transform)) = (at.attribute("id"), at.child("transform")) {
-            components.insert(id, Similarity::read(&transform)?);
+            components.insert(id, Similarity::read(&transform, "translation")?);
         }
     }
+    let list = chunk.child("cameras").ok_or_else(|| chunk.fail("no cameras in it"))?;
+    let by_id: HashMap<&str, XmlElement<'_>> =
+        list.all("camera").filter_map(|at| Some((at.attribute("id")?, at))).collect();
     let mut made: HashMap<&str, CameraRecord> = HashMap::new();
     let mut names = std::collections::HashSet::new();
-    let (mut unplaced, mut disabled, mut rolling) = (Vec::new(), 0, 0);
+    let (mut unplaced, mut disabled, mut rolling, mut slaves) = (Vec::new(), 0, 0, 0);
     let mut initial = std::collections::BTreeSet::new();
-    let list = chunk.child("cameras").ok_or_else(|| chunk.fail("no cameras in it"))?;
     for at in list.all("camera") {
         let label = at.attribute("label").or(at.attribute("id")).unwrap_or("camera");
-        let Some(transform) = at.child("transform") else {
+        let master = at.attribute("master_id").and_then(|id| by_id.get(id)).filter(|_| at.child("transform").is_none());
+        let placement = match master {
+            None => own_place(&at)?,
+            Some(master) => place_by_master(&at, master, &sensors)?,
+        };
+        let Some((r, c)) = placement else {
             unplaced.push(label);
             continue;
         };
+        slaves += usize::from(master.is_some());
         disabled += usize::from(at.attribute("enabled") == Some("false"));
         rolling += usize::from(at.child("rolling_shutter").is_some());
         let id = at.attribute("sensor_id").unwrap_or_default();
@@ -109,9 +117,8 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
             record.name = format!("{label}#{}", at.attribute("id").unwrap_or_default());
         }
         record.image = Some(label.to_owned());
-        let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
-        let (r, c) = rigid(&rows);
-        let world = at.attribute("component_id").and_then(|id| components.get(id)).or(placed.as_ref());
+        let component = at.attribute("component_id").or(master.and_then(|at| at.attribute("component_id")));
+        let world = component.and_then(|id| components.get(id)).or(placed.as_ref());
         let (r, c) = world.map_or((r, c), |world| (world.rotation * r, world.point(c)));
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
@@ -121,6 +128,12 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
         notice(format!(
             "{} cameras without a transform (not aligned, or slaves of a rig) are left out: {first} ...",
             unplaced.len()
+        ));
+    }
+    if slaves > 0 {
+        notice(format!(
+            "{slaves} cameras of slave sensors stand by their masters, and by rotation and location of their sensors in \
+             the unit of the chunk"
         ));
     }
     if disabled > 0 {
@@ -135,6 +148,31 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
     Ok(())
 }
 
+/// Chunk from camera, if the camera has it.
+fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>, FormatError> {
+    let Some(transform) = at.child("transform") else { return Ok(None) };
+    let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
+    Ok(Some(rigid(&rows)))
+}
+
+/// Chunk from the camera of a slave sensor, by the place of its master; None where neither is known.
+fn place_by_master(
+    at: &XmlElement<'_>,
+    master: &XmlElement<'_>,
+    sensors: &HashMap<&str, XmlElement<'_>>,
+) -> Result<Option<(DMat3, DVec3)>, FormatError> {
+    // Rig from the sensor.
+    let mount = |at: &XmlElement<'_>| {
+        let sensor = at.attribute("sensor_id").and_then(|id| sensors.get(id));
+        let known = sensor.filter(|sensor| sensor.child("rotation").is_some() || sensor.child("location").is_some());
+        known.map(|sensor| Similarity::read(sensor, "location")).transpose()
+    };
+    let (Some((r, c)), Some(slave)) = (own_place(master)?, mount(at)?) else { return Ok(None) };
+    let own = mount(master)?.unwrap_or(Similarity::IDENTITY);
+    let r = r * own.rotation.transpose();
+    Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
+}
+
 /// World from chunk, with a scale.
 struct Similarity {
     rotation: DMat3,
@@ -143,7 +181,10 @@ struct Similarity {
 }
 
 impl Similarity {
-    fn read(at: &XmlElement<'_>) -> Result<Self, FormatError> {
+    const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO, scale: 1.0 };
+
+    /// The elements `rotation` and `scale`, and that of the translation.
+    fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self, FormatError> {
         let rotation = match at.child("rotation") {
             Some(r) => {
                 let matrix = DMat3::from_cols_array(&r.numbers()?).transpose();
@@ -152,7 +193,7 @@ impl Similarity {
             }
             None => DMat3::IDENTITY,
         };
-        let translation = at.child("translation").map(|t| t.numbers::<3>()).transpose()?.unwrap_or_default();
+        let translation = at.child(translation).map(|t| t.numbers::<3>()).transpose()?.unwrap_or_default();
         let [scale] = at.child("scale").map(|s| s.numbers()).transpose()?.unwrap_or([1.0]);
         if scale <= 0.0 {
             return Err(at.fail(format_args!("a scale of {scale}; expected more than 0")));

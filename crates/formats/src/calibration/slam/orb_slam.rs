@@ -1,5 +1,6 @@
-//! Settings of ORB-SLAM2 and ORB-SLAM3: flat keys with dots, `Camera.fx`, or `Camera1.fx` from version 1.0 on. Sources:
-//! ORB_SLAM3, Settings.cc; the example settings of both.
+//! Settings of ORB-SLAM2 and ORB-SLAM3: flat keys with dots, `Camera.fx`, or `Camera1.fx` from version 1.0 on; those of
+//! OpenVSLAM and stella_vslam, which have `Camera.model`, and a map `Camera`. Sources: ORB_SLAM3, Settings.cc; the example
+//! settings of each.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,9 +9,9 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows34, yaml_float};
-use crate::calibration::document::{Cursor, check_rotation, rigid, yaml};
+use crate::calibration::document::{Cursor, DocumentNode, Value, check_rotation, rigid, yaml};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms};
+use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::{one_rig, poses_on_one_rig};
@@ -19,7 +20,7 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 /// Keys of a camera, after `Camera.`, `Camera1.` or `Camera2.`.
-const CAMERA: [&str; 24] = [
+const CAMERA: [&str; 31] = [
     "fx",
     "fy",
     "cx",
@@ -44,20 +45,84 @@ const CAMERA: [&str; 24] = [
     "lappingEnd",
     "imageScale",
     "name",
+    "model",
+    "setup",
+    "cols",
+    "rows",
+    "color_order",
+    "focal_x_baseline",
+    "depth_threshold",
 ];
 /// Beginnings of keys that are settings of the program.
-const SETTINGS: [&str; 10] =
-    ["ORBextractor", "Viewer", "IMU", "ThDepth", "DepthMapFactor", "RGBD", "System", "File", "Stereo", "loopClosing"];
+const SETTINGS: [&str; 24] = [
+    "ORBextractor",
+    "Viewer",
+    "IMU",
+    "ThDepth",
+    "DepthMapFactor",
+    "RGBD",
+    "System",
+    "File",
+    "Stereo",
+    "loopClosing",
+    "Feature",
+    "Mapping",
+    "Tracking",
+    "Preprocessing",
+    "Initializer",
+    "Relocalizer",
+    "KeyframeInserter",
+    "LoopDetector",
+    "GraphOptimizer",
+    "PangolinViewer",
+    "MapViewer",
+    "SocketPublisher",
+    "Marker",
+    "depthmap_factor",
+];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    text.lines().any(|line| ["Camera.fx", "Camera1.fx", "LEFT.K"].iter().any(|key| line.trim_start().starts_with(key)))
+    let starts = |word: &str| text.lines().any(|line| line.trim_start().starts_with(word));
+    ["Camera.fx", "Camera1.fx", "LEFT.K", "Camera.model"].into_iter().any(starts)
+        || text.lines().any(|line| line.trim_end() == "Camera:") && starts("setup:") && starts("model:")
+}
+
+/// The settings with the keys of the map `Camera` as those of ORB-SLAM, `Camera.fx`.
+fn flat(mut node: DocumentNode) -> DocumentNode {
+    let Value::Map(entries) = &mut node.value else { return node };
+    let Some(i) = entries.iter().position(|(key, at)| key == "Camera" && matches!(at.value, Value::Map(_))) else {
+        return node;
+    };
+    if let (_, DocumentNode { value: Value::Map(inner), .. }) = entries.remove(i) {
+        entries.extend(inner.into_iter().map(|(key, at)| (format!("Camera.{key}"), at)));
+    }
+    node
+}
+
+/// The kind of ORB-SLAM's cameras that is the model of OpenVSLAM's.
+fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str, FormatError> {
+    let Some(at) = root.get("Camera.model") else {
+        return root.get("Camera.type").map_or(Ok("PinHole"), |at| at.word());
+    };
+    match at.word()? {
+        "perspective" => Ok("PinHole"),
+        "fisheye" => Ok("KannalaBrandt8"),
+        "equirectangular" => Ok("equirectangular"),
+        other => Err(at.fail(format_args!("{other:?}; expected perspective, fisheye or equirectangular"))),
+    }
 }
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
-    let node = yaml::parse(source.text()?, &source.path)?;
+    let node = flat(yaml::parse(source.text()?, &source.path)?);
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration { notices: other_keys(&root)?, ..Calibration::default() };
-    let kind = root.get("Camera.type").map_or(Ok("PinHole"), |at| at.word())?;
+    let kind = kind_of(&root)?;
+    if kind == "equirectangular" {
+        calibration.records.push(CameraRecord::new("Camera", PixelCenter::Integer));
+        pixels(&root, &mut calibration)?;
+        set_panorama(&mut calibration.records[0]).map_err(|message| root.fail(message))?;
+        return Ok(calibration);
+    }
     if root.get("LEFT.K").is_some() {
         raw_pair(&root, &mut calibration)?;
         return Ok(calibration);
@@ -87,7 +152,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.notices.push(format!("a rectified pair: the second camera is the first, {base} m to its right"));
     } else if root.get("Camera2.fx").is_some() {
         return Err(root.fail("Camera2 has no place: expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));
-    } else if let Some(bf) = root.get("Camera.bf").map(|at| at.number()).transpose()?.or(base).filter(|bf| *bf != 0.0) {
+    } else if let Some(bf) = root
+        .any(&["Camera.bf", "Camera.focal_x_baseline"])
+        .map(|at| at.number())
+        .transpose()?
+        .or(base)
+        .filter(|bf| *bf != 0.0)
+    {
         let fx = root.require(&format!("{first}.fx"))?.number()?;
         let base = base.unwrap_or(bf / fx);
         calibration.notices.push(format!(
@@ -114,6 +185,9 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>, FormatError> {
         at.refuse_lens(key)?;
         notices.push(format!("{key} (line {}) is not read", at.node.line));
     }
+    if root.entries()?.iter().any(|(key, _)| key.starts_with("StereoRectifier")) {
+        notices.push("StereoRectifier, the raw pair, is not read: the camera is the rectified one".into());
+    }
     if root.any(&["IMU.T_b_c1", "Tbc"]).is_some() {
         notices.push(
             "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is not used: the cameras are in the axes of camera 1"
@@ -125,7 +199,9 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<String>, FormatError> {
 
 /// Sizes, and the size to which the program brings pictures before it works.
 fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
-    if let (Some(width), Some(height)) = (root.get("Camera.width"), root.get("Camera.height")) {
+    let side = |names: [&str; 2]| root.any(&names);
+    if let (Some(width), Some(height)) = (side(["Camera.width", "Camera.cols"]), side(["Camera.height", "Camera.rows"]))
+    {
         let size = Some([width.count()?, height.count()?]);
         for record in &mut calibration.records {
             record.size = size;

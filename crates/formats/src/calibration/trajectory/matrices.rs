@@ -1,20 +1,23 @@
 //! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 in a line (`traj.txt` of Replica as
-//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), or an array [n, 4, 4] of NumPy; K as such a
-//! file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts.
+//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM), an array [n, 4, 4] of
+//! NumPy, or JSON; K as such a file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::DMat3;
-use raycam_scene::PixelCenter;
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, PixelCenter};
 
+use crate::calibration::document::lens_keys::looks_like_lens;
 use crate::calibration::document::number_format::{joined, matrix_rows34};
 use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::intrinsics::pinhole_matrix;
+use crate::calibration::folder::Folder;
+use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
+use crate::calibration::trajectory::matrix_tree::{self, FoundMatrices};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -22,17 +25,17 @@ use crate::io::input_file::InputFile;
 /// The arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixLayout {
-    /// Four lines of four numbers for each pose.
-    Blocks,
+    /// So many lines of four numbers for each pose: 4, or 3 of the upper rows.
+    Blocks(usize),
     /// So many numbers a line: 16, or 17 with an index.
     Lines(usize),
     /// K in three or four lines.
     Intrinsics,
 }
 
-/// The numbers of a line, which may have commas between them.
+/// The numbers of a line, which may have commas, semicolons or brackets between them.
 pub(crate) fn words(line: &str) -> impl Iterator<Item = &str> {
-    line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+    line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']')).filter(|word| !word.is_empty())
 }
 
 fn values(line: &str) -> Option<Vec<f64>> {
@@ -46,8 +49,14 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
     match first.len() {
         3 | 4 => {
             let rows = all()?;
-            let whole = rows.iter().all(|row| row.len() == first.len()) && rows.len() % first.len() == 0;
-            if !whole {
+            let even = rows.iter().all(|row| row.len() == first.len());
+            if !even || rows.len() % first.len() != 0 && (first.len() == 3 || rows.len() % 3 != 0) {
+                return None;
+            }
+            if first.len() == 4 && are_upper_rows(&rows) {
+                return Some(MatrixLayout::Blocks(3));
+            }
+            if rows.len() % first.len() != 0 {
                 return None;
             }
             let k = [0, 1, 2].map(|i| [rows[i][0], rows[i][1], rows[i][2]]);
@@ -55,7 +64,7 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
             let lower = k[0][1] == 0.0 && k[0][2] == 0.0 && k[1][2] == 0.0 && k[2][2] == 1.0 && k[0][0] > 1.5;
             match rows.len() == first.len() && (upper || lower) {
                 true => Some(MatrixLayout::Intrinsics),
-                false => (first.len() == 4).then_some(MatrixLayout::Blocks),
+                false => (first.len() == 4).then_some(MatrixLayout::Blocks(4)),
             }
         }
         16 | 17 => Some(MatrixLayout::Lines(first.len())),
@@ -63,8 +72,19 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
     }
 }
 
+/// True for the upper three rows of poses one below the other, without the row 0 0 0 1.
+fn are_upper_rows(rows: &[Vec<f64>]) -> bool {
+    let row = |i: usize| DVec3::new(rows[i][0], rows[i][1], rows[i][2]);
+    let last = rows.get(3).is_some_and(|row| row[..3].iter().all(|value| *value == 0.0));
+    rows.len().is_multiple_of(3)
+        && !last
+        && check_rotation(DMat3::from_cols(row(0), row(1), row(2)).transpose()).is_ok()
+}
+
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
-    layout(text).is_some() || npy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
+    layout(text).is_some()
+        || npy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
+        || matrix_tree::detect(source, text)
 }
 
 fn is_poses(shape: &[usize]) -> bool {
@@ -75,14 +95,20 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let mut calibration = Calibration::default();
     let (path, stem) =
         (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
+    let mut key = String::new();
     let poses = if npy::is_npy(&source.bytes) {
         of_array(source)?
+    } else if let Some(found) = matrix_tree::read(source, assets)? {
+        key = found.key;
+        calibration.notices.extend(found.notices);
+        found.matrices
     } else {
         let text = source.text()?;
         match layout(text) {
             Some(MatrixLayout::Intrinsics) => {
                 let mut record = CameraRecord::new(stem, PixelCenter::Integer);
                 record.k = Some(intrinsics(text, path)?);
+                record.lens = lens_beside(source, assets, hints, &mut calibration)?;
                 calibration.records.push(record);
                 return Ok(calibration);
             }
@@ -90,12 +116,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             None => {
                 return Err(FormatError::whole(
                     path,
-                    "expected a 4x4 matrix in four lines, 16 numbers a line, or an index and 16",
+                    "expected a 4x4 matrix in four lines, 16 numbers a line, an index and 16, or a list of them in JSON",
                 ));
             }
         }
     };
-    let convention = convention_of(&stem, hints, &mut calibration.notices);
+    let convention = convention_of(&format!("{stem} {key}"), hints, &mut calibration.notices);
     let alone = poses.len() == 1;
     let mut lost = 0;
     for (i, (index, line, rows)) in poses.into_iter().enumerate() {
@@ -125,11 +151,9 @@ pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
     check_rigid(&m).map(Some)
 }
 
-type Found = Vec<(Option<String>, usize, [f64; 16])>;
-
 /// The matrices of a text: the index before each, its line, its numbers.
-pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<Found, FormatError> {
-    let mut found = Found::new();
+pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices, FormatError> {
+    let mut found = FoundMatrices::new();
     let mut block: Vec<f64> = Vec::new();
     for (line, row) in data_lines(text) {
         let fail = |message: String| FormatError::line(path, line, message);
@@ -146,6 +170,9 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
             index = words(row).next().map(str::to_owned);
         }
         block.extend(numbers);
+        if layout == MatrixLayout::Blocks(3) && block.len() == 12 {
+            block.extend([0.0, 0.0, 0.0, 1.0]);
+        }
         if let Ok(matrix) = <[f64; 16]>::try_from(&block[..]) {
             found.push((index, line, matrix));
             block.clear();
@@ -175,8 +202,42 @@ pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3, FormatError> 
     Ok(k)
 }
 
+/// The lens in the text file beside that of K, by the name of the file: `cameraDistortion.txt`, `dist.csv`.
+fn lens_beside(
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+    calibration: &mut Calibration,
+) -> Result<Lens, FormatError> {
+    let own = source.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let ending = own.rsplit_once('.').map_or("", |(_, ending)| ending);
+    let folder = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
+    let is_lens = |name: &&String| **name != own && name.split(['_', '-', '.', ' ']).any(looks_like_lens);
+    let found: Vec<&String> = folder.ending(ending).filter(is_lens).collect();
+    let [name] = found[..] else {
+        return match found.first() {
+            None => Ok(Lens::Pinhole),
+            Some(first) => Err(FormatError::whole(
+                &source.path,
+                format!(
+                    "{} files beside it look like its lens ({first} ...): \
+                    write K and the lens of one camera into one file (K, dist, image_size)",
+                    found.len()
+                ),
+            )),
+        };
+    };
+    let file = folder.read(name, assets)?;
+    let fail = |message: String| FormatError::whole(&file.path, message);
+    let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
+    let numbers =
+        listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
+    calibration.notices.push(format!("the lens is that of {name}"));
+    lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
+}
+
 /// The matrices of an array of NumPy.
-fn of_array(source: &InputFile) -> Result<Found, FormatError> {
+fn of_array(source: &InputFile) -> Result<FoundMatrices, FormatError> {
     let fail = |message: String| FormatError::whole(&source.path, message);
     let array = npy::array(&source.bytes).map_err(fail)?;
     let numbers = array.numbers().filter(|_| is_poses(&array.shape));

@@ -40,7 +40,7 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
         }
         let Some(first) = names.first() else { continue };
         let Ok(source) = place.read(first, assets) else { continue };
-        if layout(source.text().unwrap_or_default()) == Some(MatrixLayout::Blocks) {
+        if matches!(layout(source.text().unwrap_or_default()), Some(MatrixLayout::Blocks(_))) {
             return Some((place, names));
         }
     }
@@ -63,7 +63,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     for name in &names {
         let source = place.read(name, assets)?;
         let text = source.text()?;
-        let found = matrices(text, &source.path, MatrixLayout::Blocks)?;
+        let found = matrices(text, &source.path, layout(text).unwrap_or(MatrixLayout::Blocks(4)))?;
         let [(_, line, matrix)] = found[..] else {
             return Err(FormatError::whole(&source.path, format!("{} matrices, expected one", found.len())));
         };
