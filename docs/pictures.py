@@ -3,8 +3,8 @@
     python docs/pictures.py                       all pages
     python docs/pictures.py docs/howto/glass.md   one page
 
-A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. A video is shown
-as NAME.webp, and a block writes NAME.gif. Needs Pillow.
+A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. Videos are shown
+as NAME.webp and written as NAME.gif. Needs Pillow.
 Pictures that the folder lacks after the blocks are those of another page, and stay.
 """
 
