@@ -1,7 +1,7 @@
 //! Caustic casters: mirrors, clear glass and glossy objects, which throw light on diffuse surfaces.
 //!
 //! [`find_caustic_candidates`] finds what may throw light, by its materials. The photon pass measures how much each throws,
-//! and [`choose_casters`] takes those that throw most.
+//! and [`choose_casters`] takes those that throw most: the drops of a chandelier are all there.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -24,10 +24,13 @@ pub(crate) struct CausticCaster {
     pub weight: f32,
 }
 
-/// Casters that count: each costs time at every diffuse hit.
-pub(crate) const MAX_CASTERS: usize = 4;
+/// Casters, at most: each costs time at every diffuse hit.
+pub(crate) const MAX_CASTERS: usize = 32;
+/// Casters that count in any case, and the part of what the first throws that others throw at least.
+const FIRST_CASTERS: usize = 4;
+const MIN_FURTHER_FRACTION: f64 = 0.25;
 /// Objects whose thrown light is measured: the largest.
-const MAX_CANDIDATES: usize = 32;
+pub(crate) const MAX_CANDIDATES: usize = 64;
 /// Roughness above which an object counts as rough, and above which it throws nothing in particular.
 const MAX_SMOOTH_CONDUCTOR: f32 = 0.45;
 const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
@@ -52,19 +55,20 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
     let mut all: Vec<_> = geometry.instances.iter().enumerate().filter_map(candidate).collect();
     // A stable sort: the order of the world among equal sizes.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-    all.truncate(MAX_CANDIDATES);
     all
 }
 
 /// The casters among the candidates with their indices, those first that throw most; `thrown` is the fraction of all light
-/// that each throws. Smooth candidates count if they throw nothing as well: light may reach them on other ways.
+/// that each throws, as far as it was measured. Smooth candidates count if they throw nothing as well: light may reach them on other ways.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
-    let mut all: Vec<_> = candidates.iter().copied().enumerate().collect();
+    let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);
     // A stable sort: the largest first among those that throw nothing.
     all.sort_by(|&(a, _), &(b, _)| thrown[b].total_cmp(&thrown[a]));
-    all.truncate(MAX_CASTERS);
     let most = all.first().map_or(0.0, |&(index, _)| thrown[index]);
+    let is_enough = |&(index, _): &(usize, CausticCaster)| most > 0.0 && thrown[index] >= MIN_FURTHER_FRACTION * most;
+    let further = all.iter().skip(FIRST_CASTERS).take_while(|caster| is_enough(caster)).count();
+    all.truncate((FIRST_CASTERS + further).min(MAX_CASTERS));
     for (index, caster) in &mut all {
         caster.weight = if most > 0.0 { (thrown[*index] / most).max(MIN_WEIGHT) as f32 } else { 1.0 };
     }
@@ -183,6 +187,33 @@ mod tests {
         for ((center, radius), place) in seen.into_iter().zip(places) {
             assert!(center.distance(place) < 1e-9 && (0.49..0.501).contains(&radius), "{center} {radius}");
         }
+    }
+
+    #[test]
+    fn casters_are_those_that_throw_much() {
+        let caster = |instance| CausticCaster {
+            instance,
+            center: DVec3::ZERO,
+            radius: 1.0,
+            is_rough: instance == 1,
+            weight: 1.0,
+        };
+        let all: Vec<_> = (0..80).map(caster).collect();
+        let chosen = |thrown: &[f64]| {
+            choose_casters(&all, thrown).into_iter().map(|(index, caster)| (index, caster.weight)).collect::<Vec<_>>()
+        };
+        // The first four in any case, but for rough ones that throw too little.
+        assert_eq!(chosen(&[0.0; 64]), [(0, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)]);
+        let mut thrown = [0.01; 64];
+        (thrown[60], thrown[50]) = (0.08, 0.02);
+        assert_eq!(chosen(&thrown), [(60, 1.0), (50, 0.25), (0, 0.125), (2, 0.125)]);
+        // All that throw a quarter of the most, as far as they fit.
+        thrown[60] = 0.04;
+        assert_eq!(chosen(&thrown).len(), MAX_CASTERS);
+        assert_eq!(chosen(&thrown[..9]).len(), 8);
+        (thrown[60], thrown[7]) = (0.08, 0.021);
+        thrown[8..20].fill(0.021);
+        assert_eq!(chosen(&thrown).len(), 1 + 1 + 12 + 1);
     }
 
     #[test]

@@ -1,27 +1,33 @@
-//! Path guiding for caustics: samples of diffuse surfaces are guided to objects that focus light.
+//! Path guiding: samples of diffuse surfaces are guided to objects that focus light, and light sampling is rare where it finds
+//! nothing.
 //!
 //! [`caustic_casters`] finds the objects, [`caustic_map`] stores where photons left them, [`cones`] is the density of guided
-//! samples and [`sample_cones`] draws them. The photons come from the integrator's photon pass. This folder uses
-//! `interaction`, `prepare` and `lobes`.
+//! samples and [`sample_cones`] draws them. The photons come from the integrator's photon pass. [`light_visibility`] remembers
+//! from where light is seen. This folder uses `interaction`, `prepare` and `lobes`.
 
 pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod cones;
+pub(crate) mod light_visibility;
 pub(crate) mod sample_cones;
 
 use std::sync::OnceLock;
 
-use crate::guiding::caustic_casters::{CausticCaster, choose_casters, find_caustic_candidates};
+use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters, find_caustic_candidates};
 use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::light_visibility::LightVisibility;
 use crate::prepare::geometry::Geometry;
 
-/// Caustic guiding of a prepared world.
+/// Guiding of a prepared world.
 #[derive(Debug, Default)]
 pub(crate) struct Guiding {
     /// Result of [`Guiding::candidates`], computed on demand.
     candidates: OnceLock<Vec<CausticCaster>>,
     /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
     pub caustics: OnceLock<Caustics>,
+    /// Where light sampling is rare, for paths that need it: see
+    /// [`crate::integrator::light_visibility::prepare_light_visibility`]. `None` if the world has no size.
+    pub light_visibility: OnceLock<Option<LightVisibility>>,
     /// True for a world within an exposure.
     is_within_exposure: bool,
 }
@@ -40,9 +46,14 @@ impl Guiding {
         Self { is_within_exposure: true, ..Self::default() }
     }
 
+    /// True if rays may be traced to learn where light goes: not for every time of an exposure.
+    pub fn learns(&self) -> bool {
+        !self.is_within_exposure
+    }
+
     /// True if photons may look for casters.
     pub fn needs_photons(&self) -> bool {
-        !self.is_within_exposure && self.caustics.get().is_none()
+        self.learns() && self.caustics.get().is_none()
     }
 
     /// The objects that may be casters, found now unless they are known.
@@ -59,7 +70,7 @@ impl Guiding {
     pub fn casters(&self, geometry: &Geometry) -> (&[CausticCaster], &[CausticMap]) {
         if self.is_within_exposure && self.caustics.get().is_none() {
             let candidates = self.candidates(geometry);
-            let chosen = choose_casters(candidates, &vec![0.0; candidates.len()]);
+            let chosen = choose_casters(candidates, &vec![0.0; candidates.len().min(MAX_CANDIDATES)]);
             let casters = chosen.into_iter().map(|(_, caster)| caster).collect();
             let _ = self.caustics.set(Caustics { casters, maps: vec![] });
         }

@@ -96,8 +96,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Emits the light samples of a point with their indices. Densities include the choice among all lights. `choice` is the
-    /// random number that chooses lights, `random` returns those for a position on a light.
+    /// Emits the light samples of a point with their indices. Densities include the choice among all lights, and that of having
+    /// samples at all. `choice` is the random number that chooses both, `random` returns those for a position on a light.
     #[inline(always)]
     pub fn for_each_light_sample(
         &self,
@@ -118,12 +118,18 @@ impl PathTracer<'_> {
             lights.sample_split(contexts, geometry, choice, random, emit);
             return;
         }
+        let rate = self.light_sampling_rate(sampling, contexts.from.position);
+        if choice >= rate {
+            return;
+        }
+        // Again uniform.
+        let choice = choice / rate;
         let count = self.settings.light_samples;
         for index in 0..count {
             let choice = (choice + index as f32) / count as f32;
             let random = random(index);
             if let Some(mut sample) = lights.sample(contexts, geometry, sampling, choice, &random) {
-                sample.pdf *= count as f32;
+                sample.pdf *= count as f32 * rate;
                 emit(index, sample);
             }
         }

@@ -14,15 +14,17 @@
 //! * [`nested_dielectrics`]: the media that a path is in, by priorities (C. M. Schmidt and B. Budge, 2002).
 //! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
 //! * [`shade`]: one hit of any material.
+//! * [`light_visibility`]: shadow rays that find out where light sampling may be rare.
 //! * [`photon_pass`]: photons from lights over caustic casters, which fill the caustic maps that guide diffuse samples.
 //!
-//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state <- path_tracer <- direct_lighting <- shade <-
+//! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state light_visibility <- path_tracer <- direct_lighting <- shade <-
 //! batch <- path`. The folder uses `bsdf`, `light`, `guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
 pub(crate) mod camera_ray_batch;
 pub(crate) mod direct_lighting;
+pub(crate) mod light_visibility;
 pub(crate) mod nested_dielectrics;
 pub(crate) mod path;
 pub(crate) mod path_state;

@@ -7,6 +7,8 @@ use raycam_scene::{Alpha, Material};
 use crate::bsdf::BsdfSample;
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::light_visibility::LightVisibility;
+use crate::integrator::light_visibility::sees_light;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::path_state::{PathState, WavefrontQueues};
 use crate::interaction::LightSampleContext;
@@ -150,6 +152,8 @@ pub(crate) struct PathTracer<'a> {
     /// Objects that samples of diffuse surfaces are guided to, and the caustic maps of those that have one.
     pub caustic_casters: &'a [CausticCaster],
     pub caustic_maps: &'a [CausticMap],
+    /// Where light sampling is rare; `None` if it is so nowhere.
+    light_visibility: Option<&'a LightVisibility>,
     /// Number of surfaces that the paths have met: selects the dimensions of the samplers.
     pub bounce: u32,
 }
@@ -161,14 +165,17 @@ impl<'a> PathTracer<'a> {
             true => world.caustic_casters(),
             false => (&[], &[]),
         };
+        let modes = PathModes::new(&world.geometry, settings);
+        let may_be_rare = modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
         Self {
             geometry: &world.geometry,
             lights,
             settings,
             samplers,
-            modes: PathModes::new(&world.geometry, settings),
+            modes,
             caustic_casters,
             caustic_maps,
+            light_visibility: world.guiding.light_visibility.get().and_then(Option::as_ref).filter(|_| may_be_rare),
             bounce: 0,
         }
     }
@@ -220,11 +227,23 @@ impl PathTracer<'_> {
         random >= self.geometry.opacity(hit)
     }
 
+    /// The part of all hits at a point that samples lights.
+    #[inline]
+    pub fn light_sampling_rate(&self, sampling: LightSampling, position: DVec3) -> f32 {
+        match self.light_visibility {
+            Some(visibility) if sampling == LightSampling::Importance => {
+                visibility.rate(position, |cell| sees_light(self.geometry, self.lights, cell))
+            }
+            _ => 1.0,
+        }
+    }
+
     /// The weight of light that BSDF sampling found, by the balance heuristic: light sampling has density `pdf` there.
     fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
         if path.specular_bounce || pdf == 0.0 {
             1.0
         } else {
+            let pdf = pdf * self.light_sampling_rate(path.light_sampling, path.prev_context.position);
             let count = match path.light_sampling {
                 LightSampling::Split => 1.0,
                 _ => self.settings.light_samples as f32,

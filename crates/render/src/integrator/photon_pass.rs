@@ -1,7 +1,9 @@
 //! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate choose the
 //! casters, many fill their caustic maps.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
@@ -11,7 +13,7 @@ use crate::bsdf::BsdfModel;
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::guiding::Caustics;
-use crate::guiding::caustic_casters::{CausticCaster, choose_casters};
+use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters};
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
@@ -26,8 +28,13 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Photons emitted to each caustic caster, and those traced together, which are also those emitted to each candidate.
-const PHOTONS_PER_CASTER: u32 = 1 << 14;
+/// Photons emitted to each caustic caster, and to all where there are many.
+const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
+const MAX_PHOTONS: u32 = 1 << 18;
+/// The same for the candidates whose thrown light is measured.
+const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
+const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
+/// Photons traced together.
 const PHOTON_BATCH: u32 = 1 << 11;
 /// Surfaces that a photon may meet.
 const MAX_BOUNCES: u32 = 8;
@@ -59,13 +66,13 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
     if candidates.is_empty() {
         return Caustics::default();
     }
-    let chosen = choose_casters(candidates, &thrown_fractions(world, lights));
-    let batches: Vec<_> = chosen
-        .iter()
-        .flat_map(|&(index, _)| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (index, batch)))
-        .collect();
-    let deposits: Vec<_> =
-        batches.into_par_iter().map(|(index, batch)| trace_photons(world, lights, index, batch)).collect();
+    let pass = PhotonPass::new(world, lights);
+    let chosen = choose_casters(candidates, &pass.thrown_fractions());
+    let photons = (MAX_PHOTONS / chosen.len().max(1) as u32).clamp(PHOTON_BATCH, MAX_PHOTONS_PER_CASTER);
+    let firsts = || (0..photons / PHOTON_BATCH).map(|batch| batch * PHOTON_BATCH);
+    let batches: Vec<_> = chosen.iter().flat_map(|&(index, _)| firsts().map(move |first| (index, first))).collect();
+    let trace = |(index, first)| pass.trace_photons(index, first..first + PHOTON_BATCH);
+    let deposits: Vec<_> = batches.into_par_iter().map(trace).collect();
     let map = |&(index, ref caster): &(usize, CausticCaster)| {
         let all = deposits.iter().flatten();
         let own = all.filter(|(last, _)| *last == index);
@@ -75,90 +82,103 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
     Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps }
 }
 
-/// The fraction of all light that every candidate throws, as far as photons emitted to it tell.
-fn thrown_fractions(world: &PreparedWorld, lights: &Lights) -> Vec<f64> {
-    let phi = lights.phi();
-    let candidates = world.caustic_candidates();
-    let thrown = |index: usize| {
-        let deposits = trace_photons(world, lights, index, 0);
-        let own = deposits.iter().filter(|(last, _)| *last == index);
-        let fluence = own.map(|(_, deposit)| deposit.power).sum::<f64>() / f64::from(PHOTON_BATCH);
-        // The fluence times the cross-section of the sphere, over the flux of a flat light.
-        let fraction = fluence * candidates[index].radius.powi(2) / phi;
-        if fraction.is_finite() { fraction } else { 0.0 }
-    };
-    (0..candidates.len()).into_par_iter().map(thrown).collect()
+/// What all photons of a world share.
+struct PhotonPass<'a> {
+    world: &'a PreparedWorld,
+    lights: &'a Lights,
+    candidates: &'a [CausticCaster],
+    /// Indices of the candidates by instance.
+    candidate_of: HashMap<u32, usize>,
 }
 
-/// Emits a batch of photons to a candidate; returns their deposits, each with the candidate that the photon left last.
-fn trace_photons(world: &PreparedWorld, lights: &Lights, candidate: usize, batch: u32) -> Vec<(usize, PhotonDeposit)> {
-    let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
-    let samples = batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH;
-    let caster = &world.caustic_candidates()[candidate];
-    let emitted = samples.filter_map(|i| emit_photon(world, lights, caster, sampler.with_sample(i)));
-    let (mut photons, mut rays): (Vec<_>, Vec<_>) = emitted.unzip();
-    let (mut hits, mut deposits) = (vec![], vec![]);
-    for bounce in 0..MAX_BOUNCES {
-        hits.clear();
-        hits.resize(rays.len(), Hit::MISS);
-        world.geometry.two_level().closest(&rays, &mut hits, Coherence::Incoherent);
-        rays.clear();
-        let mut hits = hits.iter();
-        photons.retain_mut(|photon| {
-            let hit = hits.next().filter(|hit| !is_miss(hit));
-            let ray = hit.and_then(|hit| photon.bounce(world, hit, bounce, &mut deposits));
-            rays.extend(ray);
-            ray.is_some()
-        });
+impl<'a> PhotonPass<'a> {
+    fn new(world: &'a PreparedWorld, lights: &'a Lights) -> Self {
+        let candidates = world.caustic_candidates();
+        let by_instance = candidates.iter().enumerate().map(|(index, caster)| (caster.instance, index));
+        Self { world, lights, candidates, candidate_of: by_instance.collect() }
     }
-    deposits
-}
 
-/// Emits a photon from a light to a point in the bounding sphere of a caster.
-fn emit_photon(
-    world: &PreparedWorld,
-    lights: &Lights,
-    caster: &CausticCaster,
-    sampler: Sampler,
-) -> Option<(Photon, Ray)> {
-    let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
-    let [radius, choice] = sampler.get_2d(Dimension::LobeAndLight(0));
-    let light_random = sampler.get_2d(Dimension::Light(0, 0));
-    let z = 2.0 * height - 1.0;
-    let (sin, cos) = (TAU * turn).sin_cos();
-    let across = (1.0 - z * z).sqrt();
-    let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
-    let context = LightSampleContext { position: caster.center + caster.radius * within, normal: Vec3::ZERO };
-    let contexts = LightSampleContexts::from(&context);
-    let sampling = LightSampling::Importance;
-    let sample = lights.sample(&contexts, &world.geometry, sampling, choice, &light_random.into())?;
-    // BSDF samples never find delta lights, and find infinite lights from every caster.
-    let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
-    let photon = Photon {
-        sampler,
-        direction: -sample.direction,
-        power: f64::from(sample.radiance.element_sum()) / f64::from(sample.pdf),
-        interior_list: InteriorList::default(),
-        last_exit: None,
-    };
-    let epsilon = f64::from(ONE_MINUS_SHADOW_EPSILON);
-    let origin = context.position + (p_light - context.position) * epsilon;
-    let ray = Ray { origin: origin.as_vec3().to_array(), direction: photon.direction.to_array(), t_max: f32::INFINITY };
-    Some((photon, ray))
+    /// The fraction of all light that each of the largest candidates throws, as far as photons emitted to it tell.
+    fn thrown_fractions(&self) -> Vec<f64> {
+        let phi = self.lights.phi();
+        let count = self.candidates.len().min(MAX_CANDIDATES);
+        let photons = (MAX_CANDIDATE_PHOTONS / count as u32).min(MAX_PHOTONS_PER_CANDIDATE);
+        let thrown = |index: usize| {
+            let deposits = self.trace_photons(index, 0..photons);
+            let own = deposits.iter().filter(|(last, _)| *last == index);
+            let fluence = own.map(|(_, deposit)| deposit.power).sum::<f64>() / f64::from(photons);
+            // The fluence times the cross-section of the sphere, over the flux of a flat light.
+            let fraction = fluence * self.candidates[index].radius.powi(2) / phi;
+            if fraction.is_finite() { fraction } else { 0.0 }
+        };
+        (0..count).into_par_iter().map(thrown).collect()
+    }
+
+    /// Emits photons to a candidate; returns their deposits, each with the candidate that the photon left last.
+    fn trace_photons(&self, candidate: usize, numbers: Range<u32>) -> Vec<(usize, PhotonDeposit)> {
+        let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
+        let caster = &self.candidates[candidate];
+        let emitted = numbers.filter_map(|i| self.emit_photon(caster, sampler.with_sample(i)));
+        let (mut photons, mut rays): (Vec<_>, Vec<_>) = emitted.unzip();
+        let (mut hits, mut deposits) = (vec![], vec![]);
+        for bounce in 0..MAX_BOUNCES {
+            hits.clear();
+            hits.resize(rays.len(), Hit::MISS);
+            self.world.geometry.two_level().closest(&rays, &mut hits, Coherence::Incoherent);
+            rays.clear();
+            let mut hits = hits.iter();
+            photons.retain_mut(|photon| {
+                let hit = hits.next().filter(|hit| !is_miss(hit));
+                let ray = hit.and_then(|hit| photon.bounce(self, hit, bounce, &mut deposits));
+                rays.extend(ray);
+                ray.is_some()
+            });
+        }
+        deposits
+    }
+
+    /// Emits a photon from a light to a point in the bounding sphere of a caster.
+    fn emit_photon(&self, caster: &CausticCaster, sampler: Sampler) -> Option<(Photon, Ray)> {
+        let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
+        let [radius, choice] = sampler.get_2d(Dimension::LobeAndLight(0));
+        let light_random = sampler.get_2d(Dimension::Light(0, 0));
+        let z = 2.0 * height - 1.0;
+        let (sin, cos) = (TAU * turn).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
+        let context = LightSampleContext { position: caster.center + caster.radius * within, normal: Vec3::ZERO };
+        let contexts = LightSampleContexts::from(&context);
+        let sampling = LightSampling::Importance;
+        let sample = self.lights.sample(&contexts, &self.world.geometry, sampling, choice, &light_random.into())?;
+        // BSDF samples never find delta lights, and find infinite lights from every caster.
+        let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
+        let photon = Photon {
+            sampler,
+            direction: -sample.direction,
+            power: f64::from(sample.radiance.element_sum()) / f64::from(sample.pdf),
+            interior_list: InteriorList::default(),
+            last_exit: None,
+        };
+        let epsilon = f64::from(ONE_MINUS_SHADOW_EPSILON);
+        let origin = context.position + (p_light - context.position) * epsilon;
+        let ray =
+            Ray { origin: origin.as_vec3().to_array(), direction: photon.direction.to_array(), t_max: f32::INFINITY };
+        Some((photon, ray))
+    }
 }
 
 impl Photon {
     /// Scatters the photon at a caster; elsewhere a photon that has met a caster is deposited.
     fn bounce(
         &mut self,
-        world: &PreparedWorld,
+        pass: &PhotonPass,
         hit: &Hit,
         bounce: u32,
         deposits: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
-        let interaction = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
-        let mut candidates = world.caustic_candidates().iter();
-        let Some(caster) = candidates.position(|caster| caster.instance == hit.instance) else {
+        let geometry = &pass.world.geometry;
+        let interaction = SurfaceInteraction::new(geometry, self.direction, hit, 0.0);
+        let Some(&caster) = pass.candidate_of.get(&hit.instance) else {
             deposits.extend(self.last_exit.map(|(caster, exit_point)| {
                 let deposit = PhotonDeposit { exit_point, landing_point: interaction.position, power: self.power };
                 (caster, deposit)
@@ -166,13 +186,13 @@ impl Photon {
             return None;
         };
         let (media, is_front) = (self.interior_list, interaction.is_front);
-        let transition = InterfaceTransition::at_hit(&world.geometry, media, hit, is_front, None);
+        let transition = InterfaceTransition::at_hit(geometry, media, hit, is_front, None);
         if transition.is_false_intersection {
             self.interior_list = transition.far_side;
             return Some(interaction.ray_beyond(self.direction, f32::INFINITY));
         }
         let material_hit =
-            MaterialHit::new(&world.geometry, hit, &interaction, self.direction).seen_by(None, transition.outside_ior);
+            MaterialHit::new(geometry, hit, &interaction, self.direction).seen_by(None, transition.outside_ior);
         let point = ShadingPoint::new(&interaction, &material_hit);
         let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(bounce + 1));
         let [x, y] = self.sampler.get_2d(Dimension::Bsdf(bounce));

@@ -73,6 +73,11 @@ impl Lights {
         !self.emissive_triangles.is_empty()
     }
 
+    /// True if light samples may be those of infinite lights.
+    pub fn has_infinite_samples(&self) -> bool {
+        self.non_constant_infinite > 0
+    }
+
     /// True if any light without a mesh is finite.
     pub fn has_finite(&self) -> bool {
         !self.finite.is_empty()

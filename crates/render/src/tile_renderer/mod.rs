@@ -130,6 +130,7 @@ impl<'a> TileRenderer<'a> {
         }
         if needs.color {
             integrator::photon_pass::build_caustic_maps(world, settings);
+            integrator::light_visibility::prepare_light_visibility(world, settings);
         }
         let mut renderer = Self {
             world,

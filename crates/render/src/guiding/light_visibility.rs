@@ -1,0 +1,98 @@
+//! Light visibility: the parts of space from which light sampling finds something.
+//!
+//! Where lamps are in glass, or in another room, every shadow ray ends at what is in between. Space is divided into cubes, and
+//! light sampling is rare in those from which no light was seen. Whether a cube is hidden depends on the world alone: its
+//! first visitor finds out, and any other would find the same.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use glam::{DVec3, UVec3};
+
+/// Cubes along the longest side of the world, at most.
+const MAX_CELLS_PER_SIDE: u32 = 24;
+/// Rate of light sampling in hidden cells. Not zero: what was seen from a few points is no proof.
+pub(crate) const HIDDEN_RATE: f32 = 1.0 / 8.0;
+
+const UNKNOWN: u8 = 0;
+const LIT: u8 = 1;
+const HIDDEN: u8 = 2;
+
+/// The cubes that space is divided into, and what is known of each.
+#[derive(Debug)]
+pub(crate) struct LightVisibility {
+    /// Scene-local.
+    lower: DVec3,
+    size: f64,
+    counts: UVec3,
+    cells: Vec<AtomicU8>,
+}
+
+impl LightVisibility {
+    /// The cubes of a box, of which nothing is known; `None` for a box without a size.
+    pub fn new([lower, upper]: [DVec3; 2]) -> Option<Self> {
+        let extent = upper - lower;
+        let size = extent.max_element() / f64::from(MAX_CELLS_PER_SIDE);
+        if !(size > 0.0 && size.is_finite()) {
+            return None;
+        }
+        let counts = (extent / size).ceil().as_uvec3().clamp(UVec3::ONE, UVec3::splat(MAX_CELLS_PER_SIDE));
+        let cells = (0..counts.element_product()).map(|_| AtomicU8::new(UNKNOWN)).collect();
+        Some(Self { lower, size, counts, cells })
+    }
+
+    /// The same, all hidden.
+    #[cfg(test)]
+    pub fn all_hidden(bounds: [DVec3; 2]) -> Option<Self> {
+        let all = Self::new(bounds)?;
+        all.cells.iter().for_each(|cell| cell.store(HIDDEN, Ordering::Relaxed));
+        Some(all)
+    }
+
+    /// The rate of light sampling at a point. `sees_light` finds out once a cube whether light is seen from it, by its lower
+    /// and upper corner; it must depend on the cube alone.
+    #[inline]
+    pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
+        let last = (self.counts - UVec3::ONE).as_dvec3();
+        // Points outside belong to the nearest cube.
+        let cell = ((position - self.lower) / self.size).floor().clamp(DVec3::ZERO, last).as_uvec3();
+        let index = (cell.z * self.counts.y + cell.y) * self.counts.x + cell.x;
+        let state = &self.cells[index as usize];
+        let mut known = state.load(Ordering::Relaxed);
+        if known == UNKNOWN {
+            let lower = self.lower + cell.as_dvec3() * self.size;
+            known = if sees_light([lower, lower + self.size]) { LIT } else { HIDDEN };
+            state.store(known, Ordering::Relaxed);
+        }
+        if known == LIT { 1.0 } else { HIDDEN_RATE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cube_is_asked_once() {
+        let visibility = LightVisibility::new([DVec3::splat(-1.0), DVec3::new(5.0, 1.0, 0.5)]).unwrap();
+        assert_eq!(visibility.counts, UVec3::new(24, 8, 6));
+        let mut asked = vec![];
+        for _ in 0..2 {
+            for x in [-0.9, 0.1, 4.99, 1e9] {
+                let rate = visibility.rate(DVec3::new(x, 0.1, 0.2), |[lower, upper]| {
+                    assert!((upper - lower).abs_diff_eq(DVec3::splat(0.25), 1e-12));
+                    asked.push(lower.x);
+                    lower.x < 2.0
+                });
+                assert_eq!(rate, if x < 2.0 { 1.0 } else { HIDDEN_RATE });
+            }
+        }
+        assert_eq!(asked, [-1.0, 0.0, 4.75]);
+    }
+
+    #[test]
+    fn a_box_without_a_size_has_no_cubes() {
+        for corner in [DVec3::ZERO, DVec3::splat(f64::INFINITY), DVec3::splat(f64::NAN)] {
+            assert!(LightVisibility::new([DVec3::ZERO, corner]).is_none());
+        }
+    }
+}
