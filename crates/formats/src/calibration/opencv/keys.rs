@@ -26,7 +26,7 @@ pub(super) const K: [&str; 18] = [
     "intrinsicmat",
 ];
 /// The coefficients of the lens.
-pub(super) const LENS: [&str; 20] = [
+pub(super) const LENS: [&str; 21] = [
     "distortioncoefficients",
     "distortioncoefficient",
     "distortioncoeffs",
@@ -46,6 +46,7 @@ pub(super) const LENS: [&str; 20] = [
     "lensdistortion",
     "dist",
     "dcoeffs",
+    "kc",
     "d",
 ];
 /// The coefficients by names of their own, in OpenCV's order.
