@@ -9,6 +9,7 @@ sys.path.insert(0, str(HERE))
 import api  # noqa: E402
 import commands  # noqa: E402
 import figures  # noqa: E402
+import live  # noqa: E402
 import raycam  # noqa: E402
 import worldfile  # noqa: E402
 
@@ -17,7 +18,7 @@ version = release = raycam.__version__
 copyright = "The raycam contributors"
 extensions = ["myst_parser", "mathml"]
 html_math_renderer = "mathml"
-exclude_patterns = ["_build", "_generated", "images", "meshes", "lab-notes"]
+exclude_patterns = ["_build", "_generated", "images", "meshes", "worlds", "lab-notes"]
 # Pages link to the lab notes, which are read in the repository; tests/docs checks every link.
 suppress_warnings = ["myst.xref_missing"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
@@ -29,13 +30,15 @@ html_theme = "furo"
 html_title = "raycam"
 html_copy_source = True
 html_show_sphinx = False
+html_extra_path = ["_generated/extra"]  # beside the pages as it is
+(HERE / "_generated" / "extra").mkdir(parents=True, exist_ok=True)
 
 
 def generate(app: object) -> None:
     """Make what the pages include: figures, the world-file tables, the commands' help."""
     folder = HERE / "_generated"
     folder.mkdir(exist_ok=True)
-    for maker in (api, worldfile, commands, figures):
+    for maker in (api, worldfile, commands, figures, live):
         maker.write(folder)
 
 

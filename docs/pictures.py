@@ -3,7 +3,8 @@
     python docs/pictures.py                       all pages
     python docs/pictures.py docs/howto/glass.md   one page
 
-A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. Needs Pillow.
+A page shows `images/howto/NAME.jpg` or `images/gallery/NAME.jpg`; one of its blocks writes NAME.png. Videos are shown
+as NAME.webp and written as NAME.gif. Needs Pillow.
 Pictures that the folder lacks after the blocks are those of another page, and stay.
 """
 
@@ -24,7 +25,9 @@ from raycam import cli
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 SHOWN = re.compile(r"images/((?:howto|gallery)/[\w-]+)\.jpg")
+FILMS = re.compile(r"images/((?:howto|gallery)/[\w-]+)\.webp")
 MAX_BYTES = 60_000
+MAX_FILM_BYTES = 120_000
 MAX_SIDE = 480
 
 
@@ -59,6 +62,29 @@ def keep(name: str) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(data.getvalue())
     print(f"{target.name}: {data.tell()} bytes")
+
+
+def keep_film(name: str) -> None:
+    """Writes a video of the current folder to the documentation, small enough."""
+    with Image.open(f"{Path(name).name}.gif") as film:
+        times = film.info["duration"]
+        pictures = [film.convert("RGB") for at in range(film.n_frames) if not film.seek(at)]
+    for quality in range(80, 20, -6):
+        data = io.BytesIO()
+        pictures[0].save(
+            data,
+            "WEBP",
+            save_all=True,
+            append_images=pictures[1:],
+            duration=times,
+            loop=0,
+            quality=quality,
+            method=6,
+        )
+        if data.tell() <= MAX_FILM_BYTES:
+            break
+    (DOCS / "images" / f"{name}.webp").write_bytes(data.getvalue())
+    print(f"{name}.webp: {data.tell()} bytes")
 
 
 def labelled(folder: Path) -> None:
@@ -107,7 +133,8 @@ def main() -> None:
     for page in pages:
         text = page.read_text(encoding="utf-8")
         names = list(dict.fromkeys(SHOWN.findall(text)))
-        if not names:
+        films = list(dict.fromkeys(FILMS.findall(text)))
+        if not names + films:
             continue
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
@@ -115,6 +142,9 @@ def main() -> None:
             for name in names:
                 if Path(f"{Path(name).name}.png").exists():
                     keep(name)
+            for name in films:
+                if Path(f"{Path(name).name}.gif").exists():
+                    keep_film(name)
             if Path("toys/annotations").exists():
                 labelled(Path("toys"))
             os.chdir(DOCS)

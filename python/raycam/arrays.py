@@ -14,11 +14,13 @@ __all__ = [
     "Bools",
     "Floats",
     "floats",
+    "is_tensor",
     "limits",
     "numbers",
     "paired",
     "rows_of",
     "size_of",
+    "thread_count",
     "triples",
     "whole",
 ]
@@ -40,8 +42,10 @@ def floats(
     """
     wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
     try:
-        array = np.asarray(value)
+        array = numbers(name, value, error) if is_tensor(value) else np.asarray(value)
     except (TypeError, ValueError) as fault:
+        if isinstance(fault, error):
+            raise
         raise error(f"{name} must be numbers {wanted}: {fault}") from None
     if array.dtype.kind not in "fiu" and array.size:
         raise error(f"{name} must be numbers {wanted}, not of dtype {array.dtype}")
@@ -63,6 +67,11 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
     return number
 
 
+def thread_count(threads: object) -> int | None:
+    """Returns a number of threads as an int from 1 to 1024, and None for None; raises `SettingsError`."""
+    return None if threads is None else whole("threads", threads, 1, 1024)
+
+
 def size_of(
     value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
 ) -> tuple[int, int]:
@@ -73,6 +82,13 @@ def size_of(
         raise error(f"size must be (width, height) in pixels, not {value!r}") from None
     limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
     return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)
+
+
+def is_tensor(value: object) -> bool:
+    """True for arrays that are not NumPy's: those with `__array__` or `__dlpack__`."""
+    if isinstance(value, np.ndarray | np.generic):
+        return False
+    return hasattr(value, "__array__") or hasattr(value, "__dlpack__")
 
 
 def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt.NDArray[Any]:

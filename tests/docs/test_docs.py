@@ -116,6 +116,10 @@ def test_the_gallery_has_its_pictures_and_all_are_small() -> None:
     assert len(shown) == len(set(shown)) > 15
     for name in re.findall(r"images/gallery/([\w-]+)\.jpg", text):
         assert f'"{name}.png"' in text, f"no block makes {name}.png"
+    films = re.findall(r"images/gallery/([\w-]+)\.webp", text)
+    assert len(set(films)) == 4
+    for name in films:
+        assert re.search(rf"\b{name}\.gif", text), f"no block makes {name}.gif"
     pictures = [path for path in (ROOT / "docs" / "images").rglob("*") if path.is_file()]
     assert sum(path.stat().st_size for path in pictures) < 1_500_000
 

@@ -21,7 +21,7 @@ OPTIONS = [
     *("--disable-background-networking", "--disable-component-update"),
     *("--remote-debugging-port=0", "--remote-allow-origins=*"),
 ]
-PATIENCE = 60.0  # seconds
+PATIENCE = 180.0  # seconds
 
 
 class Tab:
@@ -120,7 +120,9 @@ def chromium(folder: Path) -> Iterator[Tab]:
             port = told.read_text().split("\n")[0]
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=PATIENCE) as answer:
                 (tab,) = [each for each in json.load(answer) if each["type"] == "page"]
-            with connect(tab["webSocketDebuggerUrl"], max_size=None, proxy=None) as socket:
+            with connect(
+                tab["webSocketDebuggerUrl"], max_size=None, proxy=None, ping_interval=None
+            ) as socket:
                 yield Tab(socket)
         finally:
             process.terminate()

@@ -11,6 +11,7 @@ from raycam.viewer import bundle as bundling
 
 CLIENT = Path(raycam.__file__).parent / "viewer" / "client"
 LONGEST_FILE = 400
+ENTRIES = ["main.js", "lecture/main.js"]
 
 
 @pytest.fixture
@@ -26,15 +27,19 @@ def altered(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_every_module_is_in_it_after_its_imports() -> None:
-    names = bundling.modules()
-    assert sorted(names) == sorted(path.relative_to(CLIENT).as_posix() for path in CLIENT.rglob("*.js"))
-    for name in names:
-        for _, source in bundling.IMPORT.findall(bundling.client_file(name)):
-            assert names.index(bundling.beside(name, source)) < names.index(name)
+    entries = [bundling.modules(entry) for entry in ENTRIES]
+    assert {name for names in entries for name in names} == {
+        path.relative_to(CLIENT).as_posix() for path in CLIENT.rglob("*.js")
+    }
+    for names in entries:
+        for name in names:
+            for _, source in bundling.IMPORT.findall(bundling.client_file(name)):
+                assert names.index(bundling.beside(name, source)) < names.index(name)
 
 
-def test_no_import_is_left_and_nothing_is_loaded() -> None:
-    text = bundling.bundle()
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_no_import_is_left_and_nothing_is_loaded(entry: str) -> None:
+    text = bundling.bundle(entry)
     assert not re.search(r"^\s*(?:import|export)\b", text, re.M)
     assert not re.search(
         r"https?://|\beval\b|new Function|innerHTML|insertAdjacentHTML|document\.write", text

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from raycam.viewer.scene.edits import Edits, edited
+from raycam.viewer.scene.edits import Edits, edited, material
 from raycam.viewer.session import Session
 
 
@@ -69,6 +69,9 @@ def test_a_light_of_twice_the_strength_gives_twice_the_light(light: dict[str, An
         ("object", 0, "move", [1, 2]),
         ("object", 0, "scale", 0),
         ("object", 0, "turn", "x"),
+        ("object", 0, "roughness", 1.5),
+        ("object", 0, "metallic", True),
+        ("object", 0, "emission", -1),
     ],
 )
 def test_what_cannot_be_changed_is_refused_and_changes_nothing(small_world: raycam.World, edit: Any) -> None:
@@ -87,8 +90,9 @@ def test_edits_are_undone_and_all_sessions_see_them(small_world: raycam.World) -
     second.send = lambda message, buffers: heard.append(message)
     first.receive({"type": "edit", "kind": "object", "number": 0, "key": "visible", "value": False})
     assert second.world is first.world is edits.world is not small_world
-    assert heard[-1]["objects"][0] == {"name": "box", "visible": False}
-    assert (heard[-1]["undo"], heard[-1]["redo"]) == (1, 0)
+    contents = [each for each in heard if each["type"] == "contents"][-1]
+    assert contents["objects"][0] == {"name": "box", "visible": False}
+    assert (contents["undo"], contents["redo"]) == (1, 0)
     first.receive({"type": "undo"})
     assert second.base is small_world
     first.receive({"type": "redo"})
@@ -102,3 +106,25 @@ def test_a_view_for_looking_refuses_edits(small_world: raycam.World) -> None:
     with pytest.raises(raycam.SettingsError, match="looking"):
         edits.edit("object", 0, "visible", False)
     assert not edits.about()["editable"]
+
+
+def test_materials_are_changed_and_keep_their_colour(small_world: raycam.World) -> None:
+    before = material(small_world, 0)
+    rough = edited(small_world, "object", 0, "roughness", 0.25)
+    shiny = edited(rough, "object", 0, "metallic", 1)
+    bright = edited(shiny, "object", 0, "emission", 4)
+    found = material(bright, 0)
+    assert (found["model"], found["roughness"], found["metallic"]) == ("principled", 0.25, 1)
+    assert (found["color"], found["emission"]) == (before["color"], 4)
+    assert material(small_world, 0) == before
+    camera = small_world.camera("front")
+    seen = raycam.render(bright, camera, integrator="path", max_depth=1, samples=1)["color"]
+    assert np.allclose(seen[16, 24], 4)
+
+
+def test_a_texture_is_not_lost_for_a_roughness() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, texture=np.full((2, 2, 3), 128, np.uint8))
+    with pytest.raises(raycam.WorldError, match="lose the texture"):
+        edited(world, "object", 0, "roughness", 0.5)
+    assert material(edited(world, "object", 0, "emission", 1), 0)["textured"]

@@ -20,7 +20,13 @@ GOOD: dict[str, dict[str, Any]] = {
     "time": {"t": 0.5, "animation": ""},
     "variant": {"name": "red"},
     "lens": {"fx": 500.5, "fy": 500, "cx": -1, "cy": 239.5, "distortion": [0.1, -0.02]},
-    "overlay": {"cameras": True},
+    "pose": {"location": [1, -2.5, 3], "roll": 0, "pitch": 10.5, "yaw": -90},
+    "overlay": {"cameras": True, "explained": False},
+    "select": {"number": 0, "tool": "move"},
+    "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
+    "film": {"seconds": 2, "degrees": 360},
+    "upload": {"name": "a.glb", "bytes": 3, "offset": 0, "data": "AAAA"},
+    "open": {"name": "a.glb"},
     "edit": {"kind": "object", "number": 3, "key": "visible", "value": False},
     "undo": {},
     "redo": {},
@@ -57,7 +63,12 @@ TAKEN = {
     **{("lens", field): (1.5,) for field in ("fx", "fy")},
     **{("lens", field): (1.5, -1) for field in ("cx", "cy")},
     ("lens", "distortion"): ([],),
-    ("overlay", "cameras"): (True,),
+    **{("overlay", field): (True,) for field in ("cameras", "explained")},
+    **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},
+    ("film", "seconds"): (1.5,),
+    ("upload", "data"): ("x" * 2000,),  # is base64
+    ("film", "degrees"): (1.5, -1),
+    **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused where it is used
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("visible", "visible"): (True,),
     ("camera", "name"): (PATH,),  # a name that no camera has

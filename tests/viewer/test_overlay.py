@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import raycam
+from raycam.explanation.scene_figure import Line
 from raycam.viewer.scene.overlay import frusta, polylines
 from raycam.viewer.session import Session
 
@@ -37,5 +38,19 @@ def test_lines_are_cut_where_the_camera_has_no_image(model: str) -> None:
 def test_the_picture_carries_them_when_asked(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     assert session.overlay(session.camera) == []
-    session.receive({"type": "overlay", "cameras": True})
+    session.receive({"type": "overlay", "cameras": True, "explained": True})
     assert [each["name"] for each in session.overlay(session.camera)] in ([], ["side"])
+
+
+def test_rays_of_an_explained_pixel_are_drawn_from_anywhere(small_world: raycam.World) -> None:
+    session = Session(small_world, small_world.camera("front"))
+    session.show_lines([Line("sun 0", "#e0a800", np.array([[0.5, 0, 0], [0.5, 0, 1.0]]))])
+    for name in ("front", "side"):
+        session.receive({"type": "camera", "name": name})
+        (line,) = session.overlay(session.camera)
+        ends = session.camera.project([[0.5, 0, 0], [0.5, 0, 1.0]])[0] - session.camera.corner
+        found = np.array(line["lines"][0])
+        assert np.allclose(found[[0, -1]], ends, atol=0.06)
+        assert (line["name"], line["color"]) == ("sun 0", "#e0a800")
+    session.receive({"type": "overlay", "cameras": False, "explained": False})
+    assert session.overlay(session.camera) == []

@@ -23,23 +23,14 @@ def test_points_are_those_of_position(small_world: raycam.World) -> None:
 
 
 @pytest.mark.parametrize("pixel", [(24, 16), (40, 20), (3, 29)])
-def test_a_lens_is_explained_by_the_pinhole_that_has_the_ray(
+def test_a_pixel_of_a_lens_is_explained_with_its_light_and_tree(
     small_world: raycam.World, pixel: tuple[int, int]
 ) -> None:
     camera = raycam.Camera.look_at(
         [4, -3, 2], [0, 0, 0], size=(48, 32), fov=60, distortion=[0.1, 0, 0, 0], model="fisheye"
     )
-    pinhole = probe._pinhole(camera, *pixel)
-    at = np.array(pixel) + camera.corner + 0.5
-    assert np.allclose(pinhole.rays(at)[1], camera.rays(at)[1], atol=1e-12)
-    made = probe.explained(small_world, camera, *pixel)
-    assert made["text"].startswith("The camera has a lens (fisheye).")
-    seen = raycam.render(small_world, camera, channels=["triangle", "instance"], samples=1)
-    instance, triangle = (int(seen[name][pixel[1], pixel[0]]) for name in ("instance", "triangle"))
-    assert (f"triangle {triangle}" in made["text"]) == (instance >= 0)
-
-
-def test_parallel_rays_are_not_explained(small_world: raycam.World) -> None:
-    camera = raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], size=(48, 32), height=4)
-    with pytest.raises(raycam.CameraError, match="parallel"):
-        probe.explained(small_world, camera, 1, 1)
+    made, lines = probe.explained(small_world, camera, *pixel)
+    assert made["text"] == str(raycam.explain(small_world, camera, pixel))
+    assert [each["title"] for each in made["sections"]] == ["The light", "The tree"]
+    assert all(each["svg"].startswith("<svg") and each["text"] for each in made["sections"])
+    assert lines[0].points.shape[1] == 3

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copy
+import json
 import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -486,3 +489,52 @@ TestEdits = Edits.TestCase
 TestEdits.settings = settings(
     max_examples=8, stateful_step_count=10, deadline=None, suppress_health_check=list(HealthCheck)
 )
+
+
+def test_tables_are_read_only_and_say_how_to_change_the_world() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="cup")
+    world.add_light("sun", direction=[0, 0, -1], irradiance=2)
+    camera = raycam.Camera.look_at([0, 3, 3], [0, 0, 0], fov=40, size=(4, 4))
+    world.add_camera(camera, "front")
+    before = world.to_bytes()
+    changes: list[tuple[str, Any]] = [
+        (r"set_light\(0", lambda: world.lights[0].update(irradiance=3)),
+        (r"set_light\(0", lambda: world.lights[0].__setitem__("irradiance", 3)),
+        ("remove_light", lambda: world.lights.pop()),
+        ("add_light", lambda: world.lights.append({})),
+        ("remove_object", lambda: world.objects.clear()),
+        ("add_object", lambda: world.objects.__setitem__(0, None)),
+        ("set_camera", lambda: world.cameras.__setitem__("front", camera)),
+        ("remove_camera", lambda: world.cameras.pop("front")),
+    ]
+    for way, change in changes:
+        with pytest.raises(raycam.WorldError, match=way):
+            change()
+    assert world.to_bytes() == before
+    light = copy.deepcopy(world.lights)[0]
+    light["irradiance"] = 3
+    assert type(light) is dict
+    assert pickle.loads(pickle.dumps(world.lights)) == world.lights
+    assert json.loads(json.dumps(world.lights)) == world.lights
+
+
+@pytest.mark.parametrize("which", [0.5, None, True, ["cup"], np.array([0, 1])])
+def test_what_names_no_object_is_an_error_with_a_type(which: Any) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="cup")
+    camera = raycam.Camera.look_at([0, 3, 3], [0, 0, 0], fov=40, size=(4, 4))
+    calls = [
+        lambda: world.set_object(which, visible=False),
+        lambda: world.remove_object(which),
+        lambda: world.set_camera(which, camera),
+        lambda: world.set_camera("camera", which),
+        lambda: world.remove_camera(which),
+    ]
+    if which is None or isinstance(which, float | bool):
+        calls += [lambda: world.topology(which), lambda: world.inside([0, 0, 0], objects=which)]
+    for call in calls if which is not None else calls[:-1]:
+        with pytest.raises(raycam.WorldError):
+            call()
+    assert world.inside([0, 0, 0], objects=np.array(0))
+    assert world.inside([0, 0, 0], objects=np.array([0]))

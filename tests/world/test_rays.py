@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -375,3 +376,38 @@ def test_tensors_of_torch_go_in_and_out_without_a_copy() -> None:
     assert world.inside(torch.zeros(3, dtype=torch.float32)).item()
     with pytest.raises(raycam.SettingsError, match=r"origins\.detach\(\)"):
         world.cast_rays(origins.clone().requires_grad_(), directions)
+
+
+@pytest.mark.parametrize("threads", [0, -2, 1.5, "all", True, 10**9])
+def test_numbers_of_threads_are_checked(threads: Any) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    camera = raycam.Camera.look_at([0, 3, 3], [0, 0, 0], fov=40, size=(4, 4))
+    calls = (
+        lambda: world.cast_rays([0, 0, 5], [0, 0, -1], threads=threads),
+        lambda: world.count_intersections([0, 0, 5], [0, 0, -1], threads=threads),
+        lambda: world.inside([0, 0, 0], threads=threads),
+        lambda: world.closest_points([0, 0, 0], threads=threads),
+        lambda: world.visible([0, 0, 0], [1, 1, 1], threads=threads),
+        lambda: world.prepare(threads=threads),
+        lambda: raycam.keypoints(world, camera, [[0, 0, 0]], threads=threads),
+        lambda: raycam.render(world, camera, channels="depth", threads=threads),
+    )
+    for call in calls:
+        with pytest.raises(raycam.SettingsError, match="threads"):
+            call()
+
+
+@pytest.mark.parametrize("power", [-119, -100, 100, 123])
+def test_sizes_of_float32_are_exact_and_larger_ones_errors(power: int) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 2}, matrix=np.diag([2.0**power] * 3 + [1]))
+    size = float(np.abs(world.triangles()).max())
+    grid = np.array([[x, y, -3] for x in (-1, 0, 0.5, 1) for y in (-1, 0, 0.5, 1)]) * size
+    assert world.cast_rays(grid, [0, 0, size])["t"].tolist() == [2.0] * 16
+    inside = (grid[:, :2] < size).all(axis=1)
+    assert world.count_intersections(grid, [0, 0, size]).tolist() == (2 * inside).tolist()
+    huge = raycam.World()
+    huge.add_mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * 1e39, [[0, 1, 2]])
+    with pytest.raises(raycam.WorldError, match="vertex 0"):
+        huge.cast_rays([0, 0, 1], [0, 0, -1])

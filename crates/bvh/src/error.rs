@@ -41,7 +41,7 @@ impl std::fmt::Display for BuildError {
             Self::IndexOutOfRange { triangle, index, vertices } => {
                 write!(f, "triangle {triangle} names vertex {index}, but there are {vertices} vertices")
             }
-            Self::NonFinite { what } => write!(f, "{what} is NaN or infinite"),
+            Self::NonFinite { what } => write!(f, "{what} is NaN, infinite, or beyond 3.4e38"),
             Self::TooLarge { what, given, limit } => {
                 write!(f, "{given} {what} given, at most {limit} fit")
             }

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import product
+from ..arrays import product, thread_count
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import CameraError
@@ -62,7 +62,7 @@ def flow(
     world2 = None if world2 is None else world_of(world2)
     camera2 = None if camera2 is None else camera_of(world2 or world, camera2)
     second = (world if world2 is None else world2, camera if camera2 is None else camera2)
-    return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)
+    return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), thread_count(threads))
 
 
 def disparity(

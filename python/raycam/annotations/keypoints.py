@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, floats, whole
+from ..arrays import Bools, Floats, floats, thread_count, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
@@ -77,6 +77,11 @@ def keypoints(
         if given is not None and len(given) != len(places):
             raise SettingsError(f"{name} has {len(given)} entries for {len(places)} points")
     found = _core.keypoints(
-        (world._core, camera._core), places, numbers["objects"], numbers["triangles"], tolerance, threads
+        (world._core, camera._core),
+        places,
+        numbers["objects"],
+        numbers["triangles"],
+        tolerance,
+        thread_count(threads),
     )
     return Keypoints(**found, visible=found["in_picture"] & (found["occluder"] == -1))

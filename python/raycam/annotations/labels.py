@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, product, whole
+from ..arrays import Bools, Floats, product, thread_count, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError, nearest
@@ -165,7 +165,9 @@ def label(
         else (whole("margin", margin[0], 0, 1 << 16), whole("margin", margin[1], 0, 1 << 16))
     )
     found = []
-    for number, (x, y, w, h), amodal in _core.silhouettes(world._core, camera._core, wanted, space, threads):
+    for number, (x, y, w, h), amodal in _core.silhouettes(
+        world._core, camera._core, wanted, space, thread_count(threads)
+    ):
         visible = np.zeros_like(amodal)
         left, top, right, bottom = max(x, 0), max(y, 0), min(x + w, width), min(y + h, height)
         if left < right and top < bottom:

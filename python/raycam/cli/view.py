@@ -39,6 +39,9 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--no-edit", action="store_true", help="look alone: objects and lights stay as they are"
     )
+    command.add_argument(
+        "--allow-open", action="store_true", help="files that are dropped on the page are opened there"
+    )
     command.add_argument("--follow", action="store_true", help="all clients share one camera, as in teaching")
     command.add_argument("--exit-when-closed", action="store_true", help="end when the page is closed")
     command.set_defaults(run=_run)
@@ -84,6 +87,8 @@ def _view_world(options: argparse.Namespace) -> None:
         threads=options.threads,
         edit=not options.no_edit,
         follow=options.follow,
+        allow_open=options.allow_open,
+        source=options.world,
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C ends it)", flush=True)
         if not open_browser(viewer.url, False if options.no_browser else None):

@@ -1,7 +1,7 @@
-"""Explanation of one pixel of the flat picture: every step of the lecture with its numbers.
+"""Explanation of one pixel: every step of the lecture with its numbers, then its light, and the tree that is searched.
 
-The numbers come from :mod:`raycam.reference`: the functions of the reference picture, run for one ray over all
-triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
+The numbers of the flat picture come from :mod:`raycam.reference`: the functions of the reference picture, run for one
+ray over all triangles. ``str(explanation)`` prints them, :mod:`raycam.explanation.figure` draws them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,11 @@ from ..errors import SettingsError
 from ..io import atomic_files
 from ..reference.units import Bools, Floats, Units
 from . import figure, text
+from .lens import LensSteps, lens_steps
+from .light_path import LightPath, light_path
+from .lighting import Lighting, lighting
+from .scene_figure import light_figure, tree_figure
+from .tree import TreeSearch, tree_search
 
 if TYPE_CHECKING:
     from ..camera import Camera
@@ -30,6 +35,10 @@ if TYPE_CHECKING:
 HITS_SHOWN = 3
 MISSES_SHOWN = 1
 MISSES_SHOWN_WITHOUT_A_HIT = 2
+
+Subject = Literal["ray", "light", "tree"]
+SUBJECTS: tuple[Subject, ...] = ("ray", "light", "tree")
+"""Subjects of an explanation: the ray and its triangle, the light, the tree."""
 
 
 @dataclass(frozen=True)
@@ -140,6 +149,9 @@ class Explanation:
     """The depth along the principal axis, in world units; +inf for a miss."""
     distance: float
     """The distance from C to f(t), in world units; +inf for a miss."""
+    lens: LensSteps | None = None
+    """The steps of the ray of a camera with a lens or parallel rays; None for a pinhole. `P` is then the matrix of a
+    pinhole that has the same ray, and `r` has length 1."""
 
     @property
     def inside(self) -> int:
@@ -159,17 +171,41 @@ class Explanation:
         """The figure that a notebook shows."""
         return self.svg()
 
-    def svg(self) -> str:
-        """The figure as SVG: the picture with the marked pixel, ray and triangle in 3D, and the inside test."""
-        return figure.figure(self)
+    def lighting(self, samples: int = 256) -> Lighting:
+        """The light of the pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
 
-    def save_figure(self, path: str | os.PathLike[str]) -> None:
-        """Writes the figure to an .svg file atomically, or to a .png or .pdf with CairoSVG.
+        Suns, bulbs and spots without an extent are closed forms; the others are means of `samples` samples.
+        """
+        return lighting(self, samples)
+
+    def light_path(self, seed: int = 0, max_bounces: int = 5) -> LightPath:
+        """One path of light through the pixel, of at most `max_bounces` points; another one for each `seed`."""
+        return light_path(self, seed, max_bounces)
+
+    def tree(self) -> TreeSearch:
+        """The search for the closest triangle in a tree of boxes: the boxes that the ray enters, and counts."""
+        return tree_search(self)
+
+    def svg(self, of: Subject = "ray") -> str:
+        """A figure as SVG.
+
+        Of the "ray": the picture with the marked pixel, ray and triangle in 3D, and the inside test. Of the "light":
+        shadow rays and a path of light in 3D. Of the "tree": the boxes that the ray enters. Raises SettingsError for
+        another word.
+        """
+        if of not in SUBJECTS:
+            raise SettingsError(f"of={of!r}: expected {', '.join(SUBJECTS)}")
+        if of == "light":
+            return light_figure(self, self.lighting(), self.light_path())
+        return tree_figure(self, self.tree()) if of == "tree" else figure.figure(self)
+
+    def save_figure(self, path: str | os.PathLike[str], of: Subject = "ray") -> None:
+        """Writes the figure `svg` to an .svg file atomically, or to a .png or .pdf with CairoSVG.
 
         Raises SettingsError for another ending and without CairoSVG, and OSError if the file cannot be written.
         """
         check_figure(path)
-        svg, suffix = self.svg().encode(), Path(path).suffix.lower()
+        svg, suffix = self.svg(of).encode(), Path(path).suffix.lower()
         atomic_files.write(path, svg if suffix == ".svg" else _converter(suffix)(bytestring=svg))
 
 
@@ -183,27 +219,32 @@ def explain(
     `world` and `camera` are as in `raycam.render`; ``explain(world, (320, 240))`` takes the default camera.
     `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's centre.
 
-    Raises SettingsError for a pixel outside the picture.
+    Cameras may have a lens or parallel rays: the ray is then explained from the pixel through the undistortion to the
+    direction in the world. A moving camera is explained at the middle of its motion.
+
+    Raises SettingsError for a pixel outside the picture, CameraError for one outside of the image of a lens.
     """
     if pixel is None:  # explain(world, pixel)
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
     if pixel is None:
         raise SettingsError("pixel is missing: (column, row), whole numbers from (0, 0) at the top left")
     world = world_of(world)
-    camera = camera_of(world, camera)
-    camera._require_pinhole("explain")
+    camera = camera_of(world, camera).still()
     column, row = pixel_of(camera, pixel)
+    is_plain = camera.model == "pinhole" and not camera.is_parallel
+    lens = None if is_plain else lens_steps(camera, column, row)
+    matrix = camera.P if lens is None else lens.P
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
-    units = Units.for_world(world_corners.reshape(-1, 3), reference.camera_center(camera.P))
+    units = Units.for_world(world_corners.reshape(-1, 3), reference.camera_center(matrix))
     corners = units.points(world_corners)
-    P = units.camera(camera.P)
+    P = units.camera(matrix)
     center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])
 
     C = reference.camera_center(P)
     X = reference.points_on_lines(P, center)
     forward = reference.third_row_of_r(P)
     line = reference.lines(X, C)
-    r = reference.pointed_forward(line, forward)
+    r = reference.pointed_forward(line, forward) if lens is None else lens.direction[None]
 
     n = reference.normals(corners)
     t = reference.plane_distances(n, corners[:, 0], C, r)[0]
@@ -215,14 +256,10 @@ def explain(
     inside = np.isfinite(hit_t)
     outside = (t >= 0) & ~inside
 
-    nearest = np.argsort(hit_t, kind="stable")[: min(HITS_SHOWN, inside.sum())]
-    misses = MISSES_SHOWN if len(nearest) else MISSES_SHOWN_WITHOUT_A_HIT
-    shown = np.concatenate([nearest, narrowest_misses(corners, t, outside, C, r[0])[:misses]])
-    shown = shown[np.lexsort([shown, t[shown]])]
-    candidates = {int(i): candidate(world, int(i), corners, n, C, r[0], t) for i in shown}
-    winner = candidates[int(nearest[0])] if len(nearest) else None
+    candidates, winner = _shown(world, corners, n, C, r[0], t, hit_t)
     distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
-    depth = winner.t * float(r[0] @ forward) * units.scale if winner else np.inf
+    axis = forward if lens is None else lens.forward
+    depth = winner.t * float(r[0] @ axis) * units.scale if winner else np.inf
     return Explanation(
         world=world,
         camera=camera,
@@ -244,12 +281,26 @@ def explain(
         parallel=int((np.isnan(t) & ~without_area).sum()),
         behind=int((t < 0).sum()),
         outside=int(outside.sum()),
-        candidates=tuple(candidates.values()),
+        candidates=candidates,
         winner=winner,
         color=winner.color if winner else reference.background(world),
         depth=depth,
         distance=distance,
+        lens=lens,
     )
+
+
+def _shown(
+    world: World, corners: Floats, n: Floats, C: Floats, r: Floats, t: Floats, hit_t: Floats
+) -> tuple[tuple[Candidate, ...], Candidate | None]:
+    """The triangles with full details, by t, and the closest hit among them."""
+    inside = np.isfinite(hit_t)
+    nearest = np.argsort(hit_t, kind="stable")[: min(HITS_SHOWN, inside.sum())]
+    misses = MISSES_SHOWN if len(nearest) else MISSES_SHOWN_WITHOUT_A_HIT
+    shown = np.concatenate([nearest, narrowest_misses(corners, t, (t >= 0) & ~inside, C, r)[:misses]])
+    shown = shown[np.lexsort([shown, t[shown]])]
+    candidates = {int(i): candidate(world, int(i), corners, n, C, r, t) for i in shown}
+    return tuple(candidates.values()), candidates[int(nearest[0])] if len(nearest) else None
 
 
 FIGURES = (".svg", ".png", ".pdf")

@@ -16,8 +16,9 @@ import numpy.typing as npt
 from .. import _core, reference
 from ..reference.units import Floats
 from ..render import render
+from .digits import number, srgb, vector
 from .svg import MONO, Label, Svg
-from .text import EDGES, name, number, srgb, vector
+from .text import EDGES, name
 from .view import Box, choose_viewpoint, fit_to_box, plane_grid, unit, view
 
 if TYPE_CHECKING:
@@ -306,13 +307,19 @@ def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
 
 def numbers(svg: Svg, box: Box, e: Explanation, c: Candidate | None) -> None:
     """Draws the formulas with their numbers."""
-    rows: list[tuple[str, str, str]] = [
-        ("x", vector(e.x, 4), RAY),
-        ("C", vector(e.C, 4), CAMERA),
-        ("X' - C", vector(e.line, 4), RAY),
-        ("v·(X' - C)", number(e.forward_dot_line, 4), INK),
-        ("r = X' - C" if e.forward_dot_line > 0 else "r = C - X'", vector(e.r, 4), RAY),
-    ]
+    rows: list[tuple[str, str, str]] = [("x", vector(e.x, 4), RAY), ("C", vector(e.C, 4), CAMERA)]
+    if e.lens is None:
+        rows += [
+            ("X' - C", vector(e.line, 4), RAY),
+            ("v·(X' - C)", number(e.forward_dot_line, 4), INK),
+            ("r = X' - C" if e.forward_dot_line > 0 else "r = C - X'", vector(e.r, 4), RAY),
+        ]
+    else:
+        rows += [
+            ("m' = K⁻¹ x", vector(e.lens.image_point, 4), RAY),
+            ("d, in the camera", vector(e.lens.in_camera, 4), RAY),
+            ("r = Rᵀ d", vector(e.r, 4), RAY),
+        ]
     if c is not None:
         rows += [
             ("n = (c-a) x (b-a)", vector(c.n, 4), NORMAL),

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+from .digits import DIGITS, number, srgb, vector
+from .lens import lens_section
 
 if TYPE_CHECKING:
     from . import Candidate, Explanation
 
-DIGITS = 6
 EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))
 
 
@@ -46,6 +46,9 @@ def title(e: Explanation) -> Iterator[str]:
 
 def ray_section(e: Explanation) -> Iterator[str]:
     """The lines of steps 1 and 2, the ray."""
+    if e.lens is not None:
+        yield from lens_section(e.lens, e.C)
+        return
     yield ""
     yield "1. A LINE THROUGH THE PIXEL AND THE CAMERA CENTRE"
     yield ""
@@ -154,7 +157,12 @@ def color_section(e: Explanation) -> Iterator[str]:
     yield f"   The smallest t            {number(b.t)}, {name(b)}"
     yield f"   Its colour                {vector(e.color)}, linear RGB; as sRGB bytes {rgb}"
     yield f"   distance = t |r|          {number(e.distance)}, from C to f(t)"
-    yield f"   depth = t (v·r)           {number(e.depth)}, along the principal axis"
+    yield f"   depth = t (v·r)           {number(e.depth)}, along the principal axis{aside(e)}"
+
+
+def aside(e: Explanation) -> str:
+    """The principal axis of a camera with a lens, which no step has named before."""
+    return "" if e.lens is None else f" v = {vector(e.lens.forward)}"
 
 
 def name(c: Candidate) -> str:
@@ -171,23 +179,6 @@ def outcome(c: Candidate, e: Explanation) -> str:
     else:
         said = "outside"
     return f"{c.crossings}: {said}"
-
-
-def number(value: float, digits: int = DIGITS) -> str:
-    """A number with `digits` significant digits, and 0 for both zeros."""
-    return f"{value + 0.0:.{digits}g}"
-
-
-def vector(values: npt.ArrayLike, digits: int = DIGITS) -> str:
-    """A vector as (x, y, z); components that are only rounding noise become 0."""
-    array = np.asarray(values, dtype=np.float64)
-    array = np.where(np.abs(array) < 1e-14 * np.abs(array).max(), 0.0, array)
-    return "(" + ", ".join(number(value, digits) for value in array) + ")"
-
-
-def srgb(linear: npt.NDArray[np.float64]) -> list[int]:
-    """Converts linear RGB to 8-bit sRGB."""
-    return [int(value) for value in _core.srgb_from_linear(linear.astype(np.float32), 1.0, 8, "standard")]
 
 
 def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:

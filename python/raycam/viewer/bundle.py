@@ -51,11 +51,11 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
 
 
 @functools.cache
-def bundle() -> str:
-    """The client as the text of one classic script. Raises `ValueError` where a module leaves the dialect."""
+def bundle(entry: str = "main.js") -> str:
+    """The module `entry` and its imports as one classic script. Raises `ValueError` where one leaves the dialect."""
     owner: dict[str, str] = {}
     parts = []
-    for name in modules():
+    for name in modules(entry):
         text = client_file(name)
         for declared in DECLARATION.findall(text):
             for word in re.findall(r"\w+", declared):

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..render.frame import CHANNELS, VIEWS
+from .scene.gizmo import HANDLES, TOOLS
 
 __all__ = ["LONGEST", "MESSAGES", "BadMessage", "message_of", "packed"]
 
@@ -20,6 +22,10 @@ LONGEST = 64 * 1024
 """The bytes of a message of a client at most."""
 WIDEST = (1920, 1080)
 """The pixels of a picture that a client may ask for at most."""
+
+LONGEST_CHUNK = 60_000
+"""The letters of a piece of an upload at most."""
+BASE64 = re.compile(r"(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?")
 
 Check = Callable[[Any], bool]
 
@@ -51,6 +57,16 @@ def _flag(value: Any) -> bool:
 def _numbers(most: int, low: float, high: float) -> Check:
     each = _number(low, high)
     return lambda value: type(value) is list and len(value) <= most and all(map(each, value))
+
+
+def _vector(length: int, low: float, high: float) -> Check:
+    each = _number(low, high)
+    return lambda value: type(value) is list and len(value) == length and all(map(each, value))
+
+
+def _base64(value: Any) -> bool:
+    """Some bytes as base64."""
+    return type(value) is str and len(value) <= LONGEST_CHUNK and BASE64.fullmatch(value) is not None
 
 
 def _value(value: Any) -> bool:
@@ -89,12 +105,28 @@ MESSAGES: dict[str, dict[str, Check]] = {
         **dict.fromkeys(("cx", "cy"), _number(-1e7, 1e7)),
         "distortion": _numbers(32, -1e6, 1e6),
     },
-    "overlay": {"cameras": _flag},
+    # Metres and degrees of the camera looked through.
+    "pose": {
+        "location": _vector(3, -1e9, 1e9),
+        **dict.fromkeys(("roll", "pitch", "yaw"), _number(-1e4, 1e4)),
+    },
+    "overlay": {"cameras": _flag, "explained": _flag},
     "edit": {
         "kind": _one_of("object", "light"),
         "number": _whole(0, 10**6),
-        "key": _one_of("visible", "color", "move", "turn", "scale", "strength"),
+        "key": _one_of(
+            *("visible", "color", "roughness", "metallic", "emission", "move", "turn", "scale", "strength")
+        ),
         "value": _value,
+    },
+    # The object that is chosen, and the gizmo on it.
+    "select": {"number": _whole(0, 10**6), "tool": _one_of("none", *TOOLS)},
+    # A drag of a handle between two places of the picture; those of one stroke are one step of undo.
+    "gizmo": {
+        "handle": _one_of(*HANDLES),
+        "stroke": _seq,
+        "begin": _vector(2, -1e4, 1e4),
+        "end": _vector(2, -1e4, 1e4),
     },
     "undo": {},
     "redo": {},
@@ -103,7 +135,17 @@ MESSAGES: dict[str, dict[str, Check]] = {
     "quality": {"integrator": _one_of("direct", "path")},
     "probe": {"id": _seq, **_pixel},
     "explain": {"id": _seq, **_pixel},
-    "snapshot": {"format": _one_of("png", "html", "npz", "glb")},
+    "snapshot": {"format": _one_of("png", "html", "npz", "glb", "toml")},
+    # A turn around the pivot.
+    "film": {"seconds": _number(0.5, 20), "degrees": _number(-720, 720)},
+    # A piece of a file that is dropped on the page, in order; then its opening.
+    "upload": {
+        "name": _text(100),
+        "bytes": _whole(1, 2**28),
+        "offset": _whole(0, 2**28),
+        "data": _base64,
+    },
+    "open": {"name": _text(100)},
     "copy": {"format": _one_of("python", "toml", "command")},
     "ack": {"picture": _seq},
     "visible": {"visible": _flag},

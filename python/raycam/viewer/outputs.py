@@ -5,17 +5,20 @@ from __future__ import annotations
 from .._core import world_to_gltf
 from ..errors import SettingsError
 from ..render.frame import Frame
+from .files.film import turntable
 from .page import page
+from .scene.world_file import world_file
 from .session import Session
 from .stills import truth
 
-__all__ = ["snapshot"]
+__all__ = ["film", "snapshot"]
 
 MEDIA = {
     "png": "image/png",
     "html": "text/html",
     "npz": "application/octet-stream",
     "glb": "model/gltf-binary",
+    "toml": "application/toml",
 }
 
 
@@ -26,6 +29,9 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
         for notice in notices:
             session.send_message({"type": "notice", "text": notice})
         return f"{_stem(session.title)}.glb", MEDIA[format], data
+    if format == "toml":
+        text = world_file(session.source, session.edits.opened, session.base, session.given)
+        return f"{_stem(session.title)}_changed.toml", MEDIA[format], text.encode()
     with session.lock:
         still, camera, exposure, view = session.still, session.camera, session.exposure, session.view
         world, integrator = session.world, session.integrator
@@ -49,6 +55,16 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
     else:
         data = page(frame, world=world, title=session.title).encode()
     return f"{_stem(session.title)}.{format}", MEDIA[format], data
+
+
+def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
+    """Name, media type and bytes of a film that turns around the pivot."""
+
+    def report(done: int, total: int) -> None:
+        session.send_message({"type": "notice", "text": f"Film: {done} of {total} pictures."})
+
+    ending, media, data = turntable(session, seconds, degrees, report)
+    return f"{_stem(session.title)}_turntable{ending}", media, data
 
 
 def _stem(title: str) -> str:

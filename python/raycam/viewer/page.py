@@ -197,6 +197,7 @@ def _explanations(
             "explain needs the world, as in save(path, world=world, explain=[(320, 240)]), and a camera"
         )
     from ..explanation import explain
+    from .probe import explanation_parts
 
     x, y, width, height = frame.region
     made = []
@@ -205,7 +206,7 @@ def _explanations(
         column, row = explanation.pixel[0] - x, explanation.pixel[1] - y
         if not (0 <= column < width and 0 <= row < height):
             raise SettingsError(f"explain: pixel {pixel} is not in the region {frame.region} of this frame")
-        made.append({"column": column, "row": row, "text": str(explanation), "svg": explanation.svg()})
+        made.append({"column": column, "row": row, **explanation_parts(explanation)[0]})
     return made
 
 

@@ -9,11 +9,13 @@ import numpy as np
 
 from ..arrays import Floats
 from ..camera import Camera
+from ..explanation import Explanation, explain
+from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure
 from ..render.frame import CHANNELS, Frame
 from ..world import World
 from .stills import truth
 
-__all__ = ["explained", "point_at", "values_at"]
+__all__ = ["explained", "explanation_parts", "point_at", "values_at"]
 
 
 def values_at(world: World, camera: Camera, still: Frame | None, u: int, v: int) -> dict[str, Any]:
@@ -59,46 +61,26 @@ def point_at(world: World, camera: Camera, u: float, v: float) -> Floats | None:
     return position if np.isfinite(position).all() else None
 
 
-def explained(world: World, camera: Camera, u: int, v: int) -> dict[str, Any]:
-    """Text and figure of a pixel, as the message `explained` has them. Raises `CameraError` for parallel rays.
-
-    Of a camera with a lens or a shutter the ray is that of a pinhole at the same centre, and the text says so.
-    """
-    from ..explanation import explain
-
-    still = camera.still()
-    note = ""
-    if still.model != "pinhole" and not still.is_parallel:
-        note = (
-            f"The camera has a lens ({still.model}). Its ray through this pixel is explained as that of a pinhole "
-            "camera at the same centre, turned so that the pixel has the same ray.\n\n"
-        )
-        still = _pinhole(still, u, v)
-    explanation = explain(world, still, (u, v))
-    return {"column": u, "row": v, "text": note + str(explanation), "svg": explanation.svg()}
+def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, Any], list[Line]]:
+    """The message `explained` of a pixel, and the rays that it speaks of. Raises `CameraError`."""
+    explanation = explain(world, camera, (u, v))
+    parts, lines = explanation_parts(explanation)
+    return {"column": u, "row": v, **parts}, lines
 
 
-def _pinhole(camera: Camera, u: int, v: int) -> Camera:
-    """A pinhole with the intrinsics and the centre of `camera`, turned so that the pixel has the same ray."""
-    pixel = np.array([u, v]) + camera.corner + 0.5
-    wanted = camera.R @ camera.rays(pixel)[1]
-    has = np.linalg.solve(camera.K, np.append(pixel, 1.0))
-    has /= np.linalg.norm(has)
-    middle = (wanted + has) / np.linalg.norm(wanted + has)
-    half_turn = 2.0 * np.outer(middle, middle) - np.eye(3)  # swaps the two directions
-    mirror = 2.0 * np.outer(has, has) - np.eye(3)  # keeps `has`
-    R = mirror @ half_turn @ camera.R
-    return Camera(
-        camera.K,
-        _orthonormal(R),
-        camera.location,
-        camera.size,
-        pixel_center=camera.pixel_center,
-        up=camera.up,
-    )
-
-
-def _orthonormal(R: Floats) -> Floats:
-    """The rotation nearest to `R`."""
-    left, _, right = np.linalg.svd(R)
-    return np.asarray(left @ right)
+def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Line]]:
+    """Text and figure of the ray, `sections` of the light and the tree, and the rays of light."""
+    light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
+    parts = {
+        "text": str(explanation),
+        "svg": explanation.svg(),
+        "sections": [
+            {
+                "title": "The light",
+                "text": f"{light}\n\n{path}",
+                "svg": light_figure(explanation, light, path),
+            },
+            {"title": "The tree", "text": str(tree), "svg": tree_figure(explanation, tree)},
+        ],
+    }
+    return parts, light_lines(explanation.world, light, path)

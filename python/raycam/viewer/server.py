@@ -19,7 +19,7 @@ from typing import Any
 from ..errors import Error, SettingsError
 from . import gate
 from .messages import LONGEST, BadMessage, message_of, packed
-from .outputs import snapshot
+from .outputs import film, snapshot
 from .probe import explained, values_at
 from .scheduler import Scheduler
 from .session import Session
@@ -34,9 +34,9 @@ HANDSHAKE_TIME = 5.0  # seconds
 KEPT = 600.0  # seconds that a session waits for its client to come back
 QUEUED_IN = 8
 QUEUED_SLOW = 4
-SHARED = ("nav", "camera", "time", "variant", "lens")
+SHARED = ("nav", "camera", "time", "variant", "lens", "pose")
 """The messages that all clients follow, where they look together."""
-SLOW = ("explain", "snapshot", "copy")
+SLOW = ("explain", "snapshot", "copy", "film", "open")
 """The messages whose answers take their time."""
 QUEUED_OUT = 64
 MOST_PROBES = 60  # a second
@@ -140,6 +140,8 @@ class Server:
             for session in self.sessions.values():
                 session.send_message({"type": "closing", "text": "The server has ended."})
             await asyncio.sleep(0.05)
+        for session in self.sessions.values():
+            session.uploads.close()
 
     def _process(self, connection: Any, request: Any) -> Any:
         """The answer to a request over HTTP, or None for an upgrade that may be."""
@@ -224,7 +226,7 @@ class Server:
         full = len(self.sessions) >= MOST_SESSIONS
         for id, left in sorted(waiting.items(), key=lambda item: item[1]):
             if full or now - left > KEPT:
-                self.sessions.pop(id)
+                self.sessions.pop(id).uploads.close()
                 self._left.pop(id)
                 full = False
         if full:
@@ -304,15 +306,20 @@ def answer(session: Session, message: dict[str, Any]) -> None:
         if message["type"] == "explain":
             if message["u"] >= camera.size[0] or message["v"] >= camera.size[1]:
                 raise SettingsError("the pixel is not in the picture")
-            session.send_message(
-                {"type": "explained", **explained(session.world, camera, message["u"], message["v"])}
-            )
+            parts, lines = explained(session.world, camera, message["u"], message["v"])
+            session.send_message({"type": "explained", **parts})
+            session.show_lines(lines)
         elif message["type"] == "copy":
             session.send_message({"type": "copied", "text": session.copied(message["format"])})
+        elif message["type"] == "open":
+            session.open_upload(message["name"])
         else:
-            name, media, data = snapshot(session, message["format"])
+            if message["type"] == "film":
+                name, media, data = film(session, message["seconds"], message["degrees"])
+            else:
+                name, media, data = snapshot(session, message["format"])
             session.send_message({"type": "file", "name": name, "media": media}, [data])
-    except (Error, MemoryError) as error:
+    except (Error, MemoryError, OSError) as error:
         session.send_message({"type": "error", "text": str(error) or "out of memory"})
 
 

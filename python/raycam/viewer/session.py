@@ -12,6 +12,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,21 +20,26 @@ import numpy as np
 from .._core import Cancel, __version__
 from ..arrays import Floats
 from ..camera import Camera
-from ..errors import CameraError, Error, WorldError
+from ..errors import CameraError, Error, SettingsError, WorldError
+from ..explanation.scene_figure import Line
+from ..notices import collected
 from ..render.frame import Frame
 from ..world import World
+from .files.uploads import Uploads
 from .pace import Pace
 from .probe import point_at
 from .scene import navigation
 from .scene.edits import Edits
-from .scene.overlay import frusta
+from .scene.overlay import frusta, polylines
+from .scene.selection import Selection
 from .stills import COLORS, SAMPLED, TRUTH, Refinement, refinement
 
-__all__ = ["DEFAULT_SAMPLES", "Session", "lens_of"]
+__all__ = ["DEFAULT_SAMPLES", "Session", "lens_of", "pose_of"]
 
 LARGEST = (1280, 960)
 """The pixels of a still picture at most."""
 DEFAULT_SAMPLES = {"direct": 64, "path": 256}
+LINE_PIECES = 24
 ORBIT_PER_PIXEL = math.radians(0.35)
 
 Send = Callable[[dict[str, Any], Sequence[bytes]], None]
@@ -51,7 +57,13 @@ class Session:
         samples: int | None = None,
         title: str = "raycam",
         threads: int | None = None,
+        source: Path | None = None,
+        allows_open: bool = False,
     ) -> None:
+        self.source = source
+        """The file that the world was loaded from."""
+        self.allows_open = allows_open
+        self.uploads = Uploads()
         self.edits = world if isinstance(world, Edits) else Edits(world)
         """The world, which other sessions may share, and its changes."""
         self.edits.listen(self)
@@ -87,6 +99,10 @@ class Session:
         self.visible = True
         self.shows_cameras = False
         """True if the world's cameras are drawn over the picture."""
+        self.shows_explained = True
+        """True if the rays of the explained pixel are drawn over the picture."""
+        self.selection = Selection(self.edits)
+        self._lines: list[Line] = []
         self.version = 0
         self.touched = 0.0
         """The monotonic time of the last change."""
@@ -168,6 +184,7 @@ class Session:
             "view": self.view,
             "integrator": self.integrator,
             "explanations": [],
+            "opens": self.allows_open,
             "time": {"now": self.time, "seconds": self._seconds(), "animation": self.animation},
             "animations": [each.name for each in self.base.animations],
             "variants": self.base.variants,
@@ -184,6 +201,7 @@ class Session:
             "notices": self.world.notices,
             "camera": self.name,
             "lens": lens_of(self.given),
+            "pose": pose_of(self.given),
         }
 
     def receive(self, message: dict[str, Any]) -> None:
@@ -197,7 +215,11 @@ class Session:
             "time": self._time,
             "variant": self._variant,
             "lens": self._lens,
+            "pose": self._pose,
             "overlay": self._overlay,
+            "select": self._select,
+            "upload": self._upload,
+            "gizmo": lambda said: self.selection.drag(self.camera, said, self.id),
             "edit": lambda said: self.edits.edit(
                 *(said[name] for name in ("kind", "number", "key", "value"))
             ),
@@ -267,18 +289,69 @@ class Session:
         """Shows the world after an edit."""
         self._evaluate()
         self.send_message(self.edits.about())
+        self.send_message(self.selection.about())
+
+    def _upload(self, message: dict[str, Any]) -> None:
+        self._require_open()
+        name, size = message["name"], message["bytes"]
+        if self.uploads.add(name, size, message["offset"], message["data"]):
+            self.send_message({"type": "notice", "text": f"{name}: {size:,} bytes are there."})
+
+    def _require_open(self) -> None:
+        if not self.allows_open:
+            raise SettingsError("this view opens no files: start it with --allow-open (allow_open=True)")
+
+    def open_upload(self, name: str) -> None:
+        """Shows the world of an uploaded file, for this client alone. Raises `SettingsError` and those of `load`."""
+        self._require_open()
+        with collected():
+            world = self.uploads.open(name)
+            camera = world.default_camera()
+        allowed = self.edits.allowed
+        self.edits.forget(self)
+        with self.lock:
+            self.edits = Edits(world, allowed=allowed)
+            self.edits.listen(self)
+            self.selection = Selection(self.edits)
+            self.world, self.title, self.source, self._lines = world, name, None, []
+            self.time, self.animation, self.variant = 0.0, "", ""
+            self.home = self.given = camera
+            self.name = next((each for each, found in world.cameras.items() if found == camera), "")
+            bounds = world.bounds
+            self.bounds = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds
+            self.pivot = self.bounds.mean(axis=0)
+        self.changed()
+        self.send_message(self.welcome())
+        self.send_message(self.edits.about())
 
     def _overlay(self, message: dict[str, Any]) -> None:
-        self.shows_cameras = message["cameras"]
-        with self.lock:
-            self.shown = (-1, "")
+        self.shows_cameras, self.shows_explained = message["cameras"], message["explained"]
+        self.redraw()
+
+    def _select(self, message: dict[str, Any]) -> None:
+        self.selection.choose(message["number"], message["tool"])
+        self.send_message(self.selection.about())
+        self.redraw()
+
+    def show_lines(self, lines: list[Line]) -> None:
+        """Draws the rays of an explained pixel over the picture, from wherever it is seen."""
+        self._lines = lines
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Sends the lines over the picture that is shown."""
+        overlay = self.overlay(self.camera)
+        self.send_message({"type": "overlay", "overlay": overlay})
 
     def overlay(self, camera: Camera) -> list[dict[str, Any]]:
         """The lines over a picture of `camera`."""
-        if not self.shows_cameras:
-            return []
-        length = 0.15 * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
-        return frusta(self.world.cameras, camera, length, self.name)
+        made = []
+        if self.shows_cameras:
+            length = 0.15 * float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+            made += frusta(self.world.cameras, camera, length, self.name)
+        if self.shows_explained:
+            made += [line for line in (drawn(each, camera) for each in self._lines) if line["lines"]]
+        return made + self.selection.handles(self.world, camera)
 
     def follow(self, other: Session) -> None:
         """Looks at what another session of the same world looks at."""
@@ -294,6 +367,12 @@ class Session:
         self.given = self.given.replace(K=K, distortion=message["distortion"] or None)
         self.name = ""
         self.changed()
+
+    def _pose(self, message: dict[str, Any]) -> None:
+        roll, pitch, yaw = (float(message[name]) for name in ("roll", "pitch", "yaw"))
+        place = message["location"]
+        posed = Camera.from_pose(place, roll, pitch, yaw, size=(2, 2), focal=1, up=self.given.up)
+        self._go(self.given.at_pose(posed.R, posed.location))
 
     def _channel(self, message: dict[str, Any]) -> None:
         if message["name"] not in (*SAMPLED, *TRUTH):
@@ -408,6 +487,19 @@ class Session:
     def complain(self, error: Error) -> None:
         """Tells the client of an error."""
         self.send_message({"type": "error", "text": str(error)})
+
+
+def drawn(line: Line, camera: Camera) -> dict[str, Any]:
+    """A line of the world in pixels of a camera."""
+    spread = np.linspace(0, 1, LINE_PIECES + 1)[:, None]
+    pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
+    return {"name": line.name, "color": line.color, "lines": polylines(pieces, camera)}
+
+
+def pose_of(camera: Camera) -> dict[str, Any]:
+    """Location, metres, and roll, pitch and yaw, degrees, of a camera."""
+    roll, pitch, yaw = (float(angle) for angle in camera.roll_pitch_yaw)
+    return {"location": camera.location.tolist(), "roll": roll, "pitch": pitch, "yaw": yaw}
 
 
 COEFFICIENTS = {

@@ -43,10 +43,15 @@ class Viewer:
         threads: int | None = None,
         follow: bool = False,
         edit: bool = True,
+        allow_open: bool = False,
+        source: str | os.PathLike[str] | None = None,
         cell: bool = False,
         height: int = 560,
     ) -> None:
-        """Begins it; `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook]."""
+        """Begins it; `allow_open` lets clients drop files, `source` is the file of the world.
+
+        `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook].
+        """
         if integrator is not None:
             _name("integrator", integrator, list(DEFAULT_SAMPLES))
         if samples is not None and not (isinstance(samples, int) and 1 <= samples <= 1 << 16):
@@ -58,6 +63,8 @@ class Viewer:
             "integrator": integrator,
             "samples": samples,
             "threads": threads,
+            "source": None if source is None else Path(source).absolute(),
+            "allows_open": allow_open,
         }
         self._server: Server | None = None
         self._widget: Any = None
@@ -150,7 +157,9 @@ def view(
     `what` is a world, the path of one, or a frame, whose page is shown as `Frame.show` does. `camera` is looked
     through first (default: the world's first). `integrator` ("direct" or "path") and `samples` are those of the still
     picture; `title`, `host` ("127.0.0.1"), `port` (7421 or the next free one), `allow_hosts`, `threads`.
-    `edit=False` is for looking alone, `follow=True` for clients that share one camera, as in teaching.
+    `edit=False` is for looking alone, `follow=True` for clients that share one camera, as in teaching. With
+    `allow_open=True`, worlds that are dropped on the page are opened there, from a private folder. `source` is the file
+    that the world came from, beside which a world file of the changed world may be saved.
 
     In a notebook it is a widget, if anywidget is there (`pip install raycam[notebook]`), `height` (560) pixels high;
     `cell` says whether it is to be. Messages then go over the kernel's own channel, and no port is opened.
@@ -164,6 +173,7 @@ def view(
         from ..world.load import load
 
         options.setdefault("title", Path(what).name)
+        options.setdefault("source", what)
         what = load(what)
     if _in_notebook() if cell is None else cell:
         return Viewer(what, camera, cell=True, **options)

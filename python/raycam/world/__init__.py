@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Floats, floats, size_of, whole
+from ..arrays import Floats, floats, size_of, thread_count, whole
 from ..camera import Camera
 from ..errors import WorldError
 from ..io import memory_limits
@@ -21,13 +21,15 @@ from ..io.fork_guard import no_fork
 from ..io.html_form import html_table
 from ..notices import warn_all
 from ..rig import Rig
+from .chosen import one_object
 from .description import corner_values, indices, plain
-from .edit import changed_light, changed_object, matrix_of
+from .edit import changed_light, changed_object
 from .framing import framing_camera
 from .keys import LightKeys, ObjectChanges, ObjectKeys, light_keys, object_keys
 from .parts import Animation, Object, Video
 from .point_queries import PointQueries, Topology
 from .ray_queries import RayQueries
+from .read_only import ReadOnlyDict, ReadOnlyList, matrix_of
 from .studio import add_ground, add_studio, studio_world
 from .targets import aimed
 from .usd_files import add_usd_object, is_usd, usd_named
@@ -291,7 +293,7 @@ class World(RayQueries, PointQueries):
         not fit, and the errors of `add_object`; the world is then as before.
         """
         with self._warning():
-            _core.world_set_object(self._core, which, plain(changed_object(dict(keys))))
+            _core.world_set_object(self._core, one_object(which), plain(changed_object(dict(keys))))
 
     def remove_object(self, which: str | int) -> None:
         """Removes an object, by name or number, with the mesh, materials and images that nothing else uses.
@@ -300,7 +302,7 @@ class World(RayQueries, PointQueries):
         Names stay; videos, animations and variants follow. `set_object(which, visible=False)` hides an object and keeps
         all numbers. Raises `WorldError` with the nearest name.
         """
-        _core.world_remove_object(self._core, which)
+        _core.world_remove_object(self._core, one_object(which))
 
     def set_light(
         self, number: int, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
@@ -325,11 +327,13 @@ class World(RayQueries, PointQueries):
 
         Raises `WorldError` with the nearest known name, and for a camera of a rig, which moves as a whole.
         """
-        _core.world_set_camera(self._core, name, camera._core)
+        if not isinstance(camera, Camera):
+            raise WorldError(f"set_camera: expected a raycam.Camera, not {camera!r}")
+        _core.world_set_camera(self._core, _camera_name(name), camera._core)
 
     def remove_camera(self, name: str) -> None:
         """Removes the camera of this name; raises the errors of `set_camera`."""
-        _core.world_remove_camera(self._core, name)
+        _core.world_remove_camera(self._core, _camera_name(name))
 
     # Contents ---------------------------------------------------------------------------------------------
 
@@ -341,10 +345,13 @@ class World(RayQueries, PointQueries):
     @property
     def objects(self) -> list[Object]:
         """The objects in the order of their ids: records that are read-only. `set_object` changes an object."""
-        return [
+        found = [
             Object(number, name, category, mesh, triangles, matrix_of(matrix, name), *flags)
             for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
         ]
+        return ReadOnlyList(
+            found, "objects are read-only: world.add_object, set_object or remove_object changes them"
+        )
 
     @property
     def categories(self) -> dict[int, str]:
@@ -357,13 +364,26 @@ class World(RayQueries, PointQueries):
 
     @property
     def lights(self) -> list[dict[str, Any]]:
-        """The lights as dicts that `add_light` takes."""
-        return self._core.lights
+        """The lights as dicts that `add_light` takes: records that are read-only. `set_light` changes a light."""
+        lights = self._core.lights
+        each = (
+            ReadOnlyDict(
+                light,
+                f"lights are read-only: world.set_light({number}, ...) changes it, dict(light) is a copy",
+            )
+            for number, light in enumerate(lights)
+        )
+        return ReadOnlyList(
+            each, "lights are read-only: world.add_light, set_light or remove_light changes them"
+        )
 
     @property
     def cameras(self) -> dict[str, Camera]:
-        """The cameras by name, the default camera first."""
-        return {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
+        """The cameras by name, the default camera first, in a dict that is read-only."""
+        found = {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
+        return ReadOnlyDict(
+            found, "cameras are read-only: world.add_camera, set_camera or remove_camera changes them"
+        )
 
     @property
     def rigs(self) -> dict[str, Rig]:
@@ -530,7 +550,7 @@ class World(RayQueries, PointQueries):
     def prepare(self, *, threads: int | None = None) -> World:
         """Builds the acceleration structures now instead of at the first picture; returns the world."""
         with no_fork():
-            self._core.prepare(threads)
+            self._core.prepare(thread_count(threads))
         return self
 
     def _repr_html_(self) -> str:
@@ -547,6 +567,13 @@ class World(RayQueries, PointQueries):
             f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
             f"{counts['lights']} lights, {counts['cameras']} cameras"
         )
+
+
+def _camera_name(name: object) -> str:
+    """Returns the name of a camera; raises `WorldError` for anything else."""
+    if not isinstance(name, str):
+        raise WorldError(f"a camera is called by its name, not {name!r}")
+    return name
 
 
 def _from_pickle(data: bytes, folder: str | None, texture_memory: int | None) -> World:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
 from typing import Any
 
@@ -11,7 +12,7 @@ from .. import _core
 from ..arrays import Bools
 from ..errors import WorldError, nearest
 
-__all__ = ["Chosen", "object_mask", "object_number"]
+__all__ = ["Chosen", "object_mask", "object_number", "one_object"]
 
 Chosen = int | str | Iterable[int | str]
 """An object, or several: numbers and names."""
@@ -40,8 +41,21 @@ def object_number(core: _core.World, which: int | str) -> int:
     return found[0]
 
 
+def one_object(which: object) -> int | str:
+    """Returns the number or name of one object; raises `WorldError` for anything else."""
+    if isinstance(which, str):
+        return which
+    try:
+        if isinstance(which, bool | np.bool_):
+            raise TypeError
+        return operator.index(which)  # type: ignore[arg-type]
+    except TypeError:
+        raise WorldError(f"an object is a number or a name, not {which!r}") from None
+
+
 def _numbers(names: list[str], chosen: Chosen) -> list[int]:
-    several: Iterable[Any] = [chosen] if isinstance(chosen, str) or hasattr(chosen, "__index__") else chosen
+    alone = isinstance(chosen, str) or not isinstance(chosen, Iterable) or getattr(chosen, "ndim", 1) == 0
+    several: Iterable[Any] = [chosen] if alone else chosen  # type: ignore[assignment]
     found: list[int] = []
     for which in several:
         if isinstance(which, str):
@@ -49,11 +63,9 @@ def _numbers(names: list[str], chosen: Chosen) -> list[int]:
             if not named:
                 raise WorldError(nearest("object", which, sorted(set(names))))
             found += named
-        elif isinstance(which, bool | np.bool_) or not hasattr(which, "__index__"):
-            raise WorldError(f"objects are numbers or names, not {which!r}")
         else:
-            number = int(which.__index__())
-            if not 0 <= number < len(names):
+            number = one_object(which)
+            if isinstance(number, str) or not 0 <= number < len(names):
                 raise WorldError(f"object {number} of a world with {len(names)} objects")
             found.append(number)
     return found

@@ -9,24 +9,27 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import floats
+from ..arrays import floats, is_tensor, numbers
 from ..errors import WorldError
 from .texture import Texture
 
 __all__ = ["corner_values", "indices", "plain"]
 
 
-def plain(value: Any) -> Any:
-    """Converts mappings to dicts, textures to their tables and paths to strings, recursively."""
+def plain(value: Any, name: str = "value") -> Any:
+    """Converts mappings to dicts, textures to their tables, paths to strings and tensors to arrays, recursively.
+
+    Raises `WorldError` with the name of a tensor that is not on the CPU.
+    """
     if isinstance(value, Texture):
         return value.description()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
+        return {key: plain(item, str(key)) for key, item in value.items()}
     if isinstance(value, list | tuple) and any(isinstance(item, Mapping | Texture) for item in value):
-        return [plain(item) for item in value]
-    return value
+        return [plain(item, name) for item in value]
+    return numbers(name, value, WorldError) if is_tensor(value) else value
 
 
 def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:

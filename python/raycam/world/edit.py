@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from ..arrays import Floats, floats
+from ..arrays import floats
 from ..errors import WorldError
 from .description import corner_values, indices
 from .keys import light_keys, object_keys
 from .usd_files import is_usd
 
-__all__ = ["ReadOnlyMatrix", "changed_light", "changed_object"]
+__all__ = ["changed_light", "changed_object"]
 
 CORNERS = {"face_colors": 3, "vertex_colors": 3, "uvs": 2, "normals": 3}
 """The columns of the arrays of a mesh besides its vertices."""
@@ -84,56 +82,3 @@ def changed_light(
             if name not in given:
                 merged.pop(name, None)
     return {**merged, **given}, not given.keys() & {"image", "profile"}
-
-
-class ReadOnlyMatrix(np.ndarray[Any, np.dtype[np.float64]]):
-    """A matrix of an object, which says how to change the object where someone assigns to it."""
-
-    name: str = ""
-
-    @classmethod
-    def read_only(cls, rows: Any, name: str) -> ReadOnlyMatrix:
-        """The matrix of the object of this name."""
-        matrix = np.array(rows, dtype=np.float64).view(cls)
-        matrix.name = name
-        matrix.flags.writeable = False
-        return matrix
-
-    def __array_finalize__(self, source: Any) -> None:
-        """Passes the name on to parts of it."""
-        self.name = getattr(source, "name", "")
-
-    def _check(self) -> None:
-        if not self.flags.writeable:
-            raise WorldError(
-                f"objects are read-only: world.set_object({self.name!r}, matrix=...), or change a copy, matrix.copy()"
-            )
-
-    def __setitem__(self, key: Any, value: Any) -> None:
-        """Assigns to a copy; raises `WorldError` for the object's own."""
-        self._check()
-        super().__setitem__(key, value)
-
-    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
-        """Adds to a copy."""
-        self._check()
-        return super().__iadd__(other)
-
-    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
-        """Subtracts from a copy."""
-        self._check()
-        return super().__isub__(other)
-
-    def __imul__(self, other: Any) -> Any:  # type: ignore[misc]
-        """Multiplies a copy."""
-        self._check()
-        return super().__imul__(other)
-
-    def __reduce__(self) -> Any:
-        """Pickles it as a plain array."""
-        return np.array, (np.array(self).tolist(),)
-
-
-def matrix_of(rows: Any, name: str) -> Floats:
-    """The read-only matrix [4, 4] of the object of this name."""
-    return ReadOnlyMatrix.read_only(rows, name)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, limits, paired, rows_of, triples
+from ..arrays import Bools, Floats, limits, paired, rows_of, thread_count, triples
 from ..errors import SettingsError
 from ..io.fork_guard import no_fork
 from .chosen import Chosen, object_mask, object_number
@@ -63,7 +63,7 @@ class PointQueries:
         shapes.
         """
         array = triples("points", points)
-        mask = self._ready(objects, threads)
+        mask, threads = self._ready(objects, threads)
         return _core.world_inside(self._core, rows_of(array), mask, threads).reshape(array.shape[:-1])
 
     def winding_number(
@@ -77,7 +77,7 @@ class PointQueries:
         are not finite; arguments and errors of `inside`.
         """
         array = triples("points", points)
-        mask = self._ready(objects, threads)
+        mask, threads = self._ready(objects, threads)
         return _core.world_winding_number(self._core, rows_of(array), mask, threads).reshape(array.shape[:-1])
 
     def closest_points(
@@ -169,7 +169,7 @@ class PointQueries:
         elif not isinstance(margin, int | float | np.number) or not margin >= 0:
             raise SettingsError(f"margin must be a number of at least 0, not {margin!r}")
         word = one_of("surface", surface, ("first", "solid"))
-        mask = self._ready(objects, threads)
+        mask, threads = self._ready(objects, threads)
         count = int(np.prod(shape, dtype=np.int64))
         found = np.empty(count, dtype=np.bool_)
         for first in range(0, count, PAIRS_PER_BLOCK):
@@ -190,20 +190,17 @@ class PointQueries:
         """The query as the core takes it, and the shape of the points; prepares the world."""
         array = triples("points", points)
         shape = array.shape[:-1]
-        query = {
-            "points": rows_of(array),
-            "max_distance": limits("max_distance", max_distance, shape),
-            "objects": self._ready(objects, threads),
-            "threads": threads,
-        }
+        reach = limits("max_distance", max_distance, shape)
+        mask, threads = self._ready(objects, threads)
+        query = {"points": rows_of(array), "max_distance": reach, "objects": mask, "threads": threads}
         return query, shape
 
-    def _ready(self, objects: Chosen | None, threads: int | None) -> Bools | None:
-        """The chosen objects; prepares the world."""
-        mask = object_mask(self._core, objects)
+    def _ready(self, objects: Chosen | None, threads: int | None) -> tuple[Bools | None, int | None]:
+        """The chosen objects and the number of threads; prepares the world."""
+        mask, threads = object_mask(self._core, objects), thread_count(threads)
         with no_fork():
             self._core.prepare(threads)
-        return mask
+        return mask, threads
 
 
 def _rounding(*points: npt.NDArray[Any]) -> float:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import Cancel
-from ..arrays import Bools, limits, numbers, paired, rows_of, triples, whole
+from ..arrays import Bools, limits, numbers, paired, rows_of, thread_count, triples, whole
 from ..errors import SettingsError, nearest
 from ..io.fork_guard import no_fork
 from .chosen import Chosen, object_mask
@@ -82,8 +82,8 @@ class RayQueries:
         materials from the front). `surface="solid"` passes what one sees through, as in pictures.
 
         A triangle is closed: a ray through an edge or a corner hits it, one that sees it edge on does not. Hits are
-        those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-70 to
-        1e70; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
+        those of the float64 numbers given, by exact signs (Shewchuk 1997), for coordinates of sizes from 1e-36 to
+        1e37; `t` and the weights are off by one unit in the last place at most. The first hit is the smallest (t,
         instance, triangle).
 
         `exact=False` decides in float32 instead: about twice as fast for rays that share nothing, but a hit nearer
@@ -243,6 +243,7 @@ class RayQueries:
         skip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     ) -> tuple[dict[str, Any], tuple[int, ...]]:
         """The query as the core takes it, and the shape of the rays; prepares the world."""
+        threads = thread_count(threads)
         starts, ways = paired(
             ("origins", triples("origins", origins)), ("directions", triples("directions", directions))
         )

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import base64
 import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import raycam
 from raycam import _core
 from raycam.render.frame import CHANNELS
+from raycam.viewer.web import core
+from support.chromium import chromium
 from support.node_core import array_of, needs_core, needs_node, run_core
 
 pytestmark = [needs_node, needs_core]
@@ -43,7 +49,36 @@ PICTURES = [
 ]
 
 
-def test_pictures_are_the_same_in_all_channels_to_the_bit(tmp_path) -> None:
+def run_in_browser(script: str, worlds: Mapping[str, bytes], folder: Path) -> Any:
+    """What `run_core` gives, by Chromium."""
+    built = Path(core.__file__).parent / core.FOLDER
+    packed = {name: base64.b64encode(data).decode() for name, data in worlds.items()}
+    wasm = base64.b64encode((built / core.CORE).read_bytes()).decode()
+    with chromium(folder) as tab:
+        tab.evaluate(
+            f"(0, eval)({json.dumps((built / core.GLUE).read_text() + ';globalThis.core = wasm_bindgen')}), null"
+        )
+        tab.evaluate(
+            "globalThis.bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)),"
+            "globalThis.base64 = (array) => { let text = '';"
+            " for (const byte of new Uint8Array(array.buffer, array.byteOffset, array.byteLength))"
+            " text += String.fromCharCode(byte); return btoa(text); },"
+            f"core({{ module_or_path: bytesOf('{wasm}') }}).then(() => null)"
+        )
+        return tab.evaluate(
+            f"((worlds) => {{ {script} }})(Object.fromEntries(Object.entries({json.dumps(packed)})"
+            ".map(([name, text]) => [name, bytesOf(text)])))"
+        )
+
+
+def run_by_node(script: str, worlds: Mapping[str, bytes], folder: Path) -> Any:
+    return run_core(script, worlds)
+
+
+@pytest.mark.parametrize("run_pictures", [run_by_node, pytest.param(run_in_browser, marks=pytest.mark.proof)])
+def test_pictures_are_the_same_in_all_channels_to_the_bit(
+    tmp_path: Path, run_pictures: Callable[[str, Mapping[str, bytes], Path], Any]
+) -> None:
     assert len(PICTURES) >= 20
     worlds, jobs, frames = {}, [], []
     for number, (light, material, integrator, samples) in enumerate(PICTURES):
@@ -54,13 +89,14 @@ def test_pictures_are_the_same_in_all_channels_to_the_bit(tmp_path) -> None:
         options = {"integrator": integrator, "samples": samples, "seed": number}
         jobs.append({"world": str(number), "request": options})
         frames.append(raycam.render(world, channels="all", **options))
-    found = run_core(
+    found = run_pictures(
         f"return {json.dumps(jobs)}.map(({{ world, request }}) => {{"
         "const loaded = core.World.unpack(worlds[world]);"
         "const frame = loaded.render(loaded.camera(undefined, 640, 480), JSON.stringify(request));"
         f"return Object.fromEntries({json.dumps(list(CHANNELS))}.map((name) => [name, base64(frame.plane(name))]));"
         "});",
         worlds,
+        tmp_path / "browser",
     )
     for picture, frame, planes in zip(PICTURES, frames, found, strict=True):
         for name, expected in frame.items():

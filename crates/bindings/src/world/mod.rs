@@ -252,6 +252,17 @@ impl World {
         array(py, colors.into_flattened(), &[n, 3])
     }
 
+    /// The material of a triangle of an object as JSON, with the names of `raycam_scene::Material`.
+    fn material(&self, object: usize, triangle: usize) -> PyResult<String> {
+        let world = self.snapshot();
+        let material = world.objects.get(object).and_then(|placed| {
+            let slots = world.meshes.get(placed.mesh)?.material_slots.as_ref();
+            let slot = slots.map_or(Some(0), |slots| slots.get(triangle).map(|&slot| usize::from(slot)))?;
+            world.materials.get(*placed.materials.get(slot)?)
+        });
+        serde_json::to_string(&material).map_err(|error| world_error(error.to_string()))
+    }
+
     /// Builds what rendering needs, which it does by itself when it is first asked.
     fn prepare(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<()> {
         self.prepared(py, threads).map(drop)

@@ -25,7 +25,7 @@ pub(crate) struct Guiding {
     candidates: OnceLock<Vec<CausticCaster>>,
     /// The casters, found when paths need them: see [`crate::integrator::photon_pass::build_caustic_maps`].
     pub caustics: OnceLock<Caustics>,
-    /// Where light sampling is rare, for paths that need it: see
+    /// Parts of space with rare light sampling, for paths that need it: see
     /// [`crate::integrator::light_visibility::prepare_light_visibility`]. `None` if the world has no size.
     pub light_visibility: OnceLock<Option<LightVisibility>>,
     /// True for a world within an exposure.

@@ -152,7 +152,7 @@ pub(crate) struct PathTracer<'a> {
     /// Objects that samples of diffuse surfaces are guided to, and the caustic maps of those that have one.
     pub caustic_casters: &'a [CausticCaster],
     pub caustic_maps: &'a [CausticMap],
-    /// Where light sampling is rare; `None` if it is so nowhere.
+    /// Parts of space with rare light sampling; `None` if there are none.
     light_visibility: Option<&'a LightVisibility>,
     /// Number of surfaces that the paths have met: selects the dimensions of the samplers.
     pub bounce: u32,

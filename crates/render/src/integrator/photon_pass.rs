@@ -82,7 +82,7 @@ fn find_caustics(world: &PreparedWorld, lights: &Lights) -> Caustics {
     Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps }
 }
 
-/// What all photons of a world share.
+/// The world of a photon pass.
 struct PhotonPass<'a> {
     world: &'a PreparedWorld,
     lights: &'a Lights,

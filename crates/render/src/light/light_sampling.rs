@@ -75,7 +75,7 @@ impl Lights {
     /// True if [`Lights::sample`] uses the number that selects a light.
     pub fn needs_choice(&self, choice: LightSampling) -> bool {
         match choice {
-            LightSampling::Uniform => self.count() > 1,
+            LightSampling::Uniform => self.count() > 1 || self.has_emissive_triangles(),
             LightSampling::Importance | LightSampling::Split => {
                 self.has_emissive_triangles() || self.non_constant_infinite + self.tree.count() > 1
             }

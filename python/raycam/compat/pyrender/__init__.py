@@ -24,7 +24,6 @@ from . import (
     material,
     mesh,
     node,
-    offscreen,
     primitive,
     scene,
     texture,
@@ -36,7 +35,8 @@ from .light import DirectionalLight, Light, PointLight, SpotLight
 from .material import Material, MetallicRoughnessMaterial
 from .mesh import Mesh
 from .node import Node
-from .offscreen import OffscreenRenderer
+from .picture import offscreen
+from .picture.offscreen import OffscreenRenderer, Renderer
 from .primitive import Primitive
 from .scene import Scene
 from .texture import Sampler, Texture
@@ -58,6 +58,7 @@ __all__ = [
     "PointLight",
     "Primitive",
     "RenderFlags",
+    "Renderer",
     "Sampler",
     "Scene",
     "SpotLight",
@@ -81,6 +82,7 @@ SUBMODULES = {
     "node": node,
     "offscreen": offscreen,
     "primitive": primitive,
+    "renderer": offscreen,
     "sampler": texture,
     "scene": scene,
     "texture": texture,
@@ -88,7 +90,9 @@ SUBMODULES = {
     "viewer": viewer,
 }
 """The modules by which people reach the names, by pyrender's names of them."""
-sampler, utils = texture, colors
+sampler, utils, renderer = texture, colors, offscreen
+__version__ = "0.1.45"
+"""The version of pyrender whose names these are."""
 _before: dict[str, object] = {}
 
 

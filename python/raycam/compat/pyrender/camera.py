@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .values import Converted, number, text
+
 __all__ = ["Camera", "IntrinsicsCamera", "OrthographicCamera", "PerspectiveCamera"]
 
 Floats = npt.NDArray[Any]
@@ -15,14 +17,14 @@ Floats = npt.NDArray[Any]
 class Camera:
     """A camera with near and far planes; surfaces beyond them are cut away. `zfar` may be None: no end."""
 
+    name = Converted(text)
+    znear = Converted(number("znear", 0, default=0.05))
+    zfar = Converted(number("zfar", 0, above=True))
+
     def __init__(
         self, znear: float | None = 0.05, zfar: float | None = 100.0, name: str | None = None
     ) -> None:
-        self.name = name
-        self.znear = 0.05 if znear is None else float(znear)
-        self.zfar = None if zfar is None else float(zfar)
-        if self.znear < 0:
-            raise ValueError(f"znear is {znear}: expected >= 0")
+        self.name, self.znear, self.zfar = name, znear, zfar
         if self.zfar is not None and self.zfar <= self.znear:
             raise ValueError(f"zfar is {zfar}: expected more than znear, {self.znear}")
 
@@ -66,6 +68,9 @@ def _pinhole(
 class PerspectiveCamera(Camera):
     """A camera with a vertical field of view `yfov` in radians; `aspectRatio` is that of the viewport if not given."""
 
+    yfov = Converted(number("yfov", 0, above=True))
+    aspectRatio = Converted(number("aspectRatio", 0, above=True))
+
     def __init__(
         self,
         yfov: float,
@@ -75,9 +80,13 @@ class PerspectiveCamera(Camera):
         name: str | None = None,
     ) -> None:
         super().__init__(znear, zfar, name)
-        if not yfov > 0:
-            raise ValueError(f"yfov is {yfov}: expected radians above 0")
-        self.yfov, self.aspectRatio = float(yfov), aspectRatio
+        self.yfov, self.aspectRatio = yfov, aspectRatio
+
+    def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
+        """The matrix [4, 4] from camera to clip coordinates; raises `ValueError` without any aspect ratio."""
+        if self.aspectRatio is None and (width is None or height is None):
+            raise ValueError("aspectRatio is not given: expected it, or the width and height of the picture")
+        return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
         """Rays through places in the picture."""
@@ -89,7 +98,14 @@ class PerspectiveCamera(Camera):
 
 
 class OrthographicCamera(Camera):
-    """A camera of parallel rays that sees 2 `xmag` by 2 `ymag`."""
+    """A camera of parallel rays that sees 2 `ymag` from top to bottom.
+
+    Across it sees what the shape of the picture makes of that, as in pyrender; 2 `xmag` is across a picture without a
+    size alone.
+    """
+
+    xmag = Converted(number("xmag", 0, above=True))
+    ymag = Converted(number("ymag", 0, above=True))
 
     def __init__(
         self,
@@ -100,13 +116,19 @@ class OrthographicCamera(Camera):
         name: str | None = None,
     ) -> None:
         super().__init__(znear, 100.0 if zfar is None else zfar, name)
-        if not (xmag > 0 and ymag > 0):
-            raise ValueError(f"xmag {xmag} and ymag {ymag}: expected lengths above 0")
-        self.xmag, self.ymag = float(xmag), float(ymag)
+        self.xmag, self.ymag = xmag, ymag
+
+    def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
+        """The matrix [4, 4] from camera to clip coordinates, across by `xmag` where no size is given."""
+        if width is not None and height is not None:
+            return super().get_projection_matrix(width, height)
+        matrix = super().get_projection_matrix()
+        matrix[0, 0] = 1 / self.xmag
+        return matrix
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
         """Rays through places in the picture."""
-        x = (2 * columns / size[0] - 1) * self.xmag
+        x = (2 * columns / size[0] - 1) * self.ymag * size[0] / size[1]
         y = (1 - 2 * rows / size[1]) * self.ymag
         starts = np.stack([x, y, np.zeros_like(x)], axis=-1)
         return starts, np.broadcast_to([0.0, 0.0, -1.0], starts.shape)
@@ -114,6 +136,8 @@ class OrthographicCamera(Camera):
 
 class IntrinsicsCamera(Camera):
     """A camera with the intrinsics of a matrix K in pixels: the corner pixel's centre is (0.5, 0.5), v points down."""
+
+    fx, fy, cx, cy = Converted(float), Converted(float), Converted(float), Converted(float)
 
     def __init__(
         self,
@@ -126,7 +150,11 @@ class IntrinsicsCamera(Camera):
         name: str | None = None,
     ) -> None:
         super().__init__(znear, 100.0 if zfar is None else zfar, name)
-        self.fx, self.fy, self.cx, self.cy = float(fx), float(fy), float(cx), float(cy)
+        self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
+
+    def get_projection_matrix(self, width: int, height: int) -> Floats:  # type: ignore[override]
+        """The matrix [4, 4] from camera to clip coordinates, for a picture of this size in pixels."""
+        return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
         """Rays through places in the picture."""

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["format_color_array", "format_color_vector"]
+__all__ = ["format_color_array", "format_color_vector", "format_texture_source"]
+
+CHANNELS = {"R": 1, "RG": 2, "GB": 2, "RGB": 3, "RGBA": 4}
 
 
 def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
@@ -34,3 +36,36 @@ def format_color_array(value: Any, shape: tuple[int, int]) -> npt.NDArray[np.flo
         raise ValueError(f"colours of shape {list(array.shape)}: expected [n, {shape[1]}]")
     missing = np.ones((len(color), max(0, shape[1] - color.shape[1])))
     return np.concatenate([color, missing], axis=1)[:, : shape[1]].astype(np.float32)
+
+
+def format_texture_source(texture: Any, target_channels: str = "RGB") -> npt.NDArray[np.uint8] | None:
+    """The image of a texture, uint8 [h, w] for "R", else [h, w, c]; None for None.
+
+    `texture` is a PIL image or an array [h, w] or [h, w, c], of floats up to 1 or of whole numbers up to 255.
+    `target_channels` are "R", "RG", "GB", "RGB" or "RGBA". Raises `ValueError` for others and `TypeError` for anything
+    that is no image.
+    """
+    if texture is None:
+        return None
+    if target_channels not in CHANNELS:
+        raise ValueError(f"the channels are {target_channels!r}: expected one of {', '.join(CHANNELS)}")
+    if hasattr(texture, "convert") and texture.mode == "P":
+        texture = texture.convert("RGBA" if target_channels == "RGBA" else "RGB")
+    array = np.asarray(texture)
+    if array.dtype.kind not in "fiub" or array.ndim not in (2, 3):
+        raise TypeError(f"a texture of type {type(texture).__name__}: expected an image [h, w] or [h, w, c]")
+    image = (array * 255.0 if array.dtype.kind in "fb" else array).astype(np.uint8)
+    image = image[..., np.newaxis] if image.ndim == 2 else image
+    given, wanted = image.shape[2], CHANNELS[target_channels]
+    if target_channels == "R":
+        return np.asarray(image[..., 0])
+    if given == 1:
+        image = np.repeat(image, wanted, axis=2)
+        image[..., 3:] = 255
+    elif target_channels == "GB":
+        image = image[..., 1:3] if given > 2 else image
+    elif given < min(wanted, 3):
+        raise ValueError(f"an image of {given} channels has no {target_channels}")
+    elif given < wanted:
+        image = np.concatenate([image, np.full_like(image[..., :1], 255)], axis=2)
+    return np.ascontiguousarray(image[..., :wanted])

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 __all__ = ["GLTF", "RenderFlags", "TextAlign"]
 
+DEFAULT_Z_NEAR, DEFAULT_Z_FAR = 0.05, 100.0
+DEFAULT_SCENE_SCALE = 2.0
+MAX_N_LIGHTS = 4
+"""The lights of a kind in pyrender; here there may be more."""
+
 
 class RenderFlags:
     """Flags of `OffscreenRenderer.render`, which are joined by `|`."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .colors import format_color_vector
+from .values import Converted, number, text
 
 __all__ = ["DirectionalLight", "Light", "PointLight", "SpotLight"]
 
@@ -14,19 +15,12 @@ __all__ = ["DirectionalLight", "Light", "PointLight", "SpotLight"]
 class Light:
     """A light of a colour and an intensity."""
 
+    name = Converted(text)
+    color = Converted(lambda value: format_color_vector(1.0 if value is None else value, 3))
+    intensity = Converted(lambda value: 1.0 if value is None else float(value))
+
     def __init__(self, color: Any = None, intensity: float | None = None, name: str | None = None) -> None:
-        self.name = name
-        self.color = color
-        self.intensity = 1.0 if intensity is None else float(intensity)
-
-    @property
-    def color(self) -> Any:
-        """The colour [3], float32."""
-        return self._color
-
-    @color.setter
-    def color(self, value: Any) -> None:
-        self._color = format_color_vector(1.0 if value is None else value, 3)
+        self.name, self.color, self.intensity = name, color, intensity
 
 
 class DirectionalLight(Light):
@@ -35,6 +29,8 @@ class DirectionalLight(Light):
 
 class PointLight(Light):
     """A point that shines to all sides and falls off by the square of the distance; `range` has no effect, as there."""
+
+    range = Converted(number("range", 0, above=True))
 
     def __init__(
         self,
@@ -50,6 +46,8 @@ class PointLight(Light):
 class SpotLight(PointLight):
     """A point that shines into a cone, with the angles from its axis in radians."""
 
+    innerConeAngle, outerConeAngle = Converted(float), Converted(float)
+
     def __init__(
         self,
         color: Any = None,
@@ -64,4 +62,4 @@ class SpotLight(PointLight):
             raise ValueError(
                 f"cone angles {innerConeAngle} and {outerConeAngle}: expected 0 <= inner <= outer <= pi / 2"
             )
-        self.innerConeAngle, self.outerConeAngle = float(innerConeAngle), float(outerConeAngle)
+        self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle

@@ -6,15 +6,24 @@ from typing import Any
 
 from .colors import format_color_vector
 from .texture import Texture
+from .values import Converted, number, text, truth
 
 __all__ = ["Material", "MetallicRoughnessMaterial"]
 
 
 class Material:
-    """The values that all materials have.
+    """The values that all materials have. `alphaCutoff` and `smooth` are kept and not shown, as there."""
 
-    `normalTexture`, `occlusionTexture`, `smooth` and `wireframe` are kept and not shown.
-    """
+    name = Converted(text)
+    normalTexture = Converted(lambda value: _texture(value, "RGB"))
+    occlusionTexture = Converted(lambda value: _texture(value, "R"))
+    emissiveTexture = Converted(lambda value: _texture(value, "RGB"))
+    emissiveFactor = Converted(lambda value: format_color_vector(0.0 if value is None else value, 3))
+    alphaMode = Converted(lambda value: _alpha_mode(value))
+    alphaCutoff = Converted(number("alphaCutoff", 0, 1, default=0.5))
+    doubleSided = Converted(truth("doubleSided"))
+    smooth = Converted(truth("smooth"))
+    wireframe = Converted(truth("wireframe"))
 
     def __init__(
         self,
@@ -30,18 +39,38 @@ class Material:
         wireframe: bool = False,
     ) -> None:
         self.name = name
-        self.normalTexture, self.occlusionTexture = _texture(normalTexture), _texture(occlusionTexture)
-        self.emissiveTexture = _texture(emissiveTexture)
-        self.emissiveFactor = format_color_vector(0.0 if emissiveFactor is None else emissiveFactor, 3)
-        self.alphaMode = alphaMode or "OPAQUE"
-        if self.alphaMode not in ("OPAQUE", "MASK", "BLEND"):
-            raise ValueError(f"alphaMode is {alphaMode!r}: expected OPAQUE, MASK or BLEND")
-        self.alphaCutoff = 0.5 if alphaCutoff is None else float(alphaCutoff)
-        self.doubleSided, self.smooth, self.wireframe = bool(doubleSided), bool(smooth), bool(wireframe)
+        self.normalTexture, self.occlusionTexture = normalTexture, occlusionTexture
+        self.emissiveTexture, self.emissiveFactor = emissiveTexture, emissiveFactor
+        self.alphaMode, self.alphaCutoff = alphaMode, alphaCutoff
+        self.doubleSided = False if doubleSided is None else doubleSided
+        self.smooth, self.wireframe = smooth, wireframe
+
+    @property
+    def is_transparent(self) -> bool:
+        """True if what is behind may show."""
+        return False
+
+    @property
+    def textures(self) -> set[Texture]:
+        """All textures."""
+        return {each for each in self._each_texture() if each is not None}
+
+    def _each_texture(self) -> list[Any]:
+        return [self.normalTexture, self.occlusionTexture, self.emissiveTexture]
 
 
 class MetallicRoughnessMaterial(Material):
-    """The material of glTF 2.0, by its names."""
+    """The material of glTF 2.0, by its names.
+
+    Of a metallic-roughness texture that is an image, G is the roughness and B the metal; of a `Texture`, its first two
+    channels are, as in pyrender.
+    """
+
+    baseColorFactor = Converted(lambda value: format_color_vector(1.0 if value is None else value, 4))
+    baseColorTexture = Converted(lambda value: _texture(value, "RGBA"))
+    metallicFactor = Converted(number("metallicFactor", 0, 1, default=1.0))
+    roughnessFactor = Converted(number("roughnessFactor", 0, 1, default=1.0))
+    metallicRoughnessTexture = Converted(lambda value: _texture(value, "GB"))
 
     def __init__(
         self,
@@ -73,12 +102,29 @@ class MetallicRoughnessMaterial(Material):
             smooth,
             wireframe,
         )
-        self.baseColorFactor = format_color_vector(1.0 if baseColorFactor is None else baseColorFactor, 4)
-        self.baseColorTexture = _texture(baseColorTexture)
-        self.metallicFactor, self.roughnessFactor = float(metallicFactor), float(roughnessFactor)
-        self.metallicRoughnessTexture = _texture(metallicRoughnessTexture)
+        self.baseColorFactor, self.baseColorTexture = baseColorFactor, baseColorTexture
+        self.metallicFactor, self.roughnessFactor = metallicFactor, roughnessFactor
+        self.metallicRoughnessTexture = metallicRoughnessTexture
+
+    @property
+    def is_transparent(self) -> bool:
+        """True if the base colour or its texture has an alpha below 1."""
+        texture = self.baseColorTexture
+        return bool(self.baseColorFactor[3] < 1) or (texture is not None and texture.is_transparent())
+
+    def _each_texture(self) -> list[Any]:
+        return [*super()._each_texture(), self.baseColorTexture, self.metallicRoughnessTexture]
 
 
-def _texture(value: Any) -> Texture | None:
-    """A texture, also of a plain image."""
-    return value if value is None or isinstance(value, Texture) else Texture(source=value)
+def _alpha_mode(value: Any) -> str:
+    mode = "OPAQUE" if value is None else value
+    if mode not in ("OPAQUE", "MASK", "BLEND"):
+        raise ValueError(f"alphaMode is {mode!r}: expected OPAQUE, MASK or BLEND")
+    return str(mode)
+
+
+def _texture(value: Any, channels: str) -> Texture | None:
+    """A texture, also of a plain image, of which these channels are taken."""
+    if value is None or isinstance(value, Texture):
+        return value
+    return Texture(source=value, source_channels=channels)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,39 +11,19 @@ import numpy.typing as npt
 
 from .constants import GLTF
 from .material import Material, MetallicRoughnessMaterial
-from .primitive import Primitive
+from .primitive import Bounded, Primitive
+from .values import Converted, text
 
 __all__ = ["Mesh"]
 
 Floats = npt.NDArray[Any]
 
 
-class Bounded:
-    """Something with bounds, in its own coordinates."""
-
-    @property
-    def bounds(self) -> Floats:
-        """The lower and upper corner [2, 3]."""
-        raise NotImplementedError
-
-    @property
-    def centroid(self) -> Floats:
-        """The centre of the bounds."""
-        return np.asarray(self.bounds.mean(axis=0))
-
-    @property
-    def extents(self) -> Floats:
-        """The lengths of the sides of the bounds."""
-        return np.asarray(np.diff(self.bounds, axis=0)[0])
-
-    @property
-    def scale(self) -> float:
-        """The length of the diagonal of the bounds."""
-        return float(np.linalg.norm(self.extents))
-
-
 class Mesh(Bounded):
     """A list of primitives; `is_visible` may be assigned to."""
+
+    name = Converted(text)
+    is_visible = Converted(bool)
 
     def __init__(
         self,
@@ -52,7 +33,7 @@ class Mesh(Bounded):
         is_visible: bool = True,
     ) -> None:
         self.primitives = list(primitives)
-        self.name, self.weights, self.is_visible = name, weights, bool(is_visible)
+        self.name, self.weights, self.is_visible = name, weights, is_visible
 
     @property
     def bounds(self) -> Floats:
@@ -73,7 +54,7 @@ class Mesh(Bounded):
         is_visible: bool = True,
         poses: npt.ArrayLike | None = None,
     ) -> Mesh:
-        """Points as squares of the renderer's `point_size` pixels, unlit."""
+        """Points as squares of the renderer's `point_size` pixels, which face the camera if they have no normals."""
         cloud = Primitive(points, normals=normals, color_0=colors, mode=GLTF.POINTS, poses=poses)
         return Mesh([cloud], is_visible=is_visible)
 
@@ -86,81 +67,89 @@ class Mesh(Bounded):
         wireframe: bool = False,
         smooth: bool = True,
     ) -> Mesh:
-        """Triangles of a `trimesh.Trimesh` or of several.
+        """Triangles of a `trimesh.Trimesh` or of several; with `wireframe` their edges.
 
-        Raises `TypeError` for anything else and `ValueError` for colours of faces with `smooth=True`.
+        A material that is given is copied, and takes the place of the colours of vertices and faces too. Raises
+        `TypeError` for anything else and `ValueError` for colours of faces with `smooth=True`.
         """
         meshes = list(mesh) if isinstance(mesh, list | tuple | set | np.ndarray) else [mesh]
-        if wireframe:
-            raise NotImplementedError("wireframe=True: lines are not rendered")
         for one in meshes:
             if not (hasattr(one, "faces") and hasattr(one, "vertices")):
                 raise TypeError(f"expected a trimesh.Trimesh or a list of them, not {type(one).__name__}")
-        return Mesh([_primitive(one, material, poses, smooth) for one in meshes], is_visible=is_visible)
+        made = []
+        for one in meshes:
+            shown = _material_of(one) if material is None else copy.copy(material)
+            shown.wireframe = bool(wireframe)
+            made.append(_primitive(one, shown, poses, smooth, colored=material is None))
+        return Mesh(made, is_visible=is_visible)
 
 
-def _primitive(mesh: Any, material: Material | None, poses: npt.ArrayLike | None, smooth: bool) -> Primitive:
+def _primitive(
+    mesh: Any, material: Material, poses: npt.ArrayLike | None, smooth: bool, *, colored: bool
+) -> Primitive:
     faces, visual = np.asarray(mesh.faces), mesh.visual
+    apart = faces.reshape(-1)
     colors = coordinates = None
-    if visual.kind == "vertex":
+    if colored and visual.kind == "vertex":
         colors = np.asarray(visual.vertex_colors)
-    elif visual.kind == "face":
+        colors = colors if smooth else colors[apart]
+    elif colored and visual.kind == "face":
         if smooth:
             raise ValueError("a smooth mesh has no colours of faces: give smooth=False")
         colors = np.repeat(np.asarray(visual.face_colors), 3, axis=0)
     elif visual.kind == "texture" and getattr(visual, "uv", None) is not None:
         coordinates = np.asarray(visual.uv, dtype=np.float64)
-    if material is None and visual.kind == "texture":
-        material = _material(visual.material)
-    if smooth:
-        return Primitive(
-            mesh.vertices,
-            normals=mesh.vertex_normals,
-            texcoord_0=coordinates,
-            color_0=colors,
-            indices=faces,
-            material=material,
-            poses=poses,
-        )
-    apart = faces.reshape(-1)
-    if visual.kind == "vertex" and colors is not None:
-        colors = colors[apart]
+        coordinates = coordinates if smooth else coordinates[apart]
+    vertices = np.asarray(mesh.vertices)
     return Primitive(
-        np.asarray(mesh.vertices)[apart],
-        normals=np.repeat(np.asarray(mesh.face_normals), 3, axis=0),
-        texcoord_0=None if coordinates is None else coordinates[apart],
+        vertices if smooth else vertices[apart],
+        normals=mesh.vertex_normals if smooth else np.repeat(np.asarray(mesh.face_normals), 3, axis=0),
+        texcoord_0=coordinates,
         color_0=colors,
+        indices=faces if smooth else None,
         material=material,
         poses=poses,
     )
 
 
-def _material(given: Any) -> MetallicRoughnessMaterial | None:
-    """The material of one of trimesh: of a PBRMaterial its values, of a SimpleMaterial what comes near."""
-    if given is None:
-        return None
+def _material_of(mesh: Any) -> Material:
+    """The material of a mesh of trimesh: grey, white under colours, or what comes near its own."""
+    if mesh.visual.kind == "texture" and mesh.visual.material is not None:
+        return _converted(mesh.visual.material)
+    colored = mesh.visual.kind in ("vertex", "face")
+    return MetallicRoughnessMaterial(
+        alphaMode="BLEND",
+        baseColorFactor=[1.0, 1.0, 1.0, 1.0] if colored else [0.3, 0.3, 0.3, 1.0],
+        metallicFactor=0.2,
+        roughnessFactor=0.8,
+    )
+
+
+def _converted(given: Any) -> Material:
+    """The material of one of trimesh: a PBRMaterial with its values, a SimpleMaterial as metal of its colour."""
+    if isinstance(given, Material):
+        return copy.copy(given)
     if hasattr(given, "baseColorFactor") or hasattr(given, "metallicFactor"):
-
-        def value(name: str, otherwise: Any) -> Any:
-            found = getattr(given, name, None)
-            return otherwise if found is None else found
-
-        return MetallicRoughnessMaterial(
-            baseColorFactor=value("baseColorFactor", None),
-            baseColorTexture=value("baseColorTexture", None),
-            metallicFactor=value("metallicFactor", 1.0),
-            roughnessFactor=value("roughnessFactor", 1.0),
-            metallicRoughnessTexture=value("metallicRoughnessTexture", None),
-            emissiveFactor=value("emissiveFactor", None),
-            emissiveTexture=value("emissiveTexture", None),
-            alphaMode=value("alphaMode", None),
-            doubleSided=value("doubleSided", False),
+        names = (
+            "baseColorFactor",
+            "baseColorTexture",
+            "metallicFactor",
+            "roughnessFactor",
+            "metallicRoughnessTexture",
+            "emissiveFactor",
+            "emissiveTexture",
+            "normalTexture",
+            "occlusionTexture",
+            "alphaCutoff",
         )
-    shininess = float(getattr(given, "glossiness", 1.0) or 0.0)
+        values: dict[str, Any] = {name: getattr(given, name, None) for name in names}
+        sides = bool(getattr(given, "doubleSided", False))
+        return MetallicRoughnessMaterial(alphaMode="BLEND", doubleSided=sides, **values)
+    shininess: Any = (getattr(given, "kwargs", None) or {}).get("Ns", 1.0)
+    shininess = float(shininess[0] if isinstance(shininess, list) else shininess)
     return MetallicRoughnessMaterial(
         alphaMode="BLEND",
         baseColorFactor=np.asarray(given.diffuse),
         baseColorTexture=getattr(given, "image", None),
-        metallicFactor=0.0,
         roughnessFactor=(2 / (shininess + 2)) ** 0.25,
     )

@@ -11,17 +11,35 @@ import numpy.typing as npt
 from .camera import Camera
 from .light import Light
 from .mesh import Mesh
+from .values import Converted, text
 
 __all__ = ["Node"]
 
 Floats = npt.NDArray[Any]
 
 
+def _kept(what: str, kind: type) -> Converted:
+    """An attribute for an object of one kind or None, which raises `TypeError` for others."""
+
+    def convert(value: Any) -> Any:
+        if value is not None and not isinstance(value, kind):
+            raise TypeError(f"{what} is a {type(value).__name__}: expected a {kind.__name__}")
+        return value
+
+    return Converted(convert)
+
+
 class Node:
     """A place relative to its parent, and what is there.
 
-    It is given by a matrix, or by translation, rotation (x, y, z, w) and scale.
+    It is given by a matrix, or by translation, rotation (x, y, z, w) and scale. A matrix is kept as it is, with mirrors
+    and shear.
     """
+
+    name = Converted(text)
+    camera = _kept("camera", Camera)
+    mesh = _kept("mesh", Mesh)
+    light = _kept("light", Light)
 
     def __init__(
         self,
@@ -37,9 +55,6 @@ class Node:
         weights: Any = None,
         light: Light | None = None,
     ) -> None:
-        for what, value, kind in (("camera", camera, Camera), ("mesh", mesh, Mesh), ("light", light, Light)):
-            if value is not None and not isinstance(value, kind):
-                raise TypeError(f"{what} is a {type(value).__name__}: expected a {kind.__name__}")
         self.name, self.camera, self.mesh, self.light = name, camera, mesh, light
         self.children = list(children or ())
         self.skin, self.weights = skin, weights
@@ -55,8 +70,8 @@ class Node:
 
     @property
     def matrix(self) -> Any:
-        """parent_from_node [4, 4]."""
-        return self._matrix
+        """A copy of parent_from_node [4, 4]; assign a whole matrix to place the node."""
+        return self._matrix.copy()
 
     @matrix.setter
     def matrix(self, value: npt.ArrayLike) -> None:

@@ -10,14 +10,48 @@ import numpy.typing as npt
 from .colors import format_color_array
 from .constants import GLTF
 from .material import Material, MetallicRoughnessMaterial
+from .values import Converted
 
-__all__ = ["Primitive"]
+__all__ = ["Bounded", "Primitive"]
 
 Floats = npt.NDArray[Any]
 
 
-class Primitive:
-    """Triangles (`mode` 4) or points (0) of one material, shown once or at each of `poses` [n, 4, 4]."""
+class Bounded:
+    """Something with bounds, in its own coordinates."""
+
+    @property
+    def bounds(self) -> Floats:
+        """The lower and upper corner [2, 3]."""
+        raise NotImplementedError
+
+    @property
+    def centroid(self) -> Floats:
+        """The centre of the bounds."""
+        return np.asarray(self.bounds.mean(axis=0))
+
+    @property
+    def extents(self) -> Floats:
+        """The lengths of the sides of the bounds."""
+        return np.asarray(np.diff(self.bounds, axis=0)[0])
+
+    @property
+    def scale(self) -> float:
+        """The length of the diagonal of the bounds."""
+        return float(np.linalg.norm(self.extents))
+
+
+class Primitive(Bounded):
+    """Triangles, lines or points of one material, by a `mode` of `GLTF`, shown once or at each of `poses` [n, 4, 4].
+
+    A material that is not given is white metal, as there; `Mesh.from_trimesh` has a grey one.
+    """
+
+    positions = Converted(lambda value: np.ascontiguousarray(value, dtype=np.float64))
+    indices = Converted(lambda value: None if value is None else np.asarray(value).astype(np.int64))
+    mode = Converted(lambda value: _mode(value))
+    material = Converted(lambda value: _material(value))
+    poses = Converted(lambda value: _poses(value))
 
     def __init__(
         self,
@@ -39,30 +73,91 @@ class Primitive:
             raise NotImplementedError(
                 "morph targets and joints: bend the vertices, then make a Primitive of them"
             )
-        self.mode = GLTF.TRIANGLES if mode is None else mode
-        if self.mode not in (GLTF.TRIANGLES, GLTF.POINTS):
-            raise NotImplementedError(f"primitives of mode {mode}: triangles (4) and points (0) are rendered")
-        self.positions = np.ascontiguousarray(positions, dtype=np.float64)
-        self.normals = None if normals is None else np.asarray(normals, dtype=np.float64)
-        self.tangents, self.texcoord_1 = tangents, texcoord_1
-        self.texcoord_0 = None if texcoord_0 is None else np.asarray(texcoord_0, dtype=np.float64)
-        self.color_0 = None if color_0 is None else format_color_array(color_0, (len(self.positions), 4))
-        self.indices = None if indices is None else np.asarray(indices, dtype=np.int64)
-        shown = MetallicRoughnessMaterial(
-            alphaMode="BLEND",
-            baseColorFactor=[0.3, 0.3, 0.3, 1.0] if color_0 is None else [1.0, 1.0, 1.0, 1.0],
-            metallicFactor=0.2,
-            roughnessFactor=0.8,
-        )
-        self.material = shown if material is None else material
-        self.poses = None if poses is None else np.asarray(poses, dtype=np.float64).reshape(-1, 4, 4)
+        self.mode, self.positions, self.indices = mode, positions, indices
+        self.normals, self.tangents = normals, tangents
+        self.texcoord_0, self.texcoord_1, self.color_0 = texcoord_0, texcoord_1, color_0
+        self.joints_0, self.weights_0, self.targets = joints_0, weights_0, targets
+        self.material, self.poses = material, poses
+
+    def _of_vertices(self, name: str, value: Any, columns: int) -> Any:
+        """Values [n, columns] of the vertices, None for none; raises `ValueError`."""
+        if value is None:
+            return None
+        array = np.asarray(value, dtype=np.float64)
+        if array.ndim != 2 or len(array) != len(self.positions) or array.shape[1] < columns:
+            raise ValueError(
+                f"{name} of shape {list(array.shape)}: expected [{len(self.positions)}, {columns}]"
+            )
+        return np.ascontiguousarray(array[:, :columns])
+
+    @property
+    def normals(self) -> Any:
+        """The normals [n, 3], or None."""
+        return self._normals
+
+    @normals.setter
+    def normals(self, value: Any) -> None:
+        self._normals = self._of_vertices("normals", value, 3)
+
+    @property
+    def tangents(self) -> Any:
+        """The tangents [n, 4], or None; they have no effect, as there."""
+        return self._tangents
+
+    @tangents.setter
+    def tangents(self, value: Any) -> None:
+        self._tangents = self._of_vertices("tangents", value, 4)
+
+    @property
+    def texcoord_0(self) -> Any:
+        """The texture coordinates [n, 2] with v up, or None."""
+        return self._texcoord_0
+
+    @texcoord_0.setter
+    def texcoord_0(self, value: Any) -> None:
+        self._texcoord_0 = self._of_vertices("texcoord_0", value, 2)
+
+    @property
+    def color_0(self) -> Any:
+        """The colours [n, 4], float32, or None."""
+        return self._color_0
+
+    @color_0.setter
+    def color_0(self, value: Any) -> None:
+        self._color_0 = None if value is None else format_color_array(value, (len(self.positions), 4))
+
+    def delete(self) -> None:
+        """Does nothing: there is no memory of a graphics card to free."""
 
     @property
     def faces(self) -> npt.NDArray[np.int64]:
         """The corners [m, 3] of its triangles."""
-        if self.indices is None:
-            return np.arange(len(self.positions)).reshape(-1, 3)
-        return self.indices.reshape(-1, 3)
+        order = np.arange(len(self.positions)) if self.indices is None else self.indices.reshape(-1)
+        if self.mode == GLTF.TRIANGLE_FAN:
+            first = np.full(max(0, len(order) - 2), order[0] if len(order) else 0)
+            return np.stack([first, order[1:-1], order[2:]], axis=1)
+        if self.mode == GLTF.TRIANGLE_STRIP:
+            odd = np.arange(max(0, len(order) - 2)) % 2
+            pairs = np.stack([order[:-2], order[1:-1]], axis=1)
+            pairs[odd == 1] = pairs[odd == 1][:, ::-1]
+            return np.concatenate([pairs, order[2:, np.newaxis]], axis=1)
+        return np.asarray(order[: len(order) // 3 * 3].reshape(-1, 3))
+
+    @property
+    def segments(self) -> npt.NDArray[np.int64]:
+        """The ends [m, 2] of its lines; of triangles, the edges of each."""
+        order = np.arange(len(self.positions)) if self.indices is None else self.indices.reshape(-1)
+        if self.mode == GLTF.LINES:
+            return np.asarray(order[: len(order) // 2 * 2].reshape(-1, 2))
+        if self.mode in (GLTF.LINE_STRIP, GLTF.LINE_LOOP):
+            order = np.append(order, order[:1]) if self.mode == GLTF.LINE_LOOP else order
+            return np.stack([order[:-1], order[1:]], axis=1)
+        return np.asarray(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
+
+    @property
+    def has_faces(self) -> bool:
+        """True if it is made of triangles."""
+        return self.mode in (GLTF.TRIANGLES, GLTF.TRIANGLE_STRIP, GLTF.TRIANGLE_FAN)
 
     @property
     def places(self) -> Floats:
@@ -82,4 +177,31 @@ class Primitive:
     @property
     def is_transparent(self) -> bool:
         """True if what is behind it may show."""
-        return self.material.alphaMode == "BLEND"
+        return bool(self.material.is_transparent) or (
+            self.color_0 is not None and bool((self.color_0[:, 3] != 1).any())
+        )
+
+
+def _mode(value: Any) -> int:
+    mode = GLTF.TRIANGLES if value is None else int(value)
+    if not GLTF.POINTS <= mode <= GLTF.TRIANGLE_FAN:
+        raise ValueError(f"mode is {value}: expected one of GLTF.POINTS (0) to GLTF.TRIANGLE_FAN (6)")
+    return mode
+
+
+def _material(value: Any) -> Material:
+    if value is None:
+        return MetallicRoughnessMaterial()
+    if not isinstance(value, Material):
+        raise TypeError(f"material is a {type(value).__name__}: expected a Material")
+    return value
+
+
+def _poses(value: Any) -> Floats | None:
+    if value is None:
+        return None
+    poses = np.asarray(value, dtype=np.float64)
+    poses = poses[np.newaxis] if poses.ndim == 2 else poses
+    if poses.ndim != 3 or poses.shape[1:] != (4, 4):
+        raise ValueError(f"poses of shape {list(poses.shape)}: expected [n, 4, 4]")
+    return poses

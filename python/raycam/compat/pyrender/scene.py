@@ -11,8 +11,10 @@ import numpy.typing as npt
 from .camera import Camera
 from .colors import format_color_vector
 from .light import DirectionalLight, Light, PointLight, SpotLight
-from .mesh import Bounded, Mesh
+from .mesh import Mesh
 from .node import Node
+from .primitive import Bounded
+from .values import Converted, text
 
 __all__ = ["Scene"]
 
@@ -25,6 +27,10 @@ class Scene(Bounded):
     Colours of whole numbers are of 255, those of floats are as they are; the background has four channels, white by
     default, and is shown without gamma.
     """
+
+    name = Converted(text)
+    bg_color = Converted(lambda value: format_color_vector(1.0 if value is None else value, 4))
+    ambient_light = Converted(lambda value: format_color_vector(0.0 if value is None else value, 3))
 
     def __init__(
         self,
@@ -40,24 +46,6 @@ class Scene(Bounded):
         self._main_camera: Node | None = None
         for node in nodes or ():
             self.add_node(node)
-
-    @property
-    def bg_color(self) -> Any:
-        """The background [4], float32."""
-        return self._bg_color
-
-    @bg_color.setter
-    def bg_color(self, value: Any) -> None:
-        self._bg_color = format_color_vector(1.0 if value is None else value, 4)
-
-    @property
-    def ambient_light(self) -> Any:
-        """Light from everywhere [3], float32."""
-        return self._ambient_light
-
-    @ambient_light.setter
-    def ambient_light(self, value: Any) -> None:
-        self._ambient_light = format_color_vector(0.0 if value is None else value, 3)
 
     # Nodes ------------------------------------------------------------------------------------------------
 
@@ -209,6 +197,21 @@ class Scene(Bounded):
     def lights(self) -> set[Light]:
         """All lights."""
         return {node.light for node in self.light_nodes if node.light is not None}
+
+    @property
+    def directional_lights(self) -> set[Light]:
+        """The lights of `directional_light_nodes`."""
+        return {node.light for node in self.directional_light_nodes if node.light is not None}
+
+    @property
+    def spot_lights(self) -> set[Light]:
+        """The lights of `spot_light_nodes`."""
+        return {node.light for node in self.spot_light_nodes if node.light is not None}
+
+    @property
+    def point_lights(self) -> set[Light]:
+        """The lights of `point_light_nodes`."""
+        return {node.light for node in self.point_light_nodes if node.light is not None}
 
     @property
     def cameras(self) -> set[Camera]:

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .colors import format_texture_source
 from .constants import GLTF
+from .values import Converted, text
 
 __all__ = ["Sampler", "Texture"]
 
@@ -16,6 +18,8 @@ Floats = npt.NDArray[Any]
 
 class Sampler:
     """Filters and wrap modes, by their numbers in `GLTF`."""
+
+    name = Converted(text)
 
     def __init__(
         self,
@@ -31,7 +35,13 @@ class Sampler:
 
 
 class Texture:
-    """An image as a texture: a PIL image or an array [h, w] or [h, w, c], its first row at v = 1."""
+    """An image as a texture: a PIL image or an array [h, w] or [h, w, c], its first row at v = 1.
+
+    `source_channels` are "R", "RG", "GB", "RGB" or "RGBA"; without them those that the image has.
+    """
+
+    name = Converted(text)
+    sampler = Converted(lambda value: Sampler() if value is None else value)
 
     def __init__(
         self,
@@ -41,26 +51,46 @@ class Texture:
         source_channels: str | None = None,
         width: int | None = None,
         height: int | None = None,
-        **_options: Any,
+        tex_type: Any = None,
+        data_format: Any = None,
     ) -> None:
-        self.name, self.source, self.source_channels = name, source, source_channels
-        self.sampler = sampler or Sampler()
+        if source is not None and source_channels is None:
+            count = len(source.getbands()) if hasattr(source, "getbands") else np.atleast_3d(source).shape[2]
+            source_channels = {2: "RG", 4: "RGBA"}.get(count, "RGB")
+        self.name, self.sampler, self.source_channels = name, sampler, source_channels
+        self.source = source
         self.width, self.height = width, height
+        self.tex_type, self.data_format = tex_type, data_format
+
+    @property
+    def source(self) -> Any:
+        """The image, uint8 [h, w] or [h, w, c]."""
+        return self._source
+
+    @source.setter
+    def source(self, value: Any) -> None:
+        self._source = format_texture_source(value, self.source_channels or "RGB")
         self._texels: Floats | None = None
 
+    def is_transparent(self, cutoff: float = 1.0) -> bool:
+        """True if it has an alpha below `cutoff`, taken of 255 as pyrender takes it."""
+        return (
+            self.source_channels == "RGBA"
+            and self.source is not None
+            and bool((self.source[..., 3] < cutoff).any())
+        )
+
+    def delete(self) -> None:
+        """Does nothing: there is no memory of a graphics card to free."""
+
     def texels(self) -> Floats:
-        """The texels [h, w, 4] in 0..1, as they are in the image."""
+        """The texels [h, w, 4] in 0..1, as they are in the image; channels that it has not are 0, and alpha 1."""
         if self._texels is None:
-            source = self.source
-            if hasattr(source, "convert"):
-                source = source.convert("RGBA")
-            array = np.asarray(source)
-            array = array / 255.0 if array.dtype.kind in "iu" else array.astype(np.float64)
-            array = array[..., np.newaxis] if array.ndim == 2 else array
-            if array.shape[2] == 1:
-                array = np.repeat(array, 3, axis=2)
-            rest = np.ones((*array.shape[:2], max(0, 4 - array.shape[2])))
-            self._texels = np.concatenate([array, rest], axis=2)[..., :4]
+            image = np.zeros((1, 1, 3)) if self.source is None else np.atleast_3d(self.source) / 255.0
+            rest = np.zeros((*image.shape[:2], 4))
+            rest[..., 3] = 1
+            rest[..., : image.shape[2]] = image
+            self._texels = rest
         return self._texels
 
     def lookup(self, uv: Floats) -> Floats:

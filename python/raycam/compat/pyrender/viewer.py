@@ -1,24 +1,166 @@
-"""The viewer of pyrender, of which only the lights are here."""
+"""The viewer of pyrender, which is raycam's own: the scene in the browser, in raycam's light."""
 
 from __future__ import annotations
 
+import threading
+import time
+import warnings
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+import raycam
+
+from .camera import Camera, PerspectiveCamera
+from .constants import DEFAULT_SCENE_SCALE
 from .light import DirectionalLight
 from .node import Node
+from .picture.path_traced import pinhole_camera, world_of
+from .scene import Scene
 
 __all__ = ["Viewer"]
 
+Floats = npt.NDArray[Any]
+
+RENDER_FLAGS: dict[str, Any] = {
+    "flip_wireframe": False,
+    "all_wireframe": False,
+    "all_solid": False,
+    "shadows": False,
+    "vertex_normals": False,
+    "face_normals": False,
+    "cull_faces": True,
+    "point_size": 1.0,
+}
+VIEWER_FLAGS: dict[str, Any] = {
+    "mouse_pressed": False,
+    "rotate": False,
+    "rotate_rate": np.pi / 3,
+    "rotate_axis": np.array([0.0, 0.0, 1.0]),
+    "view_center": None,
+    "record": False,
+    "use_raymond_lighting": False,
+    "use_direct_lighting": False,
+    "lighting_intensity": 3.0,
+    "use_perspective_cam": True,
+    "save_directory": None,
+    "window_title": "Scene Viewer",
+    "refresh_rate": 30.0,
+    "fullscreen": False,
+    "show_world_axis": False,
+    "show_mesh_axes": False,
+    "caption": None,
+}
+EFFECTIVE = {"use_raymond_lighting", "use_direct_lighting", "lighting_intensity", "window_title", "shadows"}
+"""The flags that have an effect; shadows are always there."""
+PAUSE = 0.1
+"""Seconds between two looks at a scene that may have changed."""
+
 
 class Viewer:
-    """A window of pyrender, which is not here; `raycam.view` shows worlds in a browser."""
+    """A scene in the browser, by `raycam.view`: path traced, with raycam's navigation.
 
-    def __init__(self, *_arguments: Any, **_options: Any) -> None:
-        raise NotImplementedError(
-            "pyrender's window is not here: raycam.view(world) shows a world in the browser"
+    Waits until the page is closed, or shows what becomes of the scene while the program goes on with `run_in_thread`.
+    Lights of the viewer stay where the camera is at first. A `raycam.Notice` names the options without effect. A scene
+    without a camera is seen from above its side, as there.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        viewport_size: tuple[int, int] | None = None,
+        render_flags: dict[str, Any] | None = None,
+        viewer_flags: dict[str, Any] | None = None,
+        registered_keys: dict[str, Any] | None = None,
+        run_in_thread: bool = False,
+        **kwargs: Any,
+    ) -> None:
+        self.scene, self.run_in_thread = scene, bool(run_in_thread)
+        self.viewport_size = (640, 480) if viewport_size is None else viewport_size
+        self.render_flags, self.viewer_flags = dict(RENDER_FLAGS), dict(VIEWER_FLAGS)
+        self.registered_keys = dict(registered_keys or {})
+        given = dict(render_flags or {}) | dict(viewer_flags or {}) | kwargs
+        for name, value in given.items():
+            (self.render_flags if name in RENDER_FLAGS else self.viewer_flags)[name] = value
+        known = RENDER_FLAGS | VIEWER_FLAGS
+        idle = [name for name in given if name not in EFFECTIVE and not _same(given[name], known.get(name))]
+        idle += ["registered_keys"] if registered_keys else []
+        if idle:
+            warnings.warn(f"no effect in raycam's viewer: {', '.join(idle)}", raycam.Notice, stacklevel=2)
+        self.render_lock = threading.RLock()
+        self._seen: Any = None
+        width, height = (int(length) for length in self.viewport_size)
+        camera, pose = self._first_view()
+        self._lights = self._own_lights(pose)
+        self._view = raycam.view(
+            self._world(),
+            pinhole_camera(camera, pose, (width, height)),
+            title=str(self.viewer_flags["window_title"]),
+            block=False,
+            cell=False,
         )
+        self._active = True
+        if self.run_in_thread:
+            threading.Thread(target=self._follow, daemon=True).start()
+            return
+        try:
+            self._view.wait(exit_when_closed=True)
+        finally:
+            self.close()
+
+    @property
+    def is_active(self) -> bool:
+        """True until it is closed."""
+        return self._active
+
+    def close(self) -> None:
+        """Closes the page; may be called any number of times."""
+        self._active = False
+        self._view.close()
+
+    close_external = on_close = close
+
+    def save_gif(self, filename: Any = None) -> None:
+        """Raises `NotImplementedError`."""
+        raise NotImplementedError("save_gif: raycam.render_video writes films of a world")
+
+    def _first_view(self) -> tuple[Camera, Floats]:
+        node = self.scene.main_camera_node
+        if node is not None and node.camera is not None and not hasattr(node.camera, "xmag"):
+            return node.camera, self.scene.get_pose(node)
+        size = self.scene.scale or DEFAULT_SCENE_SCALE
+        half = np.sqrt(0.5)
+        pose = np.eye(4)
+        pose[:3, :3] = [[0, -half, half], [1, 0, 0], [0, half, half]]
+        pose[:3, 3] = size / (2 * np.tan(np.pi / 6)) * np.array([1.0, 0, 1]) + self.scene.centroid
+        return PerspectiveCamera(yfov=np.pi / 3), pose
+
+    def _own_lights(self, pose: Floats) -> list[tuple[Any, Floats]]:
+        """The lights that the flags ask for, and three suns for a scene that has none."""
+        raymond, direct = (self.viewer_flags[f"use_{name}_lighting"] for name in ("raymond", "direct"))
+        if not direct and (raymond or not self.scene.lights):
+            nodes = self._create_raymond_lights()
+        else:
+            nodes = [self._create_direct_light()] if direct else []
+        for node in nodes:
+            node.light.intensity = self.viewer_flags["lighting_intensity"] / len(nodes)
+        return [(node.light, pose @ node.matrix) for node in nodes]
+
+    def _world(self) -> raycam.World:
+        """The world of the scene as it is now, which is then what was seen last."""
+        with self.render_lock:
+            self._seen = _state(self.scene)
+            return world_of(self.scene, self._lights)
+
+    def _follow(self) -> None:
+        """Shows what becomes of the scene until it is closed."""
+        while self._active:
+            time.sleep(PAUSE)
+            with self.render_lock:
+                changed = _state(self.scene) != self._seen
+            if changed and self._active:
+                self._view.world = self._world()
 
     def _create_raymond_lights(self) -> list[Node]:
         """Three suns of intensity 1 around z, 30 degrees off it and 120 apart."""
@@ -31,3 +173,23 @@ class Viewer:
             matrix[:3, :3] = np.column_stack([right, np.cross(back, right), back])
             nodes.append(Node(light=DirectionalLight(color=np.ones(3), intensity=1.0), matrix=matrix))
         return nodes
+
+    def _create_direct_light(self) -> Node:
+        """A sun of intensity 1 that shines along -z."""
+        return Node(light=DirectionalLight(color=np.ones(3), intensity=1.0), matrix=np.eye(4))
+
+
+def _same(one: Any, other: Any) -> bool:
+    return bool(np.array_equal(one, other)) if isinstance(other, np.ndarray) else bool(one == other)
+
+
+def _state(scene: Scene) -> Any:
+    """A description of all that is seen, which differs where that does; arrays count by identity."""
+    things: list[Any] = [scene.ambient_light.tobytes()]
+    for node in scene.nodes:
+        things.append((id(node), scene.get_pose(node).tobytes()))
+        if node.mesh is not None:
+            things.append((node.mesh.is_visible, [id(one.positions) for one in node.mesh.primitives]))
+        if node.light is not None:
+            things.append((node.light.color.tobytes(), node.light.intensity))
+    return sorted(map(repr, things))

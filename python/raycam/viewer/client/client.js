@@ -17,6 +17,7 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 /** @typedef {Record<string, any> & { type: string }} Message */
 /** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: Message) => void }} Transport */
 
+const DIVIDER_REACH = 10; // CSS pixels
 const MESSAGE_TIME = 6000; // ms that a notice stays
 
 export class Client {
@@ -123,6 +124,7 @@ export class Client {
     this.plane = plane || null;
     this.frameB = other || null;
     this.picture.setSize(width, height);
+    if (this.held && (this.held.column >= width || this.held.row >= height)) this.hold(null);
     byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
     if (plane) {
       this.controls.show(plane);
@@ -205,6 +207,20 @@ export class Client {
     const divider = Math.min(Math.max(share, 0), 1);
     byId("divider", HTMLInputElement).value = String(divider);
     this.picture.show({ divider });
+  }
+
+  /**
+   * @param {import("./pointer.js").Point} at
+   * @returns {boolean} true if the divider is under the pointer
+   */
+  grabsDivider({ x }) {
+    return this.mode === "slider" && Math.abs(x - this.picture.dividerX()) < DIVIDER_REACH;
+  }
+
+  /** @param {import("./pointer.js").Point} at */
+  divideAt({ x }) {
+    const { left, zoom, width } = this.picture;
+    this.setDivider((x - left) / (zoom * width));
   }
 
   /** @param {Pixel | null} pixel */

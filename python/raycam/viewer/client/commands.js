@@ -8,7 +8,6 @@ import { listenToPointers } from "./pointer.js";
 
 const WHEEL_ZOOM = 1.25;
 const PAN_STEP = 48; // CSS pixels
-const DIVIDER_REACH = 10; // CSS pixels
 
 /**
  * The commands by name; arguments are the words after the name.
@@ -105,8 +104,8 @@ export function bindCommands(client, live) {
       picture.zoomAt(factor, x, y);
       picture.pan(dx, dy);
     },
-    grabsDivider: ({ x }) => client.mode === "slider" && Math.abs(x - picture.dividerX()) < DIVIDER_REACH,
-    divide: ({ x }) => client.setDivider((x - picture.left) / (picture.zoom * picture.width)),
+    grabs: (at) => client.grabsDivider(at),
+    dragGrabbed: (at) => client.divideAt(at),
     ...live.pointers,
   });
   byId("mouse-help", HTMLElement).textContent = live.mouse;

@@ -1,7 +1,10 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
+import { listenToDrops } from "./drop.js";
+import { Gizmo } from "./gizmo.js";
 import { LensControls } from "./panel/lens.js";
+import { PoseControls } from "./panel/pose.js";
 import { Timeline } from "./panel/timeline.js";
 import { WorldControls } from "./panel/world.js";
 
@@ -26,6 +29,10 @@ export class LiveView {
     this.client = client;
     this.timeline = new Timeline(client);
     this.lens = new LensControls(client);
+    this.pose = new PoseControls(client);
+    this.gizmo = new Gizmo(client);
+    this.opens = false;
+    listenToDrops(client, () => this.opens);
     this.world = new WorldControls(client);
     this.sequence = 0;
     this.flies = false;
@@ -45,6 +52,7 @@ export class LiveView {
     for (const format of ["python", "toml", "command"]) {
       byId(`copy-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format }));
     }
+    byId("film", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "film", seconds: 4, degrees: 360 }));
     document.addEventListener("keydown", (event) => this.pressed(event), true);
     document.addEventListener("keyup", (event) => this.down.delete(event.code));
     addEventListener("blur", () => this.down.clear());
@@ -63,13 +71,16 @@ export class LiveView {
       this.integrator.value = message.integrator;
     }
     if (message.type === "welcome") this.timeline.welcome(message);
+    if (message.type === "welcome") this.opens = Boolean(message.opens);
+    if (message.type === "selected") this.world.showMaterial(message);
     if (message.type === "about" || message.type === "welcome") {
       this.camera.value = message.camera;
       if (message.lens) this.lens.show(message.lens);
+      if (message.pose) this.pose.show(message.pose);
     }
     if (message.type === "picture") this.showStatus(message);
     if (message.type === "picture") this.timeline.next();
-    if (message.type === "picture") this.client.picture.show({ overlay: message.overlay });
+    if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay });
     if (message.type === "contents") this.world.show(message);
     if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
@@ -186,6 +197,7 @@ export class LiveView {
       "camera-step": (step) => this.stepCamera(Number(step)),
       "look-through": () => (this.camera.value ? this.lookThrough("") : this.stepCamera(1)),
       integrator: () => this.setIntegrator(this.integrator.value === "direct" ? "path" : "direct"),
+      tool: (name) => this.world.setTool(name),
       undo: () => client.transport.send({ type: "undo" }),
       redo: () => client.transport.send({ type: "redo" }),
       play: () => this.timeline.play(!this.timeline.playing),
@@ -199,8 +211,10 @@ export class LiveView {
 
   /** @returns {Partial<import("./pointer.js").PointerListener>} */
   pointers() {
-    const { picture } = this.client;
+    const { client, client: { picture } } = this;
     return {
+      grabs: (at) => this.gizmo.grab(at) || client.grabsDivider(at),
+      dragGrabbed: (at) => (this.gizmo.handle ? this.gizmo.drag(at) : client.divideAt(at)),
       drag: (at, dx, dy, pans) => {
         const kind = pans ? "pan" : this.flies ? "look" : "orbit";
         const scale = kind === "pan" ? 1 / picture.zoom : 1;

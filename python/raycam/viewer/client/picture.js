@@ -9,11 +9,12 @@
  * @property {number} divider share of the picture's width that shows A
  * @property {boolean} flipped
  * @property {Pixel | null} held
- * @property {{ name: string, lines: [number, number][][] }[]} overlay lines in pixels of the picture
+ * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string }[]} overlay lines in pixels of the picture
  * @property {Pixel[]} marks pixels that have an explanation
  * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
  */
 
+const OVERLAY_COLOR = "#ffd60a";
 const GRID_FROM = 12; // CSS pixels of a picture's pixel
 const VALUES_FROM = 56;
 const MOST_ZOOM = 256;
@@ -272,20 +273,22 @@ export class PictureView {
     context.font = "600 12px system-ui, sans-serif";
     context.textAlign = "left";
     context.textBaseline = "bottom";
-    for (const [width, color] of /** @type {[number, string][]} */ ([[3, "#000"], [1.5, "#ffd60a"]])) {
-      context.lineWidth = width;
-      context.strokeStyle = color;
-      for (const { lines } of overlay) {
+    for (const isHalo of [true, false]) {
+      for (const { lines, color, handle } of overlay) {
+        context.lineWidth = (isHalo ? 3 : 1.5) + (handle ? 1.5 : 0);
+        context.strokeStyle = isHalo ? "#000" : color || OVERLAY_COLOR;
         context.beginPath();
         for (const line of lines) line.forEach(([u, v], i) => (i ? context.lineTo(left + u * zoom, top + v * zoom) : context.moveTo(left + u * zoom, top + v * zoom)));
         context.stroke();
       }
     }
-    for (const { name, lines } of overlay) {
-      const [u, v] = lines[0][0];
+    for (const { name, lines, color } of overlay) {
+      if (!name) continue;
+      const line = lines[lines.length - 1];
+      const [u, v] = color ? line[line.length - 1] : lines[0][0];
       context.lineWidth = 3;
       context.strokeStyle = "#000";
-      context.fillStyle = "#ffd60a";
+      context.fillStyle = color || OVERLAY_COLOR;
       context.strokeText(name, left + u * zoom, top + v * zoom - 3);
       context.fillText(name, left + u * zoom, top + v * zoom - 3);
     }

@@ -10,8 +10,8 @@
  * @property {(at: Point, dx: number, dy: number, pans: boolean) => void} drag
  * @property {(at: Point, steps: number, magnifies: boolean) => void} wheel steps > 0 come nearer
  * @property {(at: Point, factor: number, dx: number, dy: number) => void} pinch
- * @property {(at: Point) => boolean} grabsDivider
- * @property {(at: Point) => void} divide
+ * @property {(at: Point) => boolean} grabs true if something that is drawn over the picture is dragged from here
+ * @property {(at: Point) => void} dragGrabbed
  */
 
 const CLICK_DISTANCE = 4; // CSS pixels that a click may move
@@ -27,7 +27,7 @@ export function listenToPointers(canvas, listener) {
   /** @type {Map<number, Point>} */
   const down = new Map();
   let moved = 0;
-  let dividing = false;
+  let grabbed = false;
   let pressTimer = 0;
   const place = (/** @type {MouseEvent} */ event) => {
     const box = canvas.getBoundingClientRect();
@@ -39,7 +39,7 @@ export function listenToPointers(canvas, listener) {
     const at = place(event);
     down.set(event.pointerId, at);
     moved = down.size > 1 ? Infinity : 0;
-    dividing = down.size === 1 && event.button === 0 && listener.grabsDivider(at);
+    grabbed = down.size === 1 && event.button === 0 && listener.grabs(at);
     clearTimeout(pressTimer);
     if (event.pointerType === "touch") {
       pressTimer = setTimeout(() => {
@@ -59,7 +59,7 @@ export function listenToPointers(canvas, listener) {
       listener.pinch({ x: (at.x + other.x) / 2, y: (at.y + other.y) / 2 }, factor || 1, dx / 2, dy / 2);
     } else {
       moved += Math.hypot(dx, dy);
-      if (dividing) listener.divide(at);
+      if (grabbed) listener.dragGrabbed(at);
       else if (moved >= CLICK_DISTANCE) listener.drag(at, dx, dy, event.shiftKey || (event.buttons & 6) !== 0);
       else return;
     }

@@ -5,21 +5,24 @@ Each edit makes a world that shares what is built with the one before, so that u
 
 from __future__ import annotations
 
+import json
 import math
 import weakref
 from typing import Any, Protocol
 
 import numpy as np
 
+from ..._core import srgb_from_linear
 from ...arrays import Floats
 from ...errors import SettingsError, WorldError
 from ...world import World
 from ...world.keys import STRENGTHS
 
-__all__ = ["Edits", "edited"]
+__all__ = ["Edits", "edited", "material"]
 
 MOST_STEPS = 100
 """Steps that can be undone."""
+LOOKING = "this view is for looking: it was started with edit=False"
 
 
 class Listener(Protocol):
@@ -34,26 +37,43 @@ class Edits:
 
     def __init__(self, world: World, *, allowed: bool = True) -> None:
         self.world = world
+        self.opened = world
+        """The world before all edits."""
         self.allowed = allowed
         self._before: list[World] = []
         self._after: list[World] = []
         self._listeners: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._stroke: object = None
 
     def listen(self, listener: Listener) -> None:
         """Tells `listener` of each change, for as long as it lives."""
         self._listeners.add(listener)
 
+    def forget(self, listener: Listener) -> None:
+        """Tells `listener` of no change any more."""
+        self._listeners.discard(listener)
+
     def edit(self, kind: str, number: int, key: str, value: Any) -> None:
         """Changes an object or a light. Raises `WorldError`; the world is then as before."""
         if not self.allowed:
-            raise SettingsError("this view is for looking: it was started with edit=False")
-        changed = edited(self.world, kind, number, key, value)
-        self._before = [*self._before[-MOST_STEPS + 1 :], self.world]
-        self._after = []
-        self._show(changed)
+            raise SettingsError(LOOKING)
+        self.replace(edited(self.world, kind, number, key, value))
+
+    def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
+        """Places an object; places of the same stroke are one step of undo. Raises `WorldError`."""
+        if not self.allowed:
+            raise SettingsError(LOOKING)
+        changed = self.world.copy()
+        changed.set_object(number, matrix=matrix)
+        if stroke == self._stroke:
+            self._show(changed)
+        else:
+            self.replace(changed)
+            self._stroke = stroke
 
     def replace(self, world: World) -> None:
         """Shows another world, as an edit that can be undone."""
+        self._stroke = None
         self._before = [*self._before[-MOST_STEPS + 1 :], self.world]
         self._after = []
         self._show(world)
@@ -62,6 +82,7 @@ class Edits:
         """Goes back by one edit; raises `WorldError` at the first world."""
         if not self._before:
             raise WorldError("there is nothing to undo")
+        self._stroke = None
         self._after.append(self.world)
         self._show(self._before.pop())
 
@@ -69,6 +90,7 @@ class Edits:
         """Takes back an `undo`; raises `WorldError` at the last world."""
         if not self._after:
             raise WorldError("there is nothing to redo")
+        self._stroke = None
         self._before.append(self.world)
         self._show(self._after.pop())
 
@@ -96,8 +118,9 @@ def _light_name(number: int, light: dict[str, Any]) -> str:
 def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     """A copy of a world with an object or a light changed.
 
-    Of objects: `visible` (bool), `color` (text), `move` (metres [3]), `turn` (degrees about up) and `scale` (a factor),
-    around the middle of its mesh. Of lights: `strength` (a factor). Raises `WorldError` and `SettingsError`.
+    Of objects: `visible` (bool), `color` (text), `roughness` and `metallic` (0 to 1), `emission` (W/(m² sr)), `move`
+    (metres [3]), `turn` (degrees about up) and `scale` (a factor), around the middle of its mesh. Of lights: `strength`
+    (a factor). Raises `WorldError` and `SettingsError`.
     """
     changed = world.copy()
     if kind == "light":
@@ -113,11 +136,51 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
         changed.set_object(number, visible=value)
     elif key == "color" and isinstance(value, str):
         changed.set_object(number, color=value)
+    elif key in ("roughness", "metallic"):
+        changed.set_object(number, material={**_principled(world, number), key: _within(key, value, 1.0)})
+    elif key == "emission":
+        changed.set_object(number, emission=[_within(key, value, 1e6)] * 3)
     elif key in ("move", "turn", "scale"):
         changed.set_object(number, matrix=_placed(world, number, key, value))
     else:
         raise SettingsError(f"objects have no {key} of this type")
     return changed
+
+
+def material(world: World, number: int) -> dict[str, Any]:
+    """The first material of an object, as the client's fields have it; empty for an object without triangles."""
+    found = json.loads(world._core.material(number, 0))
+    if found is None:
+        return {}
+    model = found["reflectance"]
+    name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
+    bytes_ = srgb_from_linear(np.array(found["color"], np.float32), 1.0, 8, "standard")
+    return {
+        "model": name.lower(),
+        "color": "#" + "".join(f"{int(each):02x}" for each in bytes_),
+        "linear": found["color"],
+        "textured": found["texture"] is not None,
+        "emission": max(found["emission"]["value"]),
+        **{key: values[key]["value"] for key in ("roughness", "metallic") if name == "Principled"},
+    }
+
+
+def _principled(world: World, number: int) -> dict[str, Any]:
+    """The keys that make an object's material principled, where it is not; it keeps its colour."""
+    before = material(world, number)
+    if not before or before["model"] == "principled":
+        return {}
+    if before["textured"]:
+        raise WorldError(
+            "this object's material has a texture and no roughness: a new material would lose the texture"
+        )
+    return {"type": "principled", "color": before["linear"]}
+
+
+def _within(key: str, value: Any, most: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
+        raise SettingsError(f"{key} is a number from 0 to {most:g}, not {value!r}")
+    return float(value)
 
 
 def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:

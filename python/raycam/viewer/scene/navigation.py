@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Floats
 from ...camera import Camera
 
-__all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "turn_camera"]
+__all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "turn_camera", "turned_around"]
 
 STEEPEST = math.radians(89.0)  # a camera never looks farther up or down, where its sides would swap
 
@@ -20,6 +20,12 @@ STEEPEST = math.radians(89.0)  # a camera never looks farther up or down, where 
 def orbit(camera: Camera, pivot: Floats, yaw: float, pitch: float) -> Camera:
     """Turns the camera by `yaw` about the world's up and `pitch` about its right; `pivot` [3] stays at its pixel."""
     turn = _turn(camera, yaw, pitch)
+    return camera.at_pose(camera.R @ turn.T, pivot + turn @ (camera.location - pivot))
+
+
+def turned_around(camera: Camera, pivot: Floats, angle: float) -> Camera:
+    """Turns the camera about the world's up through `pivot`, as on a turntable."""
+    turn = _rotation(_up(camera), angle)
     return camera.at_pose(camera.R @ turn.T, pivot + turn @ (camera.location - pivot))
 
 

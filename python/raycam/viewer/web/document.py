@@ -14,9 +14,11 @@ from ..bundle import bundle, client_file
 __all__ = ["assembled", "filled", "json_text"]
 
 
-def assembled(title: str, blocks: Iterable[str], scripts: str = "", workers: str = "") -> str:
-    """The client's page with elements of data; `scripts` and `workers` are more that its policy allows."""
-    script, style = f"\n{bundle()}", f"\n{client_file('style.css')}"
+def assembled(
+    title: str, blocks: Iterable[str], scripts: str = "", workers: str = "", folder: str = ""
+) -> str:
+    """The page of a folder of the client, with elements of data; its policy allows `scripts` and `workers` too."""
+    script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{client_file(f'{folder}style.css')}"
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'{scripts}; style-src '{_hash(style)}'; "
         f"img-src blob: data:; {workers}base-uri 'none'; form-action 'none'"
@@ -28,13 +30,13 @@ def assembled(title: str, blocks: Iterable[str], scripts: str = "", workers: str
         "data": "\n".join(blocks),
         "script": f'<script id="client">{script}</script>',
     }
-    return filled(parts)
+    return filled(parts, f"{folder}index.html")
 
 
-def filled(parts: Mapping[str, str]) -> str:
+def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
     """The page's HTML with its parts in their places; what a part says is not filled again."""
     pieces = []
-    for piece in client_file("index.html").split("<!--"):
+    for piece in client_file(page).split("<!--"):
         name, end, rest = piece.partition("-->")
         pieces.append(parts[name] + rest if end else piece)
     return "".join(pieces)

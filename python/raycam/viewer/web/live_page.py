@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ...render.frame import Frame
     from ...world import World
 
-__all__ = ["live_page", "playground_page"]
+__all__ = ["lecture_page", "live_page", "playground_page"]
 
 CAMERA = "page"
 """The name of the frame's camera in the world of a page."""
@@ -68,3 +68,8 @@ def playground_page(examples: Mapping[str, str]) -> str:
     options = json_text({"playground": listed})
     blocks = [*core_blocks(), f'<script type="application/json" id="core-options">{options}</script>']
     return assembled("raycam playground", blocks, SCRIPTS, WORKERS)
+
+
+def lecture_page() -> str:
+    """The HTML text of the lecture alive: a world that a student turns, its steps in numbers, and exercises."""
+    return assembled("Making virtual worlds, live", core_blocks(), SCRIPTS, WORKERS, "lecture/")

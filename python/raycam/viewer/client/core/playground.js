@@ -6,6 +6,7 @@ import { bytesOfBase64, deflate, inflate } from "../image/planes.js";
 const PATH = "world.toml";
 const PAUSE = 350; // ms after the last key until the world is read
 const LONGEST_LINK = 32 * 1024; // characters
+const MOST_BYTES = 256 * 2 ** 20; // of all files of the user: a page has 512 MiB, and a model takes more than its file
 const KINDS = /\.(toml|glb|gltf|bin|obj|mtl|ply|stl|off|png|jpe?g|tga|bmp|hdr|exr|ies)$/i;
 const MODELS = /\.(glb|gltf|obj|ply|stl|off)$/i;
 
@@ -63,7 +64,8 @@ export class Playground {
     const pane = element("section", "", { id: "playground", "aria-label": "World" });
     pane.append(buttons, lines, this.problem, note, choose);
     document.querySelector("main")?.prepend(pane);
-    document.body.classList.add("playground");
+    document.body.classList.add("playground", "no-panel"); // the picture is given the room; a button opens the panel
+    document.getElementById("panel-button")?.setAttribute("aria-expanded", "false");
   }
 
   /** @param {Example[]} examples */
@@ -80,19 +82,21 @@ export class Playground {
   /** @param {string} text */
   setText(text) {
     this.text.value = text;
-    this.edited(0);
+    this.number(0);
+    this.show();
   }
 
-  edited(pause = PAUSE) {
+  edited() {
     this.number(0);
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.show(), pause);
+    this.timer = setTimeout(() => this.show(), PAUSE);
   }
 
   show() {
-    this.problem.textContent = "";
+    clearTimeout(this.timer);
+    this.say("");
     const bytes = /** @type {ArrayBuffer} */ (new TextEncoder().encode(this.text.value).buffer);
-    this.transport.show({ path: PATH, files: [[PATH, bytes], ...this.files], options: { title: "raycam playground" } });
+    this.transport.show({ path: PATH, files: [...this.files, [PATH, bytes]], options: { title: "raycam playground" } });
   }
 
   /** Numbers the lines. @param {number} wrong the line with an error, from 1 */
@@ -106,18 +110,35 @@ export class Playground {
   /** @param {{ text: string, line?: number, file?: string }} failure */
   fail({ text, line, file }) {
     this.problem.textContent = text;
+    this.problem.classList.add("wrong");
     if (line && file === PATH) this.number(line);
+  }
+
+  /** @param {string} text */
+  say(text) {
+    this.problem.textContent = text;
+    this.problem.classList.remove("wrong");
   }
 
   /** Takes files of the user. @param {File[]} given */
   async take(given) {
     const known = given.filter(({ name }) => KINDS.test(name));
-    for (const file of known) this.files.set(file.name, await file.arrayBuffer());
+    const kept = [...this.files].filter(([name]) => !known.some((file) => file.name === name));
+    const bytes = known.reduce((sum, { size }) => sum + size, 0) + kept.reduce((sum, [, { byteLength }]) => sum + byteLength, 0);
+    if (bytes > MOST_BYTES) return this.fail({ text: `The files hold ${bytes} bytes, and a page reads ${MOST_BYTES}: raycam itself reads more.` });
+    try {
+      for (const file of known) this.files.set(file.name, await file.arrayBuffer());
+    } catch (error) {
+      return this.fail({ text: `A file cannot be read: ${error}` });
+    }
     const world = known.find(({ name }) => /\.toml$/i.test(name));
     const model = known.find(({ name }) => MODELS.test(name));
-    if (world) this.setText(new TextDecoder().decode(this.files.get(world.name)));
-    else if (model) this.setText(`# ${model.name}, from this machine\n[[object]]\nmesh = ${JSON.stringify(model.name)}\n`);
-    else this.show();
+    if (world) {
+      this.setText(new TextDecoder().decode(this.files.get(world.name)));
+      this.files.delete(world.name); // the text is what counts now
+    }
+    if (!world && model) this.setText(`# ${model.name}, from this machine\n[[object]]\nmesh = ${JSON.stringify(model.name)}\n`);
+    if (!world && !model) this.show();
     const left = given.length - known.length;
     if (left) this.fail({ text: `${left} of ${given.length} files are of no kind that raycam reads, and are left out.` });
   }
@@ -126,18 +147,22 @@ export class Playground {
   async copy(text) {
     try {
       await navigator.clipboard.writeText(text);
-      this.problem.textContent = "Copied.";
+      this.say("Copied.");
     } catch {
-      this.problem.textContent = text;
+      this.say(text);
     }
   }
 
   command() {
-    return `cat > ${PATH} <<'END'\n${this.text.value}\nEND\nraycam render ${PATH} -o picture.png`;
+    let end = "END";
+    while (this.text.value.split("\n").includes(end)) end += "_";
+    return `cat > ${PATH} <<'${end}'\n${this.text.value.replace(/\n$/, "")}\n${end}\nraycam render ${PATH} -o picture.png`;
   }
 
   python() {
-    return `import pathlib\nimport raycam\n\npathlib.Path("${PATH}").write_text(${JSON.stringify(this.text.value)}, encoding="utf-8")\nraycam.render("${PATH}").save("picture.png")\n`;
+    const plain = !/'''|\\|'$/.test(this.text.value);
+    const text = plain ? `'''\\\n${this.text.value}'''` : JSON.stringify(this.text.value);
+    return `import pathlib\nimport raycam\n\npathlib.Path("${PATH}").write_text(${text}, encoding="utf-8")\nraycam.render("${PATH}").save("picture.png")\n`;
   }
 
   async share() {

@@ -23,6 +23,7 @@ export function serve(scope) {
   }
 
   function open(/** @type {any} */ { world, files, path, options, first }) {
+    session?.changed(); // which ends its work
     session = null;
     let loaded;
     if (world) loaded = core.World.unpack(new Uint8Array(world));
@@ -39,13 +40,16 @@ export function serve(scope) {
   async function workOn() {
     if (works) return;
     works = true;
-    try {
-      while (session && (await session.work())) await (session.moved === session.version && performance.now() - session.touched < 150 ? sleep(IDLE) : nextTurn());
-    } catch (error) {
-      fail(error);
-    } finally {
-      works = false;
+    for (let served = session; served; served = session) {
+      try {
+        if (!(await served.work()) && served === session) break;
+      } catch (error) {
+        if (served === session) fail(error);
+      }
+      const waits = served.moved === served.version && performance.now() - served.touched < 150;
+      await (waits ? sleep(IDLE) : nextTurn());
     }
+    works = false;
   }
 
   function fail(/** @type {any} */ error) {

@@ -20,11 +20,24 @@ export class WorldControls {
     this.shown = byId("object-visible", HTMLInputElement);
     this.step = byId("move-step", HTMLInputElement);
     this.color = byId("object-color", HTMLInputElement);
+    this.roughness = byId("object-roughness", HTMLInputElement);
+    this.metallic = byId("object-metallic", HTMLInputElement);
+    this.emission = byId("object-emission", HTMLInputElement);
+    this.tool = byId("tool", HTMLSelectElement);
     this.cameras = byId("show-cameras", HTMLInputElement);
+    this.explained = byId("show-explained", HTMLInputElement);
     /** @type {{ name: string, visible: boolean }[]} */
     this.objects = [];
-    this.cameras.addEventListener("change", () => client.transport.send({ type: "overlay", cameras: this.cameras.checked }));
+    this.selected = -1;
+    for (const box of [this.cameras, this.explained]) {
+      box.addEventListener("change", () => client.transport.send({ type: "overlay", cameras: this.cameras.checked, explained: this.explained.checked }));
+    }
+    fillSelect(this.tool, [["none", "none"], ["move", "move"], ["turn", "turn"], ["scale", "scale"]]);
+    this.tool.addEventListener("change", () => this.select());
     this.object.addEventListener("change", () => this.choose(Number(this.object.value)));
+    for (const [key, input] of /** @type {[string, HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
+      input.addEventListener("change", () => this.edit("object", key, Number(input.value)));
+    }
     this.shown.addEventListener("change", () => this.edit("object", "visible", this.shown.checked));
     this.color.addEventListener("change", () => this.edit("object", "color", this.color.value));
     for (const [name, axis] of MOVES) {
@@ -39,7 +52,9 @@ export class WorldControls {
     for (const type of ["undo", "redo"]) {
       byId(type, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type }));
     }
-    byId("snapshot-glb", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format: "glb" }));
+    for (const format of ["glb", "toml"]) {
+      byId(`snapshot-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "snapshot", format }));
+    }
   }
 
   /**
@@ -73,6 +88,30 @@ export class WorldControls {
     if (!this.objects[number]) return;
     this.object.value = String(number);
     this.shown.checked = this.objects[number].visible;
+    if (this.selected !== number) this.select();
+  }
+
+  /** Says which object is chosen, and the tool on it. */
+  select() {
+    this.selected = Number(this.object.value);
+    this.client.transport.send({ type: "select", number: this.selected, tool: this.tool.value });
+  }
+
+  /** @param {string} name of the tool that is taken; of the one that is in use, to put it away */
+  setTool(name) {
+    this.tool.value = this.tool.value === name ? "none" : name;
+    this.select();
+  }
+
+  /** @param {import("../client.js").Message} selected */
+  showMaterial({ number, material }) {
+    if (number !== Number(this.object.value) || !material.color) return;
+    const shown = [this.color, this.roughness, this.metallic, this.emission];
+    const values = [material.color, material.roughness ?? 1, material.metallic ?? 0, Number(material.emission.toPrecision(6))];
+    shown.forEach((input, i) => {
+      if (document.activeElement !== input) input.value = String(values[i]);
+    });
+    byId("object-model", HTMLElement).textContent = `Material: ${material.model}${material.textured ? ", with a texture" : ""}`;
   }
 
   /**

@@ -16,8 +16,8 @@ export class WorkerTransport {
     /** @type {any} what is shown: bytes of a world, or files, with options */
     this.opened = null;
     this.waiting = 0;
-    /** Called with errors of worlds, which have a line where there is one. @type {(message: any) => void} */
-    this.onFailure = () => {};
+    /** Called with errors of worlds, which have a line where there is one, instead of `say`. @type {((message: any) => void) | null} */
+    this.onFailure = null;
   }
 
   /** @returns {boolean} true if this page carries the core */
@@ -29,7 +29,7 @@ export class WorkerTransport {
   async open(say) {
     this.say = say;
     say({ type: "status", text: "starting" });
-    this.wasm = (await inflate(bytesOfBase64(textOf("core-wasm")))).buffer;
+    this.wasm = await compiledCore();
     const world = textOf("core-world");
     if (world) this.opened = { world: (await inflate(bytesOfBase64(world))).buffer, options: JSON.parse(textOf("core-options")) };
     this.start();
@@ -70,8 +70,8 @@ export class WorkerTransport {
       if (this.wasm) this.start();
     }
     if (message.type === "broken" || message.type === "failed") {
-      this.onFailure(message);
-      this.say?.({ ...message, type: "error" });
+      if (this.onFailure) this.onFailure(message);
+      else this.say?.({ ...message, type: "error" });
     } else this.say?.(message);
   }
 
@@ -81,7 +81,13 @@ export class WorkerTransport {
   }
 }
 
+/** The core of this page, compiled while it is unpacked. @returns {Promise<WebAssembly.Module>} */
+export function compiledCore() {
+  const unpacked = new Blob([bytesOfBase64(textOf("core-wasm"))]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return WebAssembly.compileStreaming(new Response(unpacked, { headers: { "Content-Type": "application/wasm" } }));
+}
+
 /** @param {string} id */
-function textOf(id) {
+export function textOf(id) {
   return document.getElementById(id)?.textContent || "";
 }

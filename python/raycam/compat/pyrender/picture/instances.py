@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 import raycam
 
-from .constants import GLTF
-from .node import Node
-from .primitive import Primitive
-from .scene import Scene
+from ..constants import RenderFlags
+from ..node import Node
+from ..primitive import Primitive
+from ..scene import Scene
+from .fragments import by_edges
 
 __all__ = ["Instance", "SceneWorld"]
 
@@ -44,8 +45,11 @@ class SceneWorld:
         self.instances: list[Instance] = []
         self._number = 0
 
-    def follow(self, scene: Scene, shown: set[Node] | None) -> None:
-        """Changes the world to what the scene is now; `shown` limits what is visible to some nodes."""
+    def follow(self, scene: Scene, shown: set[Node] | None, flags: int = RenderFlags.NONE) -> None:
+        """Changes the world to what the scene is now; `shown` limits what is visible to some nodes.
+
+        What `flags` or its material shows by its edges has no faces in the world.
+        """
         wanted: dict[tuple[int, int, int, int], tuple[Node, Primitive, Floats, bool]] = {}
         for node in scene._parents:
             mesh = node.mesh
@@ -54,7 +58,7 @@ class SceneWorld:
             pose = scene.get_pose(node)
             seen = mesh.is_visible and (shown is None or node in shown)
             for primitive in mesh.primitives:
-                if primitive.mode != GLTF.TRIANGLES or len(primitive.faces) == 0:
+                if not primitive.has_faces or len(primitive.faces) == 0 or by_edges(primitive, flags):
                     continue
                 for i, place in enumerate(primitive.places):
                     key = (id(node), id(primitive), id(primitive.positions), i)

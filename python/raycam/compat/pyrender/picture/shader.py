@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .light import DirectionalLight, Light, SpotLight
-from .material import MetallicRoughnessMaterial
+from ..light import DirectionalLight, Light, SpotLight
+from ..material import MetallicRoughnessMaterial
 
-__all__ = ["GAMMA", "PlacedLight", "Surfaces", "shade", "surface_values"]
+__all__ = ["GAMMA", "PlacedLight", "Surfaces", "bent", "shade", "surface_values"]
 
 Floats = npt.NDArray[Any]
 Shadow = Callable[["PlacedLight", Floats], npt.NDArray[np.bool_]]
@@ -44,30 +44,57 @@ class Surfaces:
     metallic: Floats
     roughness: Floats
     emissive: Floats
+    occlusion: Floats
     vertex_color: Floats
 
 
 def surface_values(
     material: MetallicRoughnessMaterial, uv: Floats | None, vertex_color: Floats, count: int, flat: bool
 ) -> dict[str, Floats]:
-    """The values of a material at points: `base` [m, 4], `metallic`, `roughness` [m], `emissive` [m, 3].
+    """The values of a material at points: `base` [m, 4], `metallic`, `roughness`, `occlusion` [m], `emissive` [m, 3].
 
-    Texels of the base colour are sRGB, by an exponent of 2.2; `flat` shows them as they are.
+    Texels of colours are sRGB; `flat` shows them as they are. The factor of what shines counts twice, as there.
     """
     base = np.tile(material.baseColorFactor.astype(np.float64), (count, 1))
     metallic = np.full(count, material.metallicFactor)
     roughness = np.full(count, material.roughnessFactor)
-    emissive = np.tile(material.emissiveFactor.astype(np.float64), (count, 1))
+    emissive = np.tile(material.emissiveFactor.astype(np.float64) ** 2, (count, 1))
+    occlusion = np.ones(count)
     if uv is not None:
         if material.baseColorTexture is not None:
             texels = material.baseColorTexture.lookup(uv)
-            base *= texels if flat else np.concatenate([texels[:, :3] ** 2.2, texels[:, 3:]], axis=1)
+            base *= texels if flat else np.concatenate([_linear(texels[:, :3]), texels[:, 3:]], axis=1)
         if material.metallicRoughnessTexture is not None:
             texels = material.metallicRoughnessTexture.lookup(uv)
-            roughness, metallic = roughness * texels[:, 1], metallic * texels[:, 2]
+            roughness, metallic = roughness * texels[:, 0], metallic * texels[:, 1]
         if material.emissiveTexture is not None:
-            emissive *= material.emissiveTexture.lookup(uv)[:, :3] ** 2.2
-    return {"base": base, "metallic": metallic, "roughness": roughness, "emissive": emissive}
+            emissive *= _linear(material.emissiveTexture.lookup(uv)[:, :3])
+        if material.occlusionTexture is not None:
+            occlusion = material.occlusionTexture.lookup(uv)[:, 0]
+    return {
+        "base": base,
+        "metallic": metallic,
+        "roughness": roughness,
+        "emissive": emissive,
+        "occlusion": occlusion,
+    }
+
+
+def bent(normal: Floats, tangent: Floats, texels: Floats) -> Floats:
+    """Normals [m, 3] bent by texels of a normal texture, in the frame of the way [m, 3] in which u grows."""
+    across = _unit(tangent - normal * (normal * tangent).sum(axis=1, keepdims=True))
+    local = 2 * texels[:, :3] - 1
+    frame = np.stack([across, _unit(np.cross(normal, across)), normal], axis=1)
+    return _unit(np.einsum("mk,mkj->mj", local, frame))
+
+
+def _unit(vectors: Floats) -> Floats:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30))
+
+
+def _linear(encoded: Floats) -> Floats:
+    """Linear light of sRGB (IEC 61966-2-1)."""
+    return np.where(encoded < 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def shade(at: Surfaces, lights: list[PlacedLight], ambient: Floats, shadow: Shadow | None) -> Floats:
@@ -93,7 +120,7 @@ def shade(at: Surfaces, lights: list[PlacedLight], ambient: Floats, shadow: Shad
         if shadow is not None:
             radiance = np.where(shadow(placed, at.position)[:, np.newaxis], 0, radiance)
         color += lit[:, np.newaxis] * radiance * ((1 - fresnel) * diffuse + specular)
-    color += rgb * ambient + at.emissive
+    color = (color + rgb * ambient) * at.occlusion[:, np.newaxis] + at.emissive
     return np.asarray(np.clip(color * at.vertex_color[:, :3], 0, None) ** GAMMA)
 
 

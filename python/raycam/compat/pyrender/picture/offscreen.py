@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .camera import Camera
-from .constants import GLTF, RenderFlags
-from .instances import SceneWorld
-from .light import DirectionalLight, PointLight, SpotLight
-from .node import Node
+from ..camera import Camera
+from ..constants import RenderFlags
+from ..light import DirectionalLight, PointLight, SpotLight
+from ..node import Node
+from ..scene import Scene
+from .fragments import Fragments, fragments_of
+from .instances import Instance, SceneWorld
 from .path_traced import path_traced_picture
-from .scene import Scene
-from .shader import PlacedLight, Shadow, Surfaces, shade, surface_values
+from .shader import PlacedLight, Shadow, Surfaces, bent, shade, surface_values
 
-__all__ = ["OffscreenRenderer"]
+__all__ = ["OffscreenRenderer", "Renderer"]
 
 Floats = npt.NDArray[Any]
 Whole = npt.NDArray[np.int64]
 
 LAYERS = 32
 """Surfaces along a ray that may be cut away or seen through."""
-PATTERN = ((-0.125, -0.375), (0.375, -0.125), (-0.375, 0.125), (0.125, 0.375))
+PATTERN = ((-0.125, 0.375), (0.375, 0.125), (-0.375, -0.125), (0.125, -0.375))
 """Offsets of the four samples of an edge from the pixel's centre."""
 
 
@@ -68,13 +70,14 @@ class OffscreenRenderer:
             self._scene, self._shown = scene, SceneWorld()
         seg = bool(flags & RenderFlags.SEG)
         colors = {node: _seg_color(color) for node, color in (seg_node_map or {}).items()}
-        self._shown.follow(scene, set(colors) if seg else None)
+        only = set(colors) if seg else None
+        self._shown.follow(scene, only, flags)
         view = _View(self._shown, scene.get_pose(eye), eye.camera, flags)
         width, height = self.viewport_width, self.viewport_height
         rows, columns = (axis.ravel() for axis in np.mgrid[0:height, 0:width])
         hits = view.first(columns + 0.5, rows + 0.5, (width, height))
         depth = np.where(np.isfinite(hits.depth), hits.depth, 0).astype(np.float32).reshape(height, width)
-        points = _points(scene, view, depth, self.point_size, set(colors) if seg else None)
+        fragments = fragments_of(scene, (view.camera, view.pose), flags, depth, self.point_size, only)
         if flags & RenderFlags.DEPTH_ONLY and not seg:
             return depth
         if seg:
@@ -82,18 +85,18 @@ class OffscreenRenderer:
             for node, color in colors.items():
                 own = [i for i, instance in enumerate(self._shown.instances) if instance.node is node]
                 picture.reshape(-1, 3)[np.isin(hits.instance, own)] = color
-                picture[points.get(node, (np.zeros(0, int), np.zeros(0, int)))[:2]] = color
         else:
             picture = self._lit(scene, view, hits, (columns, rows))
-            for at in points.values():
-                picture[at[0], at[1]] = np.round(255 * np.clip(at[2], 0, 1))
+        for each in fragments:
+            shown = colors[each.node] if seg else view.fragment_colors(scene, _placed_lights(scene), each)
+            picture[each.rows, each.columns] = shown
         if flags & RenderFlags.RGBA and picture.shape[2] == 3:
             picture = np.concatenate([picture, np.full((height, width, 1), 255, np.uint8)], axis=2)
         return (picture if flags & RenderFlags.RGBA else np.ascontiguousarray(picture[..., :3])), depth
 
     def _lit(self, scene: Scene, view: _View, hits: Hits, at: tuple[Whole, Whole]) -> npt.NDArray[np.uint8]:
         """The picture [h, w, 4] by the shading that the package names."""
-        shading = sys.modules[__package__].shading
+        shading = sys.modules[__package__.rpartition(".")[0]].shading
         if shading not in ("pyrender", "raycam"):
             raise ValueError(f'shading is {shading!r}: expected "pyrender" or "raycam"')
         if shading == "pyrender" or view.flags & RenderFlags.FLAT:
@@ -117,6 +120,14 @@ class OffscreenRenderer:
                 total += view.colors(scene, lights, seen, x + dx, y + dy, (width, height))
             picture[edges] = np.round(total / len(PATTERN))
         return picture.reshape(height, width, 4).astype(np.uint8)
+
+
+class Renderer(OffscreenRenderer):
+    """The class below `OffscreenRenderer` in pyrender, which is the same here."""
+
+    def render_text(self, *_arguments: Any, **_options: Any) -> None:
+        """Raises `NotImplementedError`."""
+        raise NotImplementedError("render_text: draw text over the picture, as PIL.ImageDraw does")
 
 
 class _View:
@@ -196,7 +207,8 @@ class _View:
             shaded, blends = self._shaded(scene, lights, hits, x[left], y[left], size)
             alpha = np.where(blends, shaded[:, 3], 1.0)
             color[left, :3] += (through[left] * alpha)[:, np.newaxis] * shaded[:, :3]
-            color[left, 3] += through[left] * np.where(blends, alpha, shaded[:, 3])
+            # As OpenGL blends it, alpha counts twice.
+            color[left, 3] += through[left] * np.where(blends, alpha**2, shaded[:, 3])
             through[left] *= 1 - alpha
             more = through[left] > 0
             left, after = left[more], hits.depth[more]
@@ -211,34 +223,66 @@ class _View:
         """The colours [n, 4] of surfaces, and True for those that blend."""
         origins, directions = self.rays(x, y, size)
         positions = origins + hits.depth[:, np.newaxis] * directions
-        to_eye = -directions / np.linalg.norm(directions, axis=1, keepdims=True)
         colors, blends = np.empty((len(x), 4)), np.zeros(len(x), bool)
-        flat = bool(self.flags & RenderFlags.FLAT)
-        shadow = self._shadow()
         for number in np.unique(hits.instance):
             one, own = self.shown.instances[number], hits.instance == number
-            primitive, corners = one.primitive, one.primitive.faces[hits.triangle[own]]
+            corners = one.primitive.faces[hits.triangle[own]]
             weights = hits.weights[own][:, :, np.newaxis]
 
             def weighted(values: Floats, corners: Any = corners, weights: Floats = weights) -> Floats:
                 return np.asarray((values[corners] * weights).sum(axis=1))
 
-            tint = np.ones((int(own.sum()), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
-            uv = None if primitive.texcoord_0 is None else weighted(primitive.texcoord_0)
-            values = surface_values(primitive.material, uv, tint, len(tint), flat)
-            alpha = values["base"][:, 3] * tint[:, 3]
-            if flat:
-                rgb = values["base"][:, :3] * tint[:, :3]
-            else:
-                normal = hits.normal[own]
-                if primitive.normals is not None:
-                    normal = weighted(primitive.normals) @ np.linalg.inv(one.place[:3, :3])
-                    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-                surfaces = Surfaces(positions[own], normal, to_eye[own], vertex_color=tint, **values)
-                rgb = shade(surfaces, lights, scene.ambient_light.astype(np.float64), shadow)
-            colors[own] = np.concatenate([rgb, alpha[:, np.newaxis]], axis=1)
-            blends[own] = primitive.is_transparent
+            colors[own] = self._values(scene, lights, one, positions[own], weighted, corners)
+            blends[own] = one.primitive.material.alphaMode == "BLEND"
         return colors, blends
+
+    def fragment_colors(
+        self, scene: Scene, lights: list[PlacedLight], fragments: Fragments
+    ) -> npt.NDArray[np.uint8]:
+        """The colours [n, 4] of 255 of pixels of points and lines."""
+        if fragments.color is not None:
+            colors = np.tile(fragments.color, (len(fragments.rows), 1))
+        else:
+            colors = self._values(scene, lights, fragments, fragments.position, fragments.between, None)
+        return np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
+
+    def _values(
+        self,
+        scene: Scene,
+        lights: list[PlacedLight],
+        one: Instance | Fragments,
+        positions: Floats,
+        weighted: Callable[[Floats], Floats],
+        corners: Whole | None,
+    ) -> Floats:
+        """The colours [n, 4] at positions of a primitive, whose values of vertices `weighted` makes those there.
+
+        `corners` [n, 3] are those of the triangle of each, by which normal textures are turned.
+        """
+        primitive, turn = one.primitive, one.place[:3, :3]
+        tint = np.ones((len(positions), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
+        uv = None if primitive.texcoord_0 is None else weighted(primitive.texcoord_0)
+        flat = bool(self.flags & RenderFlags.FLAT)
+        values = surface_values(primitive.material, uv, tint, len(tint), flat)
+        alpha = values["base"][:, 3] * tint[:, 3]
+        if flat:
+            return np.concatenate([values["base"][:, :3] * tint[:, :3], alpha[:, np.newaxis]], axis=1)
+        to_eye = self.pose[:3, 3] - positions
+        to_eye /= np.maximum(np.linalg.norm(to_eye, axis=1, keepdims=True), 1e-30)
+        normal = to_eye
+        if primitive.normals is not None:
+            normal = weighted(primitive.normals) @ np.linalg.inv(turn)
+            normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+        texture = primitive.material.normalTexture
+        if texture is not None and uv is not None and corners is not None:
+            edges = primitive.positions[corners[:, 1:]] - primitive.positions[corners[:, :1]]
+            over = primitive.texcoord_0[corners[:, 1:]] - primitive.texcoord_0[corners[:, :1]]
+            grown = edges[:, 0] * over[:, 1, 1:] - edges[:, 1] * over[:, 0, 1:]
+            grown *= np.sign(over[:, 0, :1] * over[:, 1, 1:] - over[:, 1, :1] * over[:, 0, 1:])
+            normal = bent(normal, grown @ turn.T, texture.lookup(uv))
+        surfaces = Surfaces(positions, normal, to_eye, vertex_color=tint, **values)
+        rgb = shade(surfaces, lights, scene.ambient_light.astype(np.float64), self._shadow())
+        return np.concatenate([rgb, alpha[:, np.newaxis]], axis=1)
 
     def _shadow(self) -> Shadow | None:
         """The shadow test of the lights that the flags name; None for no shadows."""
@@ -304,62 +348,3 @@ def _placed_lights(scene: Scene) -> list[PlacedLight]:
 def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
     """Three bytes; one number is all three."""
     return np.asarray(np.clip(np.broadcast_to(np.asarray(color), 3), 0, 255), dtype=np.uint8)
-
-
-def _points(
-    scene: Scene, view: _View, depth: npt.NDArray[np.float32], size: float, shown: set[Node] | None
-) -> dict[Node, tuple[Whole, Whole, Floats]]:
-    """Rows, columns and colours of the pixels where points of clouds are in front; writes their depth."""
-    found: dict[Node, tuple[Whole, Whole, Floats]] = {}
-    for node in scene._parents:
-        mesh = node.mesh
-        if mesh is None or not mesh.is_visible or (shown is not None and node not in shown):
-            continue
-        clouds = [one for one in mesh.primitives if one.mode == GLTF.POINTS]
-        for cloud in clouds:
-            for place in cloud.places:
-                rows, columns, colors = _splat(cloud, view, scene.get_pose(node) @ place, depth, size)
-                if node in found:
-                    before = found[node]
-                    joined = zip(before, (rows, columns, colors), strict=True)
-                    rows, columns, colors = (np.concatenate(pair) for pair in joined)
-                found[node] = (rows, columns, colors)
-    return found
-
-
-def _splat(
-    cloud: Any, view: _View, place: Floats, depth: npt.NDArray[np.float32], size: float
-) -> tuple[Whole, Whole, Floats]:
-    height, width = depth.shape
-    local = cloud.positions @ place[:3, :3].T + place[:3, 3]
-    seen = (local - view.pose[:3, 3]) @ np.linalg.inv(view.pose[:3, :3]).T
-    clip = (
-        np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
-        @ view.camera.get_projection_matrix(width, height).T
-    )
-    z = -seen[:, 2]
-    far = np.inf if view.camera.zfar is None else view.camera.zfar
-    good = (z >= view.camera.znear) & (z <= far) & (clip[:, 3] > 0)
-    x = (clip[good, 0] / clip[good, 3] + 1) / 2 * width
-    y = (1 - clip[good, 1] / clip[good, 3]) / 2 * height
-    tint = np.ones((len(local), 4)) if cloud.color_0 is None else cloud.color_0.astype(np.float64)
-    tint = (tint * cloud.material.baseColorFactor)[good]
-    side = max(1, round(size))
-    steps = np.arange(side) - side / 2 + 0.5
-    columns = np.floor(x[:, np.newaxis, np.newaxis] + steps[np.newaxis, :]).astype(np.int64)
-    rows = np.floor(y[:, np.newaxis, np.newaxis] + steps[:, np.newaxis]).astype(np.int64)
-    columns, rows = (axis.reshape(-1) for axis in np.broadcast_arrays(columns, rows))
-    which = np.repeat(np.arange(len(x)), side * side)
-    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
-    columns, rows, which = columns[inside], rows[inside], which[inside]
-    near = z[good][which]
-    # The nearest of each pixel first, the earliest of equals.
-    order = np.lexsort((which, near, rows * width + columns))
-    pixel = (rows * width + columns)[order]
-    first = order[np.r_[True, pixel[1:] != pixel[:-1]]] if len(order) else order
-    rows, columns, which, near = rows[first], columns[first], which[first], near[first]
-    there = depth[rows, columns]
-    front = (there == 0) | (near <= there)
-    rows, columns, which = rows[front], columns[front], which[front]
-    depth[rows, columns] = near[front]
-    return rows, columns, tint[which]

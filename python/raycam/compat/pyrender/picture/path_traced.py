@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,15 @@ import numpy.typing as npt
 
 import raycam
 
-from .camera import Camera
-from .constants import GLTF
-from .light import DirectionalLight, Light, SpotLight
-from .material import MetallicRoughnessMaterial
-from .primitive import Primitive
-from .scene import Scene
-from .texture import Texture
+from ..camera import Camera
+from ..constants import GLTF
+from ..light import DirectionalLight, Light, SpotLight
+from ..material import MetallicRoughnessMaterial
+from ..primitive import Primitive
+from ..scene import Scene
+from ..texture import Texture
 
-__all__ = ["path_traced_picture"]
+__all__ = ["path_traced_picture", "pinhole_camera", "world_of"]
 
 Floats = npt.NDArray[Any]
 
@@ -32,20 +33,10 @@ def path_traced_picture(
 
     The ambient light is an even sky. Raises `NotImplementedError` for parallel rays.
     """
-    world = raycam.World("y")
-    for node in scene.mesh_nodes:
-        if node.mesh is None or not node.mesh.is_visible:
-            continue
-        for primitive in node.mesh.primitives:
-            if primitive.mode == GLTF.TRIANGLES and len(primitive.faces) > 0:
-                _add_primitive(world, primitive, scene.get_pose(node))
-    world.add_light("sky", radiance=_finite(scene.ambient_light))
-    for node in scene.light_nodes:
-        if node.light is not None:
-            _add_light(world, node.light, scene.get_pose(node))
+    world = world_of(scene)
     frame = raycam.render(
         world,
-        _pinhole_camera(camera, pose, size),
+        pinhole_camera(camera, pose, size),
         integrator="path",
         samples=SAMPLES,
         max_depth=MAX_DEPTH,
@@ -58,6 +49,24 @@ def path_traced_picture(
     opacity = alpha + scene.bg_color[3] * (1 - alpha)
     picture = np.clip(np.concatenate([shown, opacity], axis=2), 0, 1)
     return np.asarray(np.round(255 * picture), dtype=np.uint8)
+
+
+def world_of(scene: Scene, lights: Sequence[tuple[Light, Floats]] = ()) -> raycam.World:
+    """The world of a scene, y up, with further lights at their poses; the ambient light is an even sky."""
+    world = raycam.World("y")
+    for node in scene.mesh_nodes:
+        if node.mesh is None or not node.mesh.is_visible:
+            continue
+        for primitive in node.mesh.primitives:
+            if primitive.has_faces and len(primitive.faces) > 0:
+                _add_primitive(world, primitive, scene.get_pose(node))
+    world.add_light("sky", radiance=_finite(scene.ambient_light))
+    for node in scene.light_nodes:
+        if node.light is not None:
+            _add_light(world, node.light, scene.get_pose(node))
+    for light, pose in lights:
+        _add_light(world, light, pose)
+    return world
 
 
 def _add_primitive(world: raycam.World, primitive: Primitive, pose: Floats) -> None:
@@ -94,18 +103,21 @@ def _material(material: Any, textured: bool) -> dict[str, Any]:
             material.metallicRoughnessTexture,
             material.emissiveTexture,
         )
-        textures = {"metallic": rough, "roughness": rough, "emission": shining}
+        textures = {"emission": shining}
         if base is not None:
             keys["texture"] = _texture(base)
         keys["textures"] = {name: _texture(one) for name, one in textures.items() if one is not None}
+        if rough is not None:
+            keys["textures"] |= dict.fromkeys(("metallic", "roughness"), _texture(rough, (3, 0, 1, 3)))
     return keys
 
 
-def _texture(texture: Texture) -> dict[str, Any]:
+def _texture(texture: Texture, channels: tuple[int, ...] = (0, 1, 2, 3)) -> dict[str, Any]:
+    """The keys of a texture with its channels in this order."""
     sampler = texture.sampler
     nearest = sampler.magFilter == GLTF.NEAREST
     return {
-        "image": np.round(255 * np.clip(texture.texels(), 0, 1)).astype(np.uint8),
+        "image": np.round(255 * np.clip(texture.texels()[..., channels], 0, 1)).astype(np.uint8),
         "wrap": [WRAPS.get(mode, "repeat") for mode in (sampler.wrapS, sampler.wrapT)],
         "filter": "nearest" if nearest else "linear",
     }
@@ -125,7 +137,7 @@ def _add_light(world: raycam.World, light: Light, pose: Floats) -> None:
         world.add_light("point", position=pose[:3, 3], intensity=strength)
 
 
-def _pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> raycam.Camera:
+def pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> raycam.Camera:
     """The camera without its planes; its matrix K is found from the rays of two corners."""
     width, height = size
     starts, ways = camera.rays(np.array([0.0, width]), np.array([0.0, height]), size)

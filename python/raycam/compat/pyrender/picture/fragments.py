@@ -1,0 +1,242 @@
+"""Points and lines in pictures: the pixels that they cover, and where on them each pixel is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..camera import Camera
+from ..constants import GLTF, RenderFlags
+from ..node import Node
+from ..primitive import Primitive
+from ..scene import Scene
+
+__all__ = ["Fragments", "by_edges", "fragments_of"]
+
+Floats = npt.NDArray[Any]
+Whole = npt.NDArray[np.int64]
+
+TIE = 1 + 1e-6
+"""Depth of a line over that of the surface it lies on up to which it is in front."""
+NORMALS = 0.05
+"""The length of the lines of `VERTEX_NORMALS` and `FACE_NORMALS`, in sizes of the primitive."""
+BLUE = (0.0, 0.0, 1.0, 1.0)
+
+
+@dataclass
+class Fragments:
+    """Pixels [n] at which points or lines of a primitive are in front of all else.
+
+    Each lies between two vertices, `ends` [n, 2], the second of which counts by `share` [n]. `color` is that of all of
+    them, where it is not that of the material.
+    """
+
+    node: Node
+    primitive: Primitive
+    place: Floats
+    rows: Whole
+    columns: Whole
+    position: Floats
+    ends: Whole
+    share: Floats
+    color: tuple[float, float, float, float] | None = None
+
+    def between(self, values: Floats) -> Floats:
+        """Values of vertices [v, ...] at the pixels [n, ...]."""
+        share = self.share[:, np.newaxis]
+        return np.asarray(values[self.ends[:, 0]] * (1 - share) + values[self.ends[:, 1]] * share)
+
+
+@dataclass
+class _Screen:
+    """A camera at its pose, the flags and the depth of the picture, 0 where nothing is; lines write theirs."""
+
+    camera: Camera
+    pose: Floats
+    flags: int
+    depth: npt.NDArray[np.float32]
+
+    def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+        """Columns, rows and the homogeneous coordinate with the depth, [n, 2], [n], [n], of points in the world."""
+        height, width = self.depth.shape
+        seen = (points - self.pose[:3, 3]) @ np.linalg.inv(self.pose[:3, :3]).T
+        matrix = self.camera.get_projection_matrix(width, height)
+        clip = np.concatenate([seen, np.ones((len(seen), 1))], axis=1) @ matrix.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = (clip[:, 0] / clip[:, 3] + 1) / 2 * width
+            y = (1 - clip[:, 1] / clip[:, 3]) / 2 * height
+        return np.stack([x, y], axis=1), clip[:, 3], -seen[:, 2]
+
+    def reaches(self, depth: Floats) -> npt.NDArray[np.bool_]:
+        """True for depths between the planes of the camera."""
+        far = np.inf if self.camera.zfar is None else self.camera.zfar
+        return np.asarray((depth >= self.camera.znear) & (depth <= far))
+
+    def visible(self, pixels: Whole, near: Floats) -> Whole:
+        """The places of the nearest of each pixel (row, column) that is in front, whose depth is written."""
+        height, width = self.depth.shape
+        inside = ((pixels >= 0) & (pixels < [height, width])).all(axis=1) & self.reaches(near)
+        which = np.flatnonzero(inside)
+        flat = pixels[which, 0] * width + pixels[which, 1]
+        order = np.lexsort((which, near[which], flat))
+        flat, which = flat[order], which[order]
+        first = np.r_[True, flat[1:] != flat[:-1]] if len(flat) else np.zeros(0, bool)
+        which = which[first]
+        there = self.depth[pixels[which, 0], pixels[which, 1]]
+        which = which[(there == 0) | (near[which] <= there * TIE)]
+        self.depth[pixels[which, 0], pixels[which, 1]] = near[which]
+        return np.asarray(which)
+
+
+def by_edges(primitive: Primitive, flags: int) -> bool:
+    """True if the edges of the triangles are shown in place of their faces."""
+    if not primitive.has_faces or flags & (RenderFlags.DEPTH_ONLY | RenderFlags.SEG | RenderFlags.ALL_SOLID):
+        return False
+    wired = bool(primitive.material.wireframe) != bool(flags & RenderFlags.FLIP_WIREFRAME)
+    return wired or bool(flags & RenderFlags.ALL_WIREFRAME)
+
+
+def fragments_of(
+    scene: Scene,
+    eye: tuple[Camera, Floats],
+    flags: int,
+    depth: npt.NDArray[np.float32],
+    point_size: float,
+    shown: set[Node] | None,
+) -> list[Fragments]:
+    """The pixels of all points and lines of a scene; writes their depth."""
+    screen = _Screen(*eye, flags, depth)
+    found: list[Fragments] = []
+    for node in scene._parents:
+        mesh = node.mesh
+        if mesh is None or not mesh.is_visible or (shown is not None and node not in shown):
+            continue
+        for primitive in mesh.primitives:
+            for place in primitive.places:
+                matrix = scene.get_pose(node) @ place
+                if primitive.mode == GLTF.POINTS:
+                    found.append(_points(node, primitive, matrix, screen, point_size))
+                elif not primitive.has_faces or by_edges(primitive, flags):
+                    found.append(_lines(node, primitive, matrix, screen))
+                if not flags & (RenderFlags.DEPTH_ONLY | RenderFlags.SEG):
+                    found += _normals(node, primitive, matrix, screen)
+    return found
+
+
+def _points(node: Node, cloud: Primitive, place: Floats, screen: _Screen, size: float) -> Fragments:
+    world = cloud.positions @ place[:3, :3].T + place[:3, 3]
+    at, weight, near = screen.project(world)
+    good = np.flatnonzero((weight > 0) & screen.reaches(near))
+    side = max(1, round(size))
+    steps = np.arange(side) - side / 2 + 0.5
+    offsets = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    pixels = _pixels((at[good][:, np.newaxis] + offsets[:, ::-1]).reshape(-1, 2))
+    which = np.repeat(good, side * side)
+    kept = screen.visible(pixels, near[which])
+    which, pixels = which[kept], pixels[kept]
+    ends = np.stack([which, which], axis=1)
+    return Fragments(node, cloud, place, pixels[:, 0], pixels[:, 1], world[which], ends, np.zeros(len(which)))
+
+
+def _lines(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> Fragments:
+    world = primitive.positions @ place[:3, :3].T + place[:3, 3]
+    ends = primitive.segments
+    if primitive.has_faces and not (
+        primitive.material.doubleSided or screen.flags & RenderFlags.SKIP_CULL_FACES
+    ):
+        ends = ends.reshape(-1, 3, 2)[_front(world[primitive.faces], screen)].reshape(-1, 2)
+    pixels, which, share, position = _drawn(world[ends], screen)
+    return Fragments(node, primitive, place, pixels[:, 0], pixels[:, 1], position, ends[which], share)
+
+
+def _front(corners: Floats, screen: _Screen) -> npt.NDArray[np.bool_]:
+    """True for triangles [m, 3, 3] that show their front to the camera."""
+    wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    starts, ways = screen.camera.rays(np.array([0.0, 1.0]), np.array([0.0, 1.0]), (1, 1))
+    parallel = np.ptp(starts) > 0
+    along = screen.pose[:3, :3] @ ways[0] if parallel else corners[:, 0] - screen.pose[:3, 3]
+    return np.asarray((wound * along).sum(axis=1) < 0)
+
+
+def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> list[Fragments]:
+    """The lines of the normals that the flags ask for."""
+    found = []
+    world = primitive.positions @ place[:3, :3].T + place[:3, 3]
+    length = NORMALS * primitive.scale
+    starts, ways = [], []
+    if screen.flags & RenderFlags.VERTEX_NORMALS and primitive.normals is not None:
+        starts.append(world)
+        ways.append(primitive.normals @ np.linalg.inv(place[:3, :3]))
+    if screen.flags & RenderFlags.FACE_NORMALS and primitive.has_faces:
+        corners = world[primitive.faces]
+        starts.append(corners.mean(axis=1))
+        ways.append(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    for start, way in zip(starts, ways, strict=True):
+        unit = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-30)
+        pixels, _, share, position = _drawn(np.stack([start, start + length * unit], axis=1), screen)
+        ends = np.zeros((len(pixels), 2), np.int64)
+        found.append(
+            Fragments(node, primitive, place, pixels[:, 0], pixels[:, 1], position, ends, share, BLUE)
+        )
+    return found
+
+
+def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Floats]:
+    """Pixels [n, 2], the segment [n] of each, the share of its second end and the place in the world [n, 3].
+
+    Lines are one pixel wide.
+    """
+    height, width = screen.depth.shape
+    flat = segments.reshape(-1, 3)
+    _, _, near = screen.project(flat)
+    near = near.reshape(-1, 2)
+    # Cut at the near plane, so that both ends project.
+    least = max(float(screen.camera.znear), 1e-9)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cut = np.clip((least - near[:, 0]) / (near[:, 1] - near[:, 0]), 0, 1)
+    low = np.where(near[:, 0] < least, cut, 0.0)
+    high = np.where(near[:, 1] < least, cut, 1.0)
+    alive = np.flatnonzero((near >= least).any(axis=1) & np.isfinite(segments).all(axis=(1, 2)))
+    low, high, segments = low[alive], high[alive], segments[alive]
+    ways = segments[:, 1] - segments[:, 0]
+    first, last = (segments[:, 0] + side[:, np.newaxis] * ways for side in (low, high))
+    (at0, w0, near0), (at1, w1, near1) = screen.project(first), screen.project(last)
+    # Cut at the border of the picture, so that a line has no more steps than it.
+    enter, leave = np.zeros(len(at0)), np.ones(len(at0))
+    for axis, size in ((0, width), (1, height)):
+        step = at1[:, axis] - at0[:, axis]
+        for bound, sign in ((-1.0, 1.0), (size + 1.0, -1.0)):
+            gap = sign * (at0[:, axis] - bound)
+            rate = sign * step
+            with np.errstate(divide="ignore", invalid="ignore"):
+                s = -gap / rate
+            enter = np.where((rate > 0) & (gap < 0), np.maximum(enter, s), enter)
+            leave = np.where((rate < 0), np.minimum(leave, s), leave)
+            leave = np.where((rate == 0) & (gap < 0), -1.0, leave)
+    # A step is the middle of a column, or of a row where the line is steep.
+    step = at1 - at0
+    major = np.abs(step).argmax(axis=1)[:, np.newaxis]
+    start, step = (np.take_along_axis(values, major, axis=1)[:, 0] for values in (at0, step))
+    reach = np.sort(start + np.stack([enter, np.maximum(leave, enter)]) * step, axis=0)
+    first_step, end_step = np.ceil(reach - 0.5)
+    count = (end_step - first_step).astype(np.int64)
+    which = np.repeat(np.arange(len(count)), count)
+    step_of = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    s = (first_step[which] + step_of + 0.5 - start[which]) / step[which]
+    at = at0[which] * (1 - s)[:, np.newaxis] + at1[which] * s[:, np.newaxis]
+    u = (s / w1[which]) / ((1 - s) / w0[which] + s / w1[which])
+    depth = near0[which] * (1 - u) + near1[which] * u
+    pixels = _pixels(at)
+    kept = screen.visible(pixels, depth)
+    pixels, which, u = pixels[kept], which[kept], u[kept]
+    share = low[which] + (high - low)[which] * u
+    position = segments[which, 0] + share[:, np.newaxis] * ways[which]
+    return pixels, alive[which], share, position
+
+
+def _pixels(at: Floats) -> Whole:
+    """Rows and columns [n, 2] of the pixels around places [n, 2] in the picture; between two rows, the upper one."""
+    return np.stack([np.ceil(at[:, 1]) - 1, np.floor(at[:, 0])], axis=1).astype(np.int64)

@@ -1,0 +1,95 @@
+"""The light along one ray, as `raycam.render` finds it by a pinhole of one pixel that is 1e-5 radians wide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import Camera
+from ..notices import collected
+from ..reference.units import Floats
+from ..render import is_unlit, render
+from ..world import World
+
+__all__ = ["Estimate", "emitted", "facing_light", "lit_world", "only_light", "radiance"]
+
+WIDTH = 1e-5
+"""The angle of the pixel, in radians."""
+ROUNDING = 1e-6
+"""The relative error of samples that are all the same, in float32."""
+DARK = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}
+"""A light without light: a world that has it gets no default lights."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean of samples."""
+
+    value: Floats
+    """Linear RGB, [3], W/(m² sr)."""
+    error: float
+    """The standard error of the luminance; 0 where each sample is the same."""
+
+
+def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:
+    """The radiance that comes to `origin` [3] from `direction` [3]: emission and direct light, by `samples` samples."""
+    with collected():  # one pixel says nothing of the picture
+        frame = render(
+            world,
+            _camera(origin, direction),
+            integrator="direct",
+            samples=max(samples, 2),
+            channels=["color", "error"],
+            seed=seed,
+            threads=1,
+            ambient_occlusion=False,
+        )
+    value, error = frame["color"][0, 0].astype(np.float64), float(frame["error"][0, 0])
+    return Estimate(value, error if error > ROUNDING * float(value.max()) else 0.0)
+
+
+def emitted(world: World, origin: Floats, direction: Floats) -> Floats:
+    """The radiance [3] that what is seen emits by itself; of a miss that of the sky."""
+    with collected():
+        frame = render(
+            world,
+            _camera(origin, direction),
+            integrator="path",
+            max_depth=1,
+            samples=1,
+            channels=["color"],
+            threads=1,
+            ambient_occlusion=False,
+        )
+    return np.asarray(frame["color"][0, 0], np.float64)
+
+
+def lit_world(world: World, camera: Camera) -> World:
+    """The world with the lights by which `render` shows it: its own, or those of the studio where nothing shines."""
+    return world._in_studio(camera) if is_unlit(world, camera, {"integrator": "direct"}) else world
+
+
+def only_light(world: World, number: int | None) -> World:
+    """A copy of the world with one of its lights, or with none of them."""
+    made = world.copy()
+    made.add_light(DARK)
+    for other in reversed(range(len(world.lights))):
+        if other != number:
+            made.remove_light(other)
+    return made
+
+
+def facing_light(dark: World, point: Floats, towards: Floats, distance: float) -> World:
+    """A copy of a world without lights, with a bulb that gives `point` an irradiance of 1 from `towards` [3]."""
+    made = dark.copy()
+    made.add_light(
+        {"type": "bulb", "position": (point + distance * towards).tolist(), "intensity": [distance**2] * 3}
+    )
+    return made
+
+
+def _camera(origin: Floats, direction: Floats) -> Camera:
+    """The pinhole of one pixel."""
+    up = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    return Camera.look_at(origin, origin + direction, up, size=(1, 1), focal=1 / WIDTH)

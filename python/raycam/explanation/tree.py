@@ -1,0 +1,166 @@
+"""The search for the closest triangle in a tree of boxes: which boxes the ray enters, and how many triangles it tests.
+
+The tree is the plainest there is: two halves of each box, split at the median along its longest side, at most four
+triangles in a leaf. raycam's own has wider nodes and better splits; the idea is the same. Only boxes that the ray
+enters are built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import reference
+from ..reference.units import Bools, Floats
+from .digits import number, vector
+
+if TYPE_CHECKING:
+    from . import Explanation
+
+__all__ = ["Box", "TreeSearch", "entered", "tree_search"]
+
+LEAF = 4
+"""The triangles of a leaf at most."""
+SHOWN = 40
+"""The boxes that the text lists."""
+
+Indices = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box that the ray enters."""
+
+    low: Floats
+    """The least coordinates, [3], in the explanation's units."""
+    high: Floats
+    """The greatest coordinates, [3]."""
+    depth: int
+    """The level; 0 for the box around everything."""
+    triangles: int
+    """The number of triangles in it."""
+    enters: float
+    """The ray parameter where the ray enters; 0 if it starts inside."""
+    leaves: float
+    """The ray parameter where the ray leaves."""
+    is_leaf: bool
+    """True if its triangles are tested."""
+
+
+@dataclass(frozen=True)
+class TreeSearch:
+    """The search of one ray."""
+
+    boxes: tuple[Box, ...]
+    """The boxes that are opened, in order."""
+    tested_boxes: int
+    """The number of boxes that are tested."""
+    skipped_boxes: int
+    """The number of entered boxes that begin behind a hit that is known already."""
+    tested_triangles: int
+    """The number of triangles that are tested."""
+    triangles: int
+    """The number of triangles in the world."""
+    winner: int
+    """The index of the closest triangle among all; -1 for a miss."""
+    t: float
+    """Its ray parameter; +inf for a miss."""
+
+    def __str__(self) -> str:
+        """The search as text."""
+        return "\n".join(_text(self))
+
+
+def tree_search(explanation: Explanation) -> TreeSearch:
+    """The search of an explained pixel's ray through all triangles of its world."""
+    corners = explanation.units.points(np.asarray(explanation.world.triangles(), np.float64))
+    lows, highs, middles = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
+    C, r = explanation.C, explanation.r
+    normals = reference.normals(corners)
+    winner, closest = -1, np.inf
+    boxes: list[Box] = []
+    counts = {"boxes": 0, "skipped": 0, "triangles": 0}
+
+    def bounds(members: Indices) -> tuple[Floats, Floats, float, float]:
+        low, high = lows[members].min(axis=0), highs[members].max(axis=0)
+        counts["boxes"] += 1
+        return low, high, *entered(low, high, C, r)
+
+    everything = np.arange(len(corners))
+    waiting = [(everything, 0, *bounds(everything))] if len(corners) else []
+    while waiting:
+        members, depth, low, high, enters, leaves = waiting.pop()
+        if enters > leaves or enters > closest:
+            counts["skipped"] += enters <= leaves
+            continue
+        is_leaf = len(members) <= LEAF
+        boxes.append(Box(low, high, depth, len(members), enters, leaves, is_leaf))
+        if is_leaf:
+            counts["triangles"] += len(members)
+            t = reference.hit_distances(corners[members], normals[members], C, r[None])[0]
+            first = int(np.argmin(t))
+            if t[first] < closest:
+                winner, closest = int(members[first]), float(t[first])
+            continue
+        axis = int(np.argmax(np.ptp(middles[members], axis=0)))
+        order = np.argpartition(middles[members, axis], len(members) // 2)
+        halves = (members[order[: len(members) // 2]], members[order[len(members) // 2 :]])
+        children = [(half, depth + 1, *bounds(half)) for half in halves]
+        waiting += sorted(children, key=lambda each: -each[4])  # the nearer one is opened first
+    return TreeSearch(
+        tuple(boxes),
+        counts["boxes"],
+        int(counts["skipped"]),
+        counts["triangles"],
+        len(corners),
+        winner,
+        closest,
+    )
+
+
+def entered(low: Floats, high: Floats, C: Floats, r: Floats) -> tuple[float, float]:
+    """The ray parameters where f(t) = C + t r enters and leaves a box: enter > leave if it misses."""
+    enter, leave = 0.0, np.inf
+    for axis in range(3):
+        if r[axis] == 0:
+            inside: Bools | bool = low[axis] <= C[axis] <= high[axis]
+            if not inside:
+                return np.inf, -np.inf
+            continue
+        a, b = (low[axis] - C[axis]) / r[axis], (high[axis] - C[axis]) / r[axis]
+        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    rounding = 4 * np.finfo(np.float64).eps
+    return float(enter), float(leave + rounding * abs(leave))
+
+
+def _text(search: TreeSearch) -> Iterator[str]:
+    """The lines of the text."""
+    yield "THE TREE: BOXES AROUND TRIANGLES, SO THAT FEW OF THEM ARE TESTED"
+    yield ""
+    yield "   A box that the ray misses spares all of its triangles. Each box is halved along its longest side;"
+    yield "   the half that the ray enters first is opened first, and a box behind the closest hit is left out."
+    yield "   The ray is in the box while it is in all three slabs: t from (low - C) / r to (high - C) / r."
+    yield ""
+    yield f"   {search.triangles:>9} triangles in the world"
+    yield f"   {search.tested_boxes:>9} boxes tested"
+    leaves = sum(box.is_leaf for box in search.boxes)
+    yield f"   {len(search.boxes):>9} boxes entered and opened, {leaves} of them leaves"
+    yield f"   {search.skipped_boxes:>9} boxes entered, but behind a closer hit"
+    yield f"   {search.tested_triangles:>9} triangles tested"
+    yield ""
+    if not search.boxes:
+        yield "   The ray misses the box around everything."
+        return
+    yield f"   {'level':<8}{'triangles':>9}  {'t enters':>10}  {'t leaves':>10}  from, to"
+    for box in search.boxes[:SHOWN]:
+        level = "  " * min(box.depth, 2) + f"{box.depth}" + (" leaf" if box.is_leaf else "")
+        yield (
+            f"   {level:<8}{box.triangles:>9}  {number(box.enters, 4):>10}  {number(box.leaves, 4):>10}  "
+            f"{vector(box.low, 4)}, {vector(box.high, 4)}"
+        )
+    if len(search.boxes) > SHOWN:
+        yield f"   and {len(search.boxes) - SHOWN} more"

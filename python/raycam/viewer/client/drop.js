@@ -1,0 +1,49 @@
+// Files that are dropped on the live view: sent in pieces, then the world among them is opened.
+
+/** @typedef {import("./client.js").Client} Client */
+
+const PIECE = 45000; // bytes, 60000 letters of base64
+const WORLD_ENDINGS = /\.(toml|gltf|glb|obj|ply|stl|off)$/i;
+
+/**
+ * Listens to files that are dropped anywhere on the page.
+ * @param {Client} client
+ * @param {() => boolean} allowed
+ */
+export function listenToDrops(client, allowed) {
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    const files = [...(event.dataTransfer?.files || [])];
+    if (!files.length) return;
+    if (!allowed()) return client.say("This view opens no files: start it with --allow-open.", "notice");
+    sendFiles(client, files).catch((error) => client.say(`The files could not be read: ${error}`, "error"));
+  });
+}
+
+/**
+ * @param {Client} client
+ * @param {File[]} files
+ */
+async function sendFiles(client, files) {
+  const world = files.find(({ name }) => WORLD_ENDINGS.test(name));
+  if (!world) return client.say("None of these files is a world: .toml, .gltf, .glb, .obj, .ply, .stl or .off.", "error");
+  for (const file of files) {
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    for (let offset = 0; offset < bytes.length; offset += PIECE) {
+      const data = base64Of(bytes.subarray(offset, offset + PIECE));
+      client.transport.send({ type: "upload", name: file.name, bytes: bytes.length, offset, data });
+    }
+  }
+  client.transport.send({ type: "open", name: world.name });
+}
+
+/**
+ * @param {Uint8Array} bytes
+ * @returns {string}
+ */
+function base64Of(bytes) {
+  let text = "";
+  for (let i = 0; i < bytes.length; i += 4096) text += String.fromCharCode(...bytes.subarray(i, i + 4096));
+  return btoa(text);
+}

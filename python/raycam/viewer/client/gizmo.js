@@ -1,0 +1,80 @@
+// The gizmo of the live view: which handle is under the pointer, and the drag of it.
+
+/** @typedef {import("./client.js").Client} Client */
+/** @typedef {import("./pointer.js").Point} Point */
+
+const HANDLE_REACH = 9; // CSS pixels
+
+export class Gizmo {
+  /** @param {Client} client */
+  constructor(client) {
+    this.client = client;
+    /** The handle that is dragged; "" for none. */
+    this.handle = "";
+    this.stroke = 0;
+    /** @type {number[]} where the drag began, in pixels of the picture */
+    this.begin = [0, 0];
+  }
+
+  /**
+   * Begins to drag the handle under the pointer, if there is one.
+   * @param {Point} at
+   * @returns {boolean} true if there is one
+   */
+  grab(at) {
+    this.handle = this.handleAt(at);
+    if (this.handle) {
+      this.stroke = Date.now();
+      this.begin = this.place(at);
+    }
+    return this.handle !== "";
+  }
+
+  /** @param {Point} at */
+  drag(at) {
+    const message = { type: "gizmo", handle: this.handle, stroke: this.stroke, begin: this.begin, end: this.place(at) };
+    this.client.transport.send(message);
+  }
+
+  /**
+   * @param {Point} at
+   * @returns {string} the nearest handle within reach, or ""
+   */
+  handleAt(at) {
+    const { picture } = this.client;
+    let [found, nearest] = ["", HANDLE_REACH];
+    for (const { handle, lines } of picture.layers.overlay) {
+      if (!handle) continue;
+      for (const line of lines) {
+        for (let i = 1; i < line.length; i++) {
+          const [a, b] = [line[i - 1], line[i]].map(([u, v]) => ({ x: picture.left + u * picture.zoom, y: picture.top + v * picture.zoom }));
+          const distance = toSegment(at, a, b);
+          if (distance < nearest) [found, nearest] = [handle, distance];
+        }
+      }
+    }
+    return found;
+  }
+
+  /**
+   * @param {Point} at
+   * @returns {number[]} the place in pixels of the picture
+   */
+  place({ x, y }) {
+    const { picture } = this.client;
+    return [(x - picture.left) / picture.zoom, (y - picture.top) / picture.zoom].map((value) => Math.min(Math.max(value, -1e4), 1e4));
+  }
+}
+
+/**
+ * The distance from a point to a segment.
+ * @param {Point} p
+ * @param {Point} a
+ * @param {Point} b
+ * @returns {number}
+ */
+function toSegment(p, a, b) {
+  const [dx, dy] = [b.x - a.x, b.y - a.y];
+  const share = Math.min(Math.max(((p.x - a.x) * dx + (p.y - a.y) * dy) / (dx * dx + dy * dy || 1), 0), 1);
+  return Math.hypot(p.x - a.x - share * dx, p.y - a.y - share * dy);
+}

@@ -1,0 +1,159 @@
+// Five exercises: what is given and asked, and what a student's numbers are told. Everything is checked against steps.js.
+
+import { vectorText, general } from "../core/explanation.js";
+import { dot, lengthOf, minus, rowOf } from "../core/navigation.js";
+import { pixelOf, rangesOf, rayOfPixel } from "../core/steps.js";
+
+/**
+ * @typedef {object} Facts what the page knows of the pixel
+ * @property {number[]} P
+ * @property {number[]} R
+ * @property {number[]} pixel u, v in pixel coordinates
+ * @property {import("../core/steps.js").PixelRay} ray
+ * @property {import("../core/steps.js").Candidate} found
+ */
+/** @typedef {{ right: boolean, text: string }} Verdict */
+/**
+ * @typedef {object} Exercise
+ * @property {string} id
+ * @property {string} title
+ * @property {string[]} asked the names of the numbers
+ * @property {(facts: Facts) => string[]} given lines
+ * @property {(facts: Facts) => number[]} answer
+ * @property {(values: number[], facts: Facts) => string} hint to a wrong answer
+ * @property {((values: number[], facts: Facts) => string)} [other] why another answer is right too; empty where it is not
+ */
+
+/** The share of the largest number that an answer may be off. */
+export const TOLERANCE = 1e-3;
+
+/** True if numbers are the same within the tolerance. @param {number[]} values @param {number[]} right */
+const areClose = (values, right) => {
+  const off = TOLERANCE * Math.max(...right.map(Math.abs), 1e-9);
+  return values.length === right.length && values.every((value, i) => Math.abs(value - right[i]) <= off);
+};
+const negated = (/** @type {number[]} */ values) => values.map((value) => -value);
+const triple = (/** @type {string} */ name) => ["x", "y", "z"].map((axis) => `${name} ${axis}`);
+const rowsOf = (/** @type {number[]} */ m, /** @type {number} */ columns) =>
+  Array.from({ length: m.length / columns }, (_, i) => `  [${m.slice(columns * i, columns * (i + 1)).map(general).join(", ")}]`);
+const cornersText = (/** @type {Facts} */ { found }) => found.corners.map((corner, i) => `${"abc"[i]} = ${vectorText(corner)}`);
+
+/** @type {Exercise[]} */
+export const EXERCISES = [
+  {
+    id: "line",
+    title: "1. A point of the pixel's line: X' = P⁺ x",
+    asked: triple("X'"),
+    given: ({ P, pixel }) => ["P =", ...rowsOf(P, 4), `x = (${general(pixel[0])}, ${general(pixel[1])}, 1)`],
+    answer: ({ ray }) => /** @type {number[]} */ (ray.XPrime),
+    other: (values, { P, pixel, ray }) => {
+      const { u, v } = pixelOf(P, values);
+      const isThere = Math.hypot(u - pixel[0], v - pixel[1]) < 0.05 && lengthOf(minus(values, ray.C)) > 1e-3 * lengthOf(ray.C);
+      return isThere ? "It is not P⁺ x, but another point that is seen at this pixel, and any will do." : "";
+    },
+    hint: (values, { P, pixel, ray }) => {
+      if (areClose(values, ray.X.slice(0, 3))) return "These are the first three of four homogeneous numbers: divide them by the fourth.";
+      if (areClose(values, ray.C)) return "This is C, the camera's centre: it lies on the line, but a second point is needed.";
+      if (areClose(values, rayOfPixel(P, pixel[1], pixel[0]).XPrime || [])) return "This is the line of the pixel (v, u): x is (u, v, 1), the column first.";
+      const { u, v } = pixelOf(P, values);
+      return `Your point is seen at (${general(u)}, ${general(v)}). P⁺ = Pᵀ (P Pᵀ)⁻¹; divide P⁺ x by its fourth number.`;
+    },
+  },
+  {
+    id: "forward",
+    title: "2. Forward: v = r3, and the sign of v·(X' - C)",
+    asked: [...triple("v"), "v·(X' - C)"],
+    given: ({ R, ray }) => ["R =", ...rowsOf(R, 3), `X' = ${vectorText(/** @type {number[]} */ (ray.XPrime))}`, `C = ${vectorText(ray.C)}`],
+    answer: ({ ray }) => [...ray.forward, ray.along],
+    hint: (values, { R, ray }) => {
+      const v = values.slice(0, 3);
+      if (areClose(v, negated(ray.forward))) return "Your v points backward: it is the third row of R as it stands.";
+      const row = [0, 1].find((i) => areClose(v, rowOf(R, i)));
+      if (row !== undefined) return `This is row ${row + 1} of R. The principal axis is the third row.`;
+      if (areClose(v, [R[2], R[5], R[8]])) return "This is the third column of R. The principal axis is the third row.";
+      if (!areClose(v, ray.forward)) return "v is the third row of R.";
+      if (areClose([values[3]], [-ray.along])) return "v is right; the sign is not: take X' - C, not C - X'.";
+      return "v is right. v·(X' - C) is the sum of the products of their components.";
+    },
+  },
+  {
+    id: "normal",
+    title: "3. The plane of the triangle: n = (c - a) x (b - a)",
+    asked: triple("n"),
+    given: cornersText,
+    answer: ({ found }) => found.n,
+    hint: (values, { found }) => {
+      if (areClose(values, negated(found.n))) return "This is (b - a) x (c - a): the order turns the sign.";
+      const [length, own] = [lengthOf(values), lengthOf(found.n)];
+      const cosine = dot(values, found.n) / (length * own || 1);
+      if (Math.abs(cosine) > 1 - 1e-5) return `The direction is right, the length is not: ${general(length)}, not ${general(own)}. n is the cross product as it is.`;
+      const off = [found.edges[0], found.edges[2]].map((edge) => Math.abs(dot(values, edge)) / (length * lengthOf(edge) || 1));
+      return `n stands on both edges: yours has n·(b - a) = ${general(dot(values, found.edges[0]))}, ${off[0] > 1e-3 ? "which is not 0" : "which is right, but n·(c - a) is not 0"}.`;
+    },
+  },
+  {
+    id: "distance",
+    title: "4. The ray meets the plane: t = n·(a - C) / n·r",
+    asked: ["t"],
+    given: ({ ray, found }) => [`C = ${vectorText(ray.C)}`, `r = ${vectorText(ray.r)}`, `a = ${vectorText(found.corners[0])}`, `n = ${vectorText(found.n)}`],
+    answer: ({ found }) => [found.t],
+    hint: ([t], { ray, found }) => {
+      if (areClose([t], [-found.t])) return "The size is right, the sign is not: a - C above, and r is the ray's direction.";
+      if (areClose([t], [1 / found.t])) return "This is n·r / n·(a - C): upside down.";
+      if (areClose([t], [found.above])) return "This is n·(a - C): divide it by n·r.";
+      if (areClose([t], [rangesOf(ray, found.t).distance])) return "This is the distance t |r|: t counts lengths of r.";
+      if (areClose([t], [rangesOf(ray, found.t).depth])) return "This is the depth t (v·r): t counts lengths of r.";
+      return `n·(a - C) = ${general(found.above)}. Divide it by n·r.`;
+    },
+  },
+  {
+    id: "crossings",
+    title: "5. Inside or outside: how many edges does u cross?",
+    asked: ["crossings"],
+    given: (facts) => [
+      ...cornersText(facts),
+      `f(t) = ${vectorText(facts.found.f)}`,
+      `g = a + v3 = ${vectorText(facts.found.g)}`,
+      `u = g - f(t) = ${vectorText(facts.found.u)}`,
+    ],
+    answer: ({ found }) => [found.crossings],
+    hint: ([count], { found }) => {
+      if (![0, 1, 2, 3].includes(count)) return "There are three edges: count those that u crosses, 0 to 3.";
+      const i = found.crossed.findIndex((crossed) => (count < found.crossings ? crossed : !crossed));
+      const numbers = Number.isNaN(found.alongU[i]) ? "it is parallel to u" : `s = ${general(found.alongU[i])} along u and q = ${general(found.alongEdge[i])} along the edge`;
+      return `Look at v${i + 1} again: ${numbers}. It is crossed when both lie between 0 and 1.`;
+    },
+  },
+];
+
+/**
+ * What a student's texts are told.
+ * @param {string} id of the exercise
+ * @param {string[]} texts
+ * @param {Facts} facts
+ * @returns {Verdict}
+ */
+export function verdictOn(id, texts, facts) {
+  const exercise = /** @type {Exercise} */ (EXERCISES.find((each) => each.id === id));
+  const values = texts.map((text) => (text.trim() ? Number(text.trim().replace(/^[−–]/, "-")) : NaN));
+  const missing = values.findIndex((value) => !Number.isFinite(value));
+  if (missing >= 0) {
+    const comma = texts[missing].includes(",") ? "; a point stands before the decimals" : "";
+    return { right: false, text: `${exercise.asked[missing]}: write a number, such as -0.25${comma}.` };
+  }
+  const answer = exercise.answer(facts);
+  if (id === "crossings" ? values[0] === answer[0] : areEachClose(id, values, answer)) {
+    const { inside, onEdge } = facts.found;
+    const on = onEdge.some(Boolean) ? ", and f(t) lies on an edge" : "";
+    const more = id === "crossings" ? ` ${values[0] % 2 ? "Odd" : "Even"}${on}: f(t) is ${inside ? "inside" : "outside"}.` : "";
+    return { right: true, text: `Right: ${answer.map(general).join(", ")}.${more}` };
+  }
+  const other = exercise.other?.(values, facts);
+  return other ? { right: true, text: `Right. ${other}` } : { right: false, text: exercise.hint(values, facts) };
+}
+
+/** @param {string} id @param {number[]} values @param {number[]} answer */
+function areEachClose(id, values, answer) {
+  if (id !== "forward") return areClose(values, answer);
+  return areClose(values.slice(0, 3), answer.slice(0, 3)) && areClose(values.slice(3), answer.slice(3));
+}

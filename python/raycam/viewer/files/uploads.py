@@ -1,0 +1,101 @@
+"""Files that are dropped on the page: put together in a private folder, and opened within it.
+
+A client gives names and bytes. A name has letters, digits, dots, dashes and blanks alone and ends as files of worlds
+do, so that it is never a path; the readers then open nothing outside of the folder.
+"""
+
+from __future__ import annotations
+
+import base64
+import re
+import tempfile
+from pathlib import Path
+
+from ...errors import SettingsError
+from ...world import World
+from ...world.load import load
+
+__all__ = ["MOST_BYTES", "Uploads"]
+
+MOST_BYTES = 256 * 2**20
+MOST_FILES = 200
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._ -]{0,99}")
+WORLDS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off")
+COMPANIONS = (
+    *(
+        ".mtl",
+        ".bin",
+        ".png",
+        ".jpg",
+        ".jpeg",
+        ".hdr",
+        ".exr",
+        ".tga",
+        ".bmp",
+        ".gif",
+        ".webp",
+        ".ktx2",
+        ".tif",
+    ),
+    *(".tiff", ".ies"),
+)
+
+
+class Uploads:
+    """The files of one client."""
+
+    def __init__(self) -> None:
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._sizes: dict[str, int] = {}
+        self._got: dict[str, int] = {}
+
+    def add(self, name: str, size: int, offset: int, data: str) -> bool:
+        """Adds a piece of a file; True if the file is whole. Raises `SettingsError`, and then drops the file."""
+        self._check_name(name, (*WORLDS, *COMPANIONS))
+        piece = base64.b64decode(data, validate=True)
+        if offset == 0:
+            self._sizes[name], self._got[name] = size, 0
+            if len(self._sizes) > MOST_FILES or sum(self._sizes.values()) > MOST_BYTES:
+                self._drop(name)
+                raise SettingsError(
+                    f"{name}: {MOST_FILES} files of {MOST_BYTES >> 20} MiB in all are the most; load larger ones with "
+                    "raycam view FILE"
+                )
+        if self._got.get(name) != offset or self._sizes[name] != size or offset + len(piece) > size:
+            self._drop(name)
+            raise SettingsError(f"{name}: its pieces do not follow each other: drop it again")
+        with (self._path() / name).open("wb" if offset == 0 else "ab") as file:
+            file.write(piece)
+        self._got[name] = offset + len(piece)
+        return self._got[name] == size
+
+    def open(self, name: str) -> World:
+        """The world of a file that is whole. Raises `SettingsError` and the errors of `raycam.load`."""
+        self._check_name(name, WORLDS)
+        if name not in self._sizes or self._got[name] != self._sizes[name]:
+            raise SettingsError(f"{name} has not been uploaded")
+        return load(self._path() / name, folder=self._path())
+
+    def close(self) -> None:
+        """Removes the files."""
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
+        self._sizes, self._got = {}, {}
+
+    def _path(self) -> Path:
+        if self._folder is None:
+            self._folder = tempfile.TemporaryDirectory(prefix="raycam-view-")
+        return Path(self._folder.name)
+
+    def _drop(self, name: str) -> None:
+        self._sizes.pop(name, None)
+        self._got.pop(name, None)
+        if self._folder is not None:
+            (self._path() / name).unlink(missing_ok=True)
+
+    def _check_name(self, name: str, endings: tuple[str, ...]) -> None:
+        if NAME.fullmatch(name) is None or not name.lower().endswith(endings) or name.endswith((" ", ".")):
+            raise SettingsError(
+                f"{name!r}: names have letters, digits, dots, dashes and blanks, and end in {', '.join(endings)}"
+            )

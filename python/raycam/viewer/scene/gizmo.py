@@ -1,0 +1,173 @@
+"""The gizmo: handles on an object, as lines over the picture, and what dragging one does to its matrix.
+
+Everything goes by rays through pixels, so that it holds for every lens.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Floats
+from ...camera import Camera
+from ...world import World
+from .overlay import polylines
+
+__all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
+
+TOOLS = ("move", "turn", "scale")
+HANDLES = ("x", "y", "z", "all")
+COLORS = {"x": "#ff4d4d", "y": "#4cd964", "z": "#5aa9ff", "all": "#ffffff"}
+LENGTH = 90.0  # pixels of an axis where the picture has no distortion
+PIECES = 32
+LEAST, MOST = 0.01, 100.0  # factors of a drag
+EDGE_ON = 0.08  # cosine between view and axis below which a turn goes by the pointer's way
+
+
+def middle_of(world: World, number: int) -> Floats:
+    """The middle of an object's bounds in its mesh's coordinates, [3]."""
+    corners = world.triangles(number).reshape(-1, 3)
+    matrix = np.asarray(world.objects[number].matrix)
+    if not len(corners):
+        return np.zeros(3)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return np.asarray(np.linalg.solve(matrix, np.append(middle, 1.0))[:3])
+
+
+def handles(matrix: Floats, middle: Floats, camera: Camera, tool: str) -> list[dict[str, Any]]:
+    """Name, colour and lines in pixels of each handle, for an object of a matrix and the middle of its mesh."""
+    center = placed(matrix, middle)
+    length = _length(camera, center)
+    axes = axes_of(matrix, tool)
+    made = []
+    for name, axis in zip(HANDLES, axes, strict=False):
+        points = _circle(center, axes, axis, length) if tool == "turn" else _arrow(center, axis, length)
+        made.append(
+            {"name": name, "color": COLORS[name], "handle": name, "lines": polylines([points], camera)}
+        )
+    if tool != "turn":
+        ring = _circle(center, camera.R, camera.R[2], 0.22 * length)
+        made.append({"name": "", "color": COLORS["all"], "handle": "all", "lines": polylines([ring], camera)})
+    return [each for each in made if each["lines"]]
+
+
+def dragged(
+    matrix: Floats, middle: Floats, camera: Camera, tool: str, handle: str, begin: Floats, end: Floats
+) -> Floats:
+    """The matrix [4, 4] after a drag of a handle from one place to another, in pixels from the left top corner."""
+    center = placed(matrix, middle)
+    rays = [camera.rays(np.asarray(at) + camera.corner) for at in (begin, end)]
+    if not all(np.isfinite(direction).all() for _, direction in rays):
+        return matrix
+    step = np.eye(4)
+    if tool == "move":
+        step[:3, 3] = _shift(rays, center, handle, camera)
+        return np.asarray(step @ matrix)
+    if handle == "all":
+        if tool == "turn":
+            return matrix
+        before, after = (
+            float(np.linalg.norm(np.asarray(at) - _pixel(camera, center))) for at in (begin, end)
+        )
+        step[:3, :3] *= _ratio(before, after)
+    else:
+        axis = axes_of(matrix, tool)[HANDLES.index(handle)]
+        if tool == "turn":
+            step[:3, :3] = _rotation(axis, _angle(rays, center, axis, begin, end))
+        else:
+            factor = _ratio(_along(rays[0], center, axis), _along(rays[1], center, axis))
+            step[:3, :3] += (factor - 1) * np.outer(axis, axis)
+    step[:3, 3] = center - step[:3, :3] @ center
+    return np.asarray(step @ matrix)
+
+
+def placed(matrix: Floats, middle: Floats) -> Floats:
+    """The middle of an object in the world, [3]."""
+    return np.asarray(matrix)[:3, :3] @ middle + np.asarray(matrix)[:3, 3]
+
+
+def axes_of(matrix: Floats, tool: str) -> Floats:
+    """The axes [3, 3] of the handles: the world's; for `scale` those of the object, which then keeps its shape."""
+    if tool != "scale":
+        return np.eye(3)
+    left, _, right = np.linalg.svd(np.asarray(matrix)[:3, :3])
+    return np.asarray((left @ right).T)
+
+
+def _length(camera: Camera, center: Floats) -> float:
+    """The length of an axis, metres."""
+    focal = math.sqrt(abs(camera.K[0, 0] * camera.K[1, 1]))
+    away = 1.0 if camera.is_parallel else float(np.linalg.norm(center - camera.location))
+    return LENGTH * max(away, 1e-9) / focal
+
+
+def _arrow(center: Floats, axis: Floats, length: float) -> Floats:
+    return np.asarray(center + np.linspace(0.25, 1, 9)[:, None] * length * axis)
+
+
+def _circle(center: Floats, axes: Floats, axis: Floats, radius: float) -> Floats:
+    """A circle [n, 3] around an axis, which is one of `axes`."""
+    first, second = (each for each in axes if abs(float(each @ axis)) < 0.5)
+    turn = np.linspace(0, 2 * np.pi, PIECES + 1)[:, None]
+    return np.asarray(center + radius * (np.cos(turn) * first + np.sin(turn) * second))
+
+
+def _pixel(camera: Camera, point: Floats) -> Floats:
+    return np.asarray(camera.project(point)[0]) - camera.corner
+
+
+def _along(ray: tuple[Floats, Floats], center: Floats, axis: Floats) -> float:
+    """The place on the axis that is nearest to a ray, in metres from `center`."""
+    origin, direction = ray
+    cosine = float(axis @ direction)
+    away = center - origin
+    rest = 1 - cosine * cosine
+    if rest < 1e-6:
+        return 0.0
+    return float(cosine * (away @ direction) - away @ axis) / rest
+
+
+def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camera: Camera) -> Floats:
+    """The way of an object that follows the pointer: along an axis, or in the plane of the picture."""
+    if handle != "all":
+        axis = np.eye(3)[HANDLES.index(handle)]
+        first, second = (_along(ray, center, axis) for ray in rays)
+        return np.asarray((second - first) * axis)
+    points = [_on_plane(ray, center, camera.forward) for ray in rays]
+    return np.zeros(3) if points[0] is None or points[1] is None else points[1] - points[0]
+
+
+def _on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -> Floats | None:
+    origin, direction = ray
+    slope = float(direction @ normal)
+    if abs(slope) < 1e-9:
+        return None
+    t = float((center - origin) @ normal) / slope
+    return np.asarray(origin + t * direction) if t > 0 else None
+
+
+def _angle(
+    rays: list[tuple[Floats, Floats]], center: Floats, axis: Floats, begin: Floats, end: Floats
+) -> float:
+    """The angle by which the pointer goes around an axis; by its way in pixels where the circle is seen edge-on."""
+    spokes = [_on_plane(ray, center, axis) for ray in rays]
+    if abs(float(rays[0][1] @ axis)) < EDGE_ON or spokes[0] is None or spokes[1] is None:
+        way = np.asarray(end) - np.asarray(begin)
+        return float(0.01 * (way[0] - way[1]))
+    first, second = (spoke - center for spoke in spokes if spoke is not None)
+    return math.atan2(float(np.cross(first, second) @ axis), float(first @ second))
+
+
+def _ratio(before: float, after: float) -> float:
+    if abs(before) < 1e-12:
+        return 1.0
+    return float(min(max(after / before, LEAST), MOST))
+
+
+def _rotation(axis: Floats, angle: float) -> Floats:
+    """The rotation [3, 3] by a right-handed angle about a unit axis (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross))

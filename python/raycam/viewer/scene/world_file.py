@@ -1,0 +1,160 @@
+"""The world of a view as a world file, which stands beside the file that it was opened from."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...camera import Camera
+from ...errors import Error, WorldError
+from ...notices import collected
+from ...world import World
+
+__all__ = ["toml_text", "world_file"]
+
+PLACE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
+MATERIAL = ("color", "type", "roughness", "metallic", "emission")
+
+
+def world_file(source: Path | None, opened: World, world: World, camera: Camera) -> str:
+    """The TOML of `world`, which was `opened` from the file `source` and changed since; it begins with `camera`.
+
+    It names the files that `source` names, and loads from the same folder. Raises `WorldError` where it would not load
+    to the same world: for worlds of a script, and for changed objects of files with several objects.
+    """
+    if source is None:
+        raise WorldError("a world of a script has no world file: Save GLB keeps what glTF can say")
+    document = _document(source)
+    entries = document.get("object", [])
+    changed = [i for i in range(len(world.objects)) if _object(opened, i) != _object(world, i)]
+    if changed and len(entries) != len(world.objects):
+        names = ", ".join(world.objects[i].name for i in changed[:3])
+        raise WorldError(
+            f"{names}: objects of a file that holds several cannot be changed in a world file; Save GLB keeps them"
+        )
+    for i in changed:
+        entries[i] = _entry(entries[i], opened, world, i)
+    if opened.lights != world.lights:
+        document["light"] = world.lights
+    before = document.get("camera", [])
+    cameras = [before] if isinstance(before, dict) else list(before)
+    taken = {each.get("name") for each in cameras} | set(world.cameras)
+    name = next(f"view{i or ''}" for i in range(len(taken) + 1) if f"view{i or ''}" not in taken)
+    document["camera"] = [{"name": name, **camera.to_dict()}, *cameras]
+    _check(document, source, world, camera)
+    return "# A world of raycam. Keep it beside the files that it names.\n\n" + toml_text(document)
+
+
+def _document(source: Path) -> dict[str, Any]:
+    """The tables of a world file; those that show a model of another format."""
+    if source.suffix.lower() == ".toml":
+        return tomllib.loads(source.read_text(encoding="utf-8"))
+    return {"object": [{"mesh": source.name}]}
+
+
+def _object(world: World, number: int) -> tuple[Any, ...]:
+    """All that an edit changes of an object."""
+    found = world.objects[number]
+    return found.name, found.visible, np.asarray(found.matrix).tolist(), world._core.material(number, 0)
+
+
+def _entry(entry: dict[str, Any], opened: World, world: World, number: int) -> dict[str, Any]:
+    """The table of an object after its edits."""
+    entry = dict(entry)
+    before, after = opened.objects[number], world.objects[number]
+    if before.visible != after.visible:
+        entry["visible"] = after.visible
+    if not np.array_equal(before.matrix, after.matrix):
+        entry = {key: value for key, value in entry.items() if key not in PLACE}
+        entry["matrix"] = np.asarray(after.matrix).tolist()
+    old, new = (json.loads(each._core.material(number, 0)) for each in (opened, world))
+    if old == new:
+        return entry
+    entry["color"] = new["color"]
+    if new["emission"]["value"] != old["emission"]["value"]:
+        entry["emission"] = new["emission"]["value"]
+    model, was = new["reflectance"], old["reflectance"]
+    if isinstance(model, dict) and "Principled" in model:
+        if not (isinstance(was, dict) and "Principled" in was):
+            entry = {
+                key: value for key, value in entry.items() if key not in ("diffuse", "specular", "shininess")
+            }
+            entry["type"] = "principled"
+        for key in ("roughness", "metallic"):
+            entry[key] = model["Principled"][key]["value"]
+    return entry
+
+
+def _check(document: dict[str, Any], source: Path, world: World, camera: Camera) -> None:
+    """Builds the world of the tables and compares it. Raises `WorldError` where it is another one."""
+    try:
+        with collected():
+            built = World.from_dict(document, folder=source.parent)
+    except (Error, OSError) as error:
+        raise WorldError(f"a world file of this world would not load: {error}") from None
+    shown = next(iter(built.cameras.values()))
+    same = (
+        len(built.objects) == len(world.objects)
+        and all(_close(_object(built, i), _object(world, i)) for i in range(len(world.objects)))
+        and _close(built.lights, world.lights)
+        and np.allclose(shown.P, camera.P, rtol=1e-9, atol=1e-9)
+    )
+    if not same:
+        raise WorldError("a world file cannot say what was changed here: Save GLB keeps what glTF can say")
+
+
+def _close(one: Any, other: Any) -> bool:
+    """True for equal values, numbers up to the rounding of float32."""
+    if isinstance(one, str) and isinstance(other, str) and one.startswith("{"):
+        return _close(json.loads(one), json.loads(other))
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_close(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(_close, one, other))
+    if isinstance(one, float) or isinstance(other, float):
+        return bool(np.isclose(one, other, rtol=1e-6, atol=1e-9))
+    return bool(one == other)
+
+
+def toml_text(document: dict[str, Any]) -> str:
+    """A dict of tables as TOML: scalars first, then a table or an array of tables for each key."""
+    plain = {key: value for key, value in document.items() if not _is_table(value)}
+    parts = ["".join(f"{_key(key)} = {_value(value)}\n" for key, value in plain.items())]
+    for key, value in document.items():
+        if not _is_table(value):
+            continue
+        for table in value if isinstance(value, list) else [value]:
+            head = f"[[{_key(key)}]]" if isinstance(value, list) else f"[{_key(key)}]"
+            rows = "".join(f"{_key(name)} = {_value(each)}\n" for name, each in table.items())
+            parts.append(f"{head}\n{rows}")
+    return "\n".join(part for part in parts if part)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, dict) or (
+        isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
+    )
+
+
+def _key(key: str) -> str:
+    is_bare = key and all(letter.isascii() and (letter.isalnum() or letter in "_-") for letter in key)
+    return key if is_bare else _value(key)
+
+
+def _value(value: Any) -> str:
+    """A value as TOML, tables within it inline."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(each)}" for key, each in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    if isinstance(value, float):
+        return repr(value) if np.isfinite(value) else str(value)
+    return str(value)

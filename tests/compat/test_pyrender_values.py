@@ -1,0 +1,252 @@
+"""pyrender's values over raycam: bytes that pyrender 0.1.45 wrote over Mesa, its conversions, and its viewer."""
+
+from __future__ import annotations
+
+import time
+import urllib.request
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.compat import pyrender
+
+trimesh = pytest.importorskip("trimesh")
+
+flags = pyrender.RenderFlags
+Material = pyrender.MetallicRoughnessMaterial
+
+
+def placed(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def square(**options: Any) -> Any:
+    """A square of side 2 in front of the camera."""
+    corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    options = {
+        "normals": np.tile([0, 0, 1.0], (4, 1)),
+        "texcoord_0": [[0, 0], [1, 0], [1, 1], [0, 1]],
+    } | options
+    return pyrender.Mesh([pyrender.Primitive(corners, indices=[[0, 1, 2], [0, 2, 3]], **options)])
+
+
+def middle(
+    mesh: Any, *, sun: float = 0.0, ambient: float = 0.0, flag: int = 0, turned: Any = None
+) -> list[int]:
+    """The middle pixel of a picture of a mesh from (0, 0, 3)."""
+    scene = pyrender.Scene(ambient_light=[ambient] * 3)
+    scene.add(mesh, pose=turned)
+    scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
+    if sun:
+        scene.add(pyrender.DirectionalLight(intensity=sun), pose=placed(z=3))
+    color = pyrender.OffscreenRenderer(9, 9).render(scene, flag)[0]
+    return [int(value) for value in color[4, 4]]
+
+
+def gamma(linear: float) -> int:
+    return round(255 * min(linear, 1.0) ** (1 / 2.2))
+
+
+def lambert(base: float, metallic: float, ambient: float = 0.0) -> float:
+    """The formula of the default program where sun, eye and normal are one, for roughness 1 and a sun of 3."""
+    f0 = 0.04 * (1 - metallic) + base * metallic
+    diffuse = (1 - f0) * base * 0.96 * (1 - metallic) / np.pi
+    return 3 * (diffuse + f0 / np.pi / 4.001) + base * ambient
+
+
+def test_materials_that_are_not_given_are_those_of_pyrender() -> None:
+    assert middle(square(), sun=3) == [gamma(lambert(1.0, 1.0))] * 3
+    grey = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0.0]], [[0, 1, 2]])
+    made = pyrender.Mesh.from_trimesh(grey)
+    material = made.primitives[0].material
+    assert (material.metallicFactor, material.roughnessFactor, material.alphaMode) == (0.2, 0.8, "BLEND")
+    assert np.allclose(material.baseColorFactor, [0.3, 0.3, 0.3, 1])
+    assert not made.is_transparent
+    # A material that is given takes the place of colours, and is copied.
+    colored = trimesh.Trimesh(grey.vertices, grey.faces, vertex_colors=[[255, 0, 0, 255]] * 3)
+    given = Material(baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0)
+    shown = pyrender.Mesh.from_trimesh(colored, material=given)
+    given.baseColorFactor = [1.0, 0, 0]
+    assert middle(shown, sun=3) == [gamma(lambert(0.5, 0.0))] * 3
+    # A simple material of trimesh is metal.
+    visual = trimesh.visual.TextureVisuals(
+        uv=np.zeros((3, 2)),
+        material=trimesh.visual.material.SimpleMaterial(diffuse=[102, 102, 102, 255], Ns=0.0),
+    )
+    simple = trimesh.Trimesh(grey.vertices, grey.faces, visual=visual, process=False)
+    assert middle(pyrender.Mesh.from_trimesh(simple), sun=3) == [gamma(lambert(0.4, 1.0))] * 3
+
+
+def test_textures_occlude_shine_bend_and_are_srgb() -> None:
+    image = np.full((2, 2, 3), [128, 60, 200], np.uint8)
+    linear = [((value / 255 + 0.055) / 1.055) ** 2.4 for value in (128, 60, 200)]
+    seen = middle(square(material=Material(baseColorTexture=image)), ambient=1.0)
+    assert seen == [gamma(value) for value in linear]
+    assert middle(square(material=Material(baseColorTexture=image)), flag=flags.FLAT) == [128, 60, 200]
+    black = [0.0, 0, 0, 1]
+    shining = Material(baseColorFactor=black, emissiveFactor=[0.5, 1.0, 0], emissiveTexture=image)
+    assert middle(square(material=shining)) == [gamma(0.25 * linear[0]), gamma(linear[1]), 0]
+    occluded = Material(occlusionTexture=np.full((4, 4), 51, np.uint8))
+    assert middle(square(material=occluded), ambient=1.0) == [gamma(0.2)] * 3
+    # Of an image G is the roughness and B the metal, of a texture R and G are.
+    rough = np.full((4, 4, 3), [0, 255, 0], np.uint8)
+    sources = (rough, pyrender.Texture(source=rough[..., [1, 0, 0]], source_channels="RGB"))
+    for source in sources:
+        metal = Material(metallicRoughnessTexture=source, baseColorFactor=[0.5, 0.5, 0.5])
+        assert middle(square(material=metal), sun=3) == [gamma(lambert(0.5, 0.0))] * 3
+    # A normal that the texture bends by 60 degrees to +u meets a sun that stands there as the plain one meets its own.
+    bent = np.rint(127.5 * (1 + np.array([np.sqrt(0.75), 0, 0.5]))).astype(np.uint8)
+    tilted = Material(
+        normalTexture=np.tile(bent, (4, 4, 1)), baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0
+    )
+    scene = pyrender.Scene()
+    scene.add(square(material=tilted))
+    scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
+    turn = trimesh.transformations.rotation_matrix(np.radians(60), [0, 1, 0])
+    sun = scene.add(pyrender.DirectionalLight(intensity=3.0), pose=turn)
+    straight = pyrender.OffscreenRenderer(9, 9).render(scene)[0][4, 4, 0]
+    scene.set_pose(sun, np.linalg.inv(turn))
+    away = pyrender.OffscreenRenderer(9, 9).render(scene)[0][4, 4, 0]
+    assert straight > 170
+    assert away < 20
+
+
+def test_alpha_is_blended_as_opengl_blends_it() -> None:
+    half = Material(alphaMode="BLEND", baseColorFactor=[1.0, 0, 0, 0.5])
+    assert middle(square(material=half), ambient=1.0, flag=flags.RGBA) == [255, 128, 128, 191]
+    opaque = Material(alphaMode="OPAQUE", baseColorFactor=[1.0, 0, 0, 0.5])
+    assert middle(square(material=opaque), ambient=1.0, flag=flags.RGBA) == [255, 0, 0, 128]
+    assert square(material=half).is_transparent
+    assert not square(material=Material(alphaMode="BLEND")).is_transparent
+
+
+def test_points_and_faces_without_normals_look_at_the_camera() -> None:
+    cloud = pyrender.Mesh.from_points([[0, 0, 0.0]], colors=[[0.5, 1.0, 0.25]])
+    white = lambert(1.0, 1.0)
+    assert middle(cloud) == [0, 0, 0]
+    assert middle(cloud, sun=3) == [gamma(white * share) for share in (0.5, 1.0, 0.25)]
+    turned = trimesh.transformations.rotation_matrix(0.6, [0, 1, 0])
+    plain = square(normals=None, material=Material(metallicFactor=0.0, baseColorFactor=[0.5, 0.5, 0.5]))
+    assert middle(plain, sun=3, turned=turned) == [gamma(lambert(0.5, 0.0))] * 3
+
+
+def test_lines_wires_strips_and_fans() -> None:
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0.0]])
+
+    def covered(primitive: Any, flag: int = 0, **options: Any) -> Any:
+        scene = pyrender.Scene(ambient_light=[1.0] * 3, bg_color=[0.0] * 3, **options)
+        scene.add(pyrender.Mesh([primitive]))
+        scene.add(pyrender.OrthographicCamera(xmag=2.0, ymag=2.0), pose=placed(z=3))
+        return pyrender.OffscreenRenderer(40, 40).render(scene, flag)
+
+    whole = covered(pyrender.Primitive(corners, mode=pyrender.GLTF.TRIANGLE_STRIP))
+    fan = covered(pyrender.Primitive(corners[[0, 1, 3, 2]], mode=pyrender.GLTF.TRIANGLE_FAN))
+    assert (whole[1] == 3).sum() == 400
+    assert np.array_equal(whole[0], fan[0])
+    line = pyrender.Primitive([[-1, 0.05, 1], [1, 0.05, 0]], mode=pyrender.GLTF.LINES)
+    color, depth = covered(line)
+    assert (np.flatnonzero(depth[19]) == np.arange(10, 30)).all()
+    assert np.allclose(depth[19, 10:30], 2 + (np.arange(20) + 0.5) / 20, atol=1e-6)
+    assert color[19, 15].tolist() == [255, 255, 255]
+    wired = pyrender.Primitive(corners, indices=[[0, 1, 3], [0, 3, 2]], material=Material(wireframe=True))
+    edges = covered(wired)[1] > 0
+    assert 90 <= edges.sum() <= 110
+    assert not edges[24:28, 23:28].any()
+    assert (covered(wired, flags.FLIP_WIREFRAME)[1] > 0).sum() == 400
+    assert (covered(wired, flags.DEPTH_ONLY) > 0).sum() == 400
+    plain = pyrender.Primitive(corners, indices=[[0, 1, 3], [0, 3, 2]])
+    assert np.array_equal(covered(plain, flags.ALL_WIREFRAME)[1] > 0, edges)
+    blue = covered(pyrender.Primitive([[-1, -1, 0], [1, -1, 0], [0, 1, 0.3]]), flags.FACE_NORMALS)[0]
+    assert (blue == [0, 0, 255]).all(axis=2).any()
+    loop = covered(pyrender.Primitive(corners[[0, 1, 3, 2]], mode=pyrender.GLTF.LINE_LOOP))[1] > 0
+    assert 76 <= loop.sum() <= 84
+
+
+def test_attributes_are_converted_and_checked() -> None:
+    material = Material()
+    material.baseColorFactor = [255, 0, 0]
+    assert material.baseColorFactor.tolist() == [1, 0, 0, 1]
+    light = pyrender.PointLight()
+    light.color = [0, 255, 0]
+    assert light.color.dtype == np.float32
+    for holder, name, value in (
+        (material, "metallicFactor", 1.5),
+        (material, "alphaMode", "GLASS"),
+        (light, "range", -1),
+        (pyrender.PerspectiveCamera(1.0), "yfov", 0),
+        (pyrender.OrthographicCamera(1, 1), "ymag", -1),
+    ):
+        with pytest.raises(ValueError, match=name):
+            setattr(holder, name, value)
+    with pytest.raises(TypeError, match="doubleSided"):
+        material.doubleSided = 1
+    with pytest.raises(TypeError, match="expected a Mesh"):
+        pyrender.Node().mesh = trimesh.creation.box()
+    with pytest.raises(ValueError, match=r"normals of shape \[2, 3\]"):
+        pyrender.Primitive(np.zeros((3, 3)), normals=np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="mode is 9"):
+        pyrender.Primitive(np.zeros((3, 3)), mode=9)
+    with pytest.raises(ValueError, match="aspectRatio"):
+        pyrender.PerspectiveCamera(1.0).get_projection_matrix()
+    with pytest.raises(ValueError, match="channels"):
+        pyrender.Texture(source=np.zeros((2, 2, 3)), source_channels="BGR")
+    wide = pyrender.OrthographicCamera(xmag=1.5, ymag=2.0)
+    assert wide.get_projection_matrix(width=64, height=48)[0, 0] == 0.375
+    assert wide.get_projection_matrix()[0, 0] == 1 / 1.5
+    node = pyrender.Node(translation=[1, 2, 3])
+    node.matrix[0, 3] = 9
+    assert node.translation.tolist() == [1, 2, 3]
+    scene = pyrender.Scene(nodes=[pyrender.Node(light=light), pyrender.Node(light=pyrender.SpotLight())])
+    assert scene.point_lights == {light}
+    assert len(scene.spot_lights) == 1
+    assert scene.directional_lights == set()
+
+
+def test_images_become_textures_of_the_channels_asked_for() -> None:
+    form = pyrender.utils.format_texture_source
+    image = np.arange(12, dtype=np.uint8).reshape(2, 2, 3)
+    assert form(None) is None
+    assert form(image, "GB").tolist() == image[..., 1:].tolist()
+    assert form(image / 255.0, "R").shape == (2, 2)
+    assert form(image, "RGBA")[..., 3].tolist() == [[255, 255], [255, 255]]
+    assert form(Image.fromarray(image).convert("P"), "RGB").shape == (2, 2, 3)
+    with pytest.raises(ValueError, match="2 channels"):
+        form(image[..., :2], "RGB")
+    with pytest.raises(TypeError, match="expected an image"):
+        form("brick.png")
+
+
+def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("raycam.viewer.viewer.open_browser", lambda *_: False)
+    scene = pyrender.Scene()
+    node = scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.icosphere(1)))
+    with pytest.warns(raycam.Notice, match="rotate, registered_keys"):
+        viewer = pyrender.Viewer(
+            scene,
+            viewport_size=(64, 48),
+            use_raymond_lighting=True,
+            run_in_thread=True,
+            rotate=True,
+            registered_keys={"a": print},
+        )
+    try:
+        assert viewer.is_active
+        assert viewer._view.camera.size == (64, 48)
+        assert len(viewer._view.world.lights) == 4  # three suns and the ambient light
+        with urllib.request.urlopen(viewer._view.url) as page:
+            assert page.status == 200
+        with viewer.render_lock:
+            scene.set_pose(node, placed(2))
+        until = time.monotonic() + 5
+        while viewer._view.world.objects[0].matrix[0, 3] != 2 and time.monotonic() < until:
+            time.sleep(0.02)
+        assert viewer._view.world.objects[0].matrix[0, 3] == 2
+    finally:
+        viewer.close_external()
+    assert not viewer.is_active
+    with pytest.raises(NotImplementedError, match="render_video"):
+        viewer.save_gif()

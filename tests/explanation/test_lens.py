@@ -1,0 +1,95 @@
+"""The rays of lenses and of parallel cameras, beside OpenCV and the renderer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+
+SIZE = (64, 48)
+LENSES: dict[str, dict[str, Any]] = {
+    "opencv": {"distortion": [-0.25, 0.06, 0.002, -0.001, 0.01]},
+    "fisheye": {"distortion": [0.05, -0.01, 0.002, 0.001], "model": "fisheye"},
+    "rational": {"distortion": [0.3, -0.1, 0.001, 0.002, 0.01, 0.2, -0.05, 0.01]},
+}
+
+
+def made_world() -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="box")
+    world.add_object(sphere={"radius": 0.6, "level": 2}, location=[1.2, 0.5, 0], name="ball")
+    world.add_object(plane={"size": [9, 9]}, location=[0, 0, -0.6], name="floor")
+    return world
+
+
+def camera_with(**lens: Any) -> raycam.Camera:
+    return raycam.Camera.look_at([4, -3, 2], [0.3, 0, 0], size=SIZE, focal=55, **lens)
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_undistorted_points_are_those_of_opencv(name: str) -> None:
+    cv2 = pytest.importorskip("cv2")
+    camera = camera_with(**LENSES[name])
+    for pixel in [(3, 4), (31, 24), (60, 40)]:
+        steps = raycam.explain(made_world(), camera, pixel).lens
+        assert steps is not None
+        at = np.array([[pixel]], np.float64)
+        if name == "fisheye":
+            wanted = cv2.fisheye.undistortPoints(at, camera.K, np.array(LENSES[name]["distortion"]))
+        else:
+            criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-14)
+            wanted = cv2.undistortPoints(
+                at, camera.K, np.array(LENSES[name]["distortion"]), criteria=criteria
+            )
+        assert np.allclose(steps.undistorted, wanted[0, 0], atol=1e-6)
+        assert np.allclose(steps.image_point, (np.array(pixel) - camera.K[:2, 2]) / 55)
+        assert np.allclose(steps.back, pixel, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", [*LENSES, "parallel"])
+def test_what_is_explained_is_what_is_rendered(name: str) -> None:
+    world = made_world()
+    camera = (
+        raycam.Camera.orthographic([4, -3, 2], target=[0, 0, 0], size=SIZE, height=4)
+        if name == "parallel"
+        else camera_with(**LENSES[name])
+    )
+    frame = raycam.render(
+        world, camera, samples=1, channels=["depth", "distance", "instance", "triangle"], integrator="flat"
+    )
+    for column in range(2, SIZE[0], 9):
+        for row in range(2, SIZE[1], 9):
+            found = raycam.explain(world, camera, (column, row))
+            seen = (-1, -1) if found.winner is None else (found.winner.instance, found.winner.triangle)
+            assert seen == (frame["instance"][row, column], frame["triangle"][row, column])
+            assert found.depth == pytest.approx(frame["depth"][row, column], rel=1e-6)
+            assert found.distance == pytest.approx(frame["distance"][row, column], rel=1e-6)
+
+
+def test_the_text_has_the_steps() -> None:
+    text = str(raycam.explain(made_world(), camera_with(**LENSES["fisheye"]), (60, 40)))
+    assert "THROUGH THE LENS (fisheye)" in text
+    assert "projected again, C + r is at  (60, 40): the same pixel" in text
+    assert "pseudo" not in text
+    assert "P⁺" not in text
+
+
+def test_far_worlds_count_from_their_own_origin() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, location=[1e6, 0, 0])
+    camera = raycam.Camera.look_at([1e6 + 4, -3, 2], [1e6, 0, 0], size=SIZE, focal=55, **LENSES["fisheye"])
+    found = raycam.explain(world, camera, (31, 24))
+    frame = raycam.render(world, camera, samples=1, channels=["distance"], integrator="flat")
+    assert found.distance == pytest.approx(frame["distance"][24, 31], rel=1e-6)
+
+
+def test_a_pixel_outside_of_the_image_of_a_lens_is_refused() -> None:
+    camera = raycam.Camera.look_at(
+        [4, -3, 2], [0, 0, 0], size=SIZE, focal=8, distortion=[0, 0, 0, 0], model="fisheye"
+    )
+    assert not camera.valid([0, 0])
+    with pytest.raises(raycam.CameraError, match="no ray: it lies outside of the image"):
+        raycam.explain(made_world(), camera, (0, 0))
+    assert raycam.explain(made_world(), camera, (31, 24)).svg().startswith("<svg")

@@ -1,0 +1,96 @@
+"""Files that are dropped on the page."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+import pytest
+import raycam
+from raycam.viewer.files import uploads
+from raycam.viewer.files.uploads import Uploads
+
+WORLD = b'[[object]]\nmesh = "a.obj"\n'
+MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def sent(to: Uploads, name: str, data: bytes, piece: int = 10) -> bool:
+    whole = False
+    for offset in range(0, len(data), piece):
+        text = base64.b64encode(data[offset : offset + piece]).decode()
+        whole = to.add(name, len(data), offset, text)
+    return whole
+
+
+def test_a_world_and_its_mesh_are_opened_and_the_folder_goes() -> None:
+    made = Uploads()
+    assert sent(made, "a.obj", MESH)
+    assert sent(made, "world.toml", WORLD)
+    assert made.open("world.toml").counts["triangles"] == 1
+    folder = made._path()
+    assert {path.name for path in folder.iterdir()} == {"a.obj", "world.toml"}
+    made.close()
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(
+            "../a.obj",
+            "/etc/passwd",
+            "a/b.obj",
+            "..obj",
+            ".obj",
+            "a\\b.obj",
+            "a.obj\0",
+            "a\n.obj",
+            "ä.obj",
+            "a.py",
+        ),
+        *("a.obj ", "a.obj.", "x" * 120 + ".obj", "", "a.sh", "C:a.obj", "-.obj"),
+    ],
+)
+def test_names_that_are_paths_or_no_worlds_are_refused(name: str) -> None:
+    made = Uploads()
+    with pytest.raises(raycam.SettingsError, match="names have letters"):
+        made.add(name, 4, 0, "AAAA")
+    with pytest.raises(raycam.SettingsError, match="names have letters"):
+        made.open(name)
+    assert made._folder is None
+
+
+def test_a_world_reads_nothing_outside_of_its_folder(tmp_path: Path) -> None:
+    secret = tmp_path / "secret.obj"
+    secret.write_bytes(MESH)
+    made = Uploads()
+    for path in (str(secret), f"../{secret.name}", f"../../{secret.parent.name}/{secret.name}"):
+        sent(made, "world.toml", f'[[object]]\nmesh = "{path}"\n'.encode())
+        with pytest.raises((raycam.Error, OSError)):
+            made.open("world.toml")
+    made.close()
+
+
+def test_pieces_follow_each_other_and_sizes_hold() -> None:
+    made = Uploads()
+    made.add("a.obj", 6, 0, "AAAA")
+    with pytest.raises(raycam.SettingsError, match="do not follow"):
+        made.add("a.obj", 6, 5, "AAAA")
+    with pytest.raises(raycam.SettingsError, match="has not been uploaded"):
+        made.open("a.obj")
+    with pytest.raises(raycam.SettingsError, match="do not follow"):
+        made.add("b.obj", 2, 0, "AAAA")
+    with pytest.raises(raycam.SettingsError, match="do not follow"):
+        made.add("c.obj", 6, 3, "AAAA")
+    assert list(made._path().iterdir()) == []
+    made.close()
+
+
+def test_all_together_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uploads, "MOST_BYTES", 64)
+    made = Uploads()
+    sent(made, "a.obj", MESH)
+    with pytest.raises(raycam.SettingsError, match="are the most"):
+        made.add("b.obj", 40, 0, "AAAA")
+    made.add("b.obj", 6, 0, "AAAA")
+    made.close()

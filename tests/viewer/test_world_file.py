@@ -1,0 +1,116 @@
+"""World files of a changed view: they load to the same picture."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import raycam
+from raycam.viewer.scene.edits import edited
+from raycam.viewer.scene.world_file import toml_text, world_file
+
+ROOM = """
+up = "z"
+[render]
+integrator = "direct"
+[camera]
+size = [48, 32]
+fov = 40
+location = [4, -3, 2]
+yaw = 143
+pitch = 20
+[[object]]
+name = "box"
+box = { size = 1 }
+yaw = 10
+color = "#c83c28"
+[[object]]
+name = "ball \\"é\\""
+mesh = "ball.ply"
+location = [1, 1, 0]
+type = "principled"
+metallic = 0.2
+[[light]]
+type = "sun"
+direction = [-1, 1, -2]
+irradiance = [3, 3, 3]
+[[light]]
+type = "sky"
+zenith = [0.2, 0.3, 0.5]
+horizon = [0.5, 0.5, 0.5]
+"""
+BALL = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
+BALL += "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+BALL += "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+EDITS: list[list[tuple[str, int, str, Any]]] = [
+    [],
+    [("object", 0, "move", [0.3, 0.1, 0.2]), ("object", 0, "turn", 30.0)],
+    [("object", 1, "scale", 1.7), ("object", 1, "color", "#20a040"), ("object", 0, "visible", False)],
+    [("object", 0, "roughness", 0.2), ("object", 0, "metallic", 0.9), ("object", 1, "emission", 2.5)],
+    [("light", 0, "strength", 0.25), ("light", 1, "strength", 3.0)],
+]
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Path:
+    (tmp_path / "ball.ply").write_text(BALL)
+    (tmp_path / "room.toml").write_text(ROOM, encoding="utf-8")
+    return tmp_path / "room.toml"
+
+
+@pytest.mark.parametrize("number", range(len(EDITS)))
+def test_it_loads_to_the_same_picture(room: Path, number: int) -> None:
+    opened = raycam.load(room)
+    world = opened
+    for edit in EDITS[number]:
+        world = edited(world, *edit)
+    camera = raycam.Camera.look_at([3.5, -3, 2.5], [0, 0, 0], size=(40, 30), focal=45)
+    (room.parent / "changed.toml").write_text(world_file(room, opened, world, camera), encoding="utf-8")
+    again = raycam.load(room.parent / "changed.toml")
+    settings: dict[str, Any] = {"samples": 2, "channels": ["color", "depth"]}
+    wanted = raycam.render(world, camera, **settings)
+    found = raycam.render(again, **settings)
+    assert np.allclose(found["color"], wanted["color"], rtol=1e-4, atol=1e-6)
+    assert np.allclose(found["depth"], wanted["depth"])
+    assert again.render_settings == opened.render_settings
+    assert list(again.cameras)[1:] == list(opened.cameras)
+
+
+def test_a_mesh_file_gets_a_world_file(room: Path) -> None:
+    source = room.parent / "ball.ply"
+    opened = raycam.load(source)
+    world = edited(opened, "object", 0, "color", "#ff0000")
+    camera = opened.default_camera()
+    document = tomllib.loads(world_file(source, opened, world, camera))
+    assert document["object"][0]["mesh"] == "ball.ply"
+
+
+def test_what_it_cannot_say_is_refused(room: Path, small_world: raycam.World) -> None:
+    camera = small_world.camera("front")
+    with pytest.raises(raycam.WorldError, match="a script has no world file"):
+        world_file(None, small_world, small_world, camera)
+    opened = raycam.load(room)
+    several = room.parent / "several.obj"
+    several.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\no a\nf 1 2 3\no b\nf 1 3 2\n")
+    pair = raycam.load(several)
+    if len(pair.objects) > 1:
+        with pytest.raises(raycam.WorldError, match="several"):
+            world_file(several, pair, edited(pair, "object", 1, "turn", 5.0), camera)
+    moved = opened.copy()
+    moved.remove_object(1)
+    with pytest.raises((raycam.WorldError, IndexError)):
+        world_file(room, opened, moved, camera)
+
+
+def test_toml_is_read_back() -> None:
+    document = {
+        "up": "z",
+        "a b": 1,
+        "camera": [{"name": 'x"\\é\n', "K": [[1.5, 0.0], [1e-7, -2.0]], "flag": True}],
+        "object": [{"box": {"size": [1, 2, 3]}}, {"name": "two"}],
+        "video": {"fps": 24, "orbit": {"target": [0.0, 0.0, 1.0]}},
+    }
+    assert tomllib.loads(toml_text(document)) == document
