@@ -416,3 +416,15 @@ def test_text_files_beside_one_another(tmp_path: Path, names: tuple[str, str]) -
     (tmp_path / names[1]).write_text("k1 = 3")
     with pytest.raises(FormatError, match="coefficients of a lens"):
         raycam.load_cameras(tmp_path / names[0], size=SIZE)
+
+
+@pytest.mark.parametrize("key", ["k1k2p1p2k3", "fisheye_D", "radial", "tangential_params"])
+def test_other_names_of_lenses_are_errors(tmp_path: Path, key: str) -> None:
+    k = [[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]
+    path = as_json(tmp_path / "a.json", K=k, image_width=640, image_height=480, **{key: [0.1, 0.2, 0, 0, 0]})
+    with pytest.raises(raycam.FormatError, match="looks like a lens"):
+        raycam.load_cameras(path)
+    path = as_json(tmp_path / "a.json", K=k, image_width=640, image_height=480, kc=[0.1, 0.2, 0, 0, 0])
+    (camera,) = raycam.load_cameras(path).values()
+    assert camera.distortion is not None
+    assert camera.distortion[:2].tolist() == [0.1, 0.2]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
+from PIL import Image
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
 
@@ -289,3 +290,55 @@ def test_sparse_accessors_of_gltf_need_no_base(tmp_path: Path, has_base: bool) -
     }
     (tmp_path / "a.gltf").write_text(json.dumps(document))
     assert area(raycam.load(tmp_path / "a.gltf")) == pytest.approx(3)
+
+
+def test_an_image_without_kd_shows_as_it_is(tmp_path: Path) -> None:
+    """mikedh/trimesh#1943: materials of an image alone; an image by Kd 0 0 0 is black, and said to be."""
+    Image.fromarray(np.full((2, 2, 3), 188, np.uint8)).save(tmp_path / "a.png")
+    (tmp_path / "a.obj").write_text(
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
+    )
+    camera = raycam.Camera.look_at([0.3, 0.3, 3], [0.3, 0.3, 0], [0, 1, 0], size=(8, 8), fov=5)
+    shown = ((188 / 255 + 0.055) / 1.055) ** 2.4
+    for kd, factor in (("", 1.0), ("Kd 0.5 0.5 0.5", 0.5), ("Kd 0 0 0", 0.0)):
+        (tmp_path / "a.mtl").write_text(f"newmtl m\n{kd}\nmap_Kd a.png\n")
+        world = raycam.load(tmp_path / "a.obj")
+        seen = raycam.render(world, camera, samples=1, channels=["albedo"])["albedo"][4, 4]
+        np.testing.assert_allclose(seen, factor * shown, rtol=1e-3)
+        assert any("it is black" in notice for notice in world.notices) == (factor == 0)
+
+
+@pytest.mark.parametrize("name", ["a.MTL", "a.obj.mtl"])
+def test_a_library_beside_may_be_named_otherwise(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("newmtl m\nKd 0.1 0.2 0.3\n")
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    world = raycam.load(tmp_path / "a.obj")
+    assert any("which lies beside it, is used" in notice for notice in world.notices)
+    camera = raycam.Camera.look_at([0.3, 0.3, 3], [0.3, 0.3, 0], [0, 1, 0], size=(8, 8), fov=5)
+    seen = raycam.render(world, camera, samples=1, channels=["albedo"])["albedo"][4, 4]
+    np.testing.assert_allclose(seen, [0.1, 0.2, 0.3], atol=1e-3)
+
+
+def test_a_colour_beside_the_colours_of_a_mesh_is_said(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n")
+    world = raycam.World()
+    world.add_object(mesh=tmp_path / "a.obj", color="#00ff00")
+    assert any("which color = multiplies" in notice for notice in world.notices)
+    world = raycam.World()
+    world.add_object(mesh=tmp_path / "a.obj")
+    assert world.notices == []
+    white = [[1.0, 1.0, 1.0]] * 3
+    triangle = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    world.add_mesh(triangle, [[0, 1, 2]], vertex_colors=white, face_colors=white[:1])
+    assert any("their product" in notice for notice in world.notices)
+
+
+@pytest.mark.parametrize("size", [(1440, 1920), (480, 640)])
+def test_k_of_a_turned_picture_is_told(tmp_path: Path, size: tuple[int, int]) -> None:
+    """DLR-RM/BlenderProc#581: K of a landscape picture, the size of a portrait."""
+    k = [[1600, 0, size[1] / 2 - 0.5], [0, 1600, size[0] / 2 + 3], [0, 0, 1]]
+    path = tmp_path / "a.json"
+    for width, height, told in ((*size, True), (size[1], size[0], False)):
+        path.write_text(json.dumps({"K": k, "image_width": width, "image_height": height}))
+        notices = raycam.load_cameras(path).notices
+        assert any("turned by a quarter" in notice for notice in notices) == told, notices

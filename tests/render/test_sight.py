@@ -115,3 +115,11 @@ def test_the_default_view_sees_slanted_planes(up: str) -> None:
             raycam.render(world, camera, integrator="flat", samples=1, channels="instance")["instance"] >= 0
         )
         assert seen.sum() > 4, normal
+
+
+def test_words_that_are_no_cameras_say_what_to_do() -> None:
+    world = lit_world()
+    with pytest.raises(raycam.WorldError, match=r"world\.view_from\('top'\)"):
+        raycam.render(world, "top")
+    with pytest.raises(FileNotFoundError, match="no camera of this name"):
+        raycam.render(world, "nothing.yaml")

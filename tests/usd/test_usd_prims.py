@@ -349,3 +349,34 @@ def test_colours_that_a_material_reads(tmp_path: Path, interpolation: str) -> No
     world = load(made)
     assert not world.notices
     np.testing.assert_allclose(world.triangle_colors(), [(1, 0.5, 0.25)] * 2, atol=1e-6)
+
+
+def test_faces_that_cannot_be_shown_are_left_out(tmp_path: Path) -> None:
+    """Faces of one and two corners, and those with a point that is not finite."""
+    made = stage(tmp_path / "a.usda")
+    points = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0), (float("nan"), 0, 0)]
+    mesh = square(made, points=points)
+    mesh.GetFaceVertexCountsAttr().Set([4, 2, 1, 3])
+    mesh.GetFaceVertexIndicesAttr().Set([0, 1, 2, 3, 0, 1, 2, 0, 1, 4])
+    world = load(made)
+    assert any("are left out: 3 of 4" in notice for notice in world.notices), world.notices
+    corners = np.asarray(world.triangles(0)).reshape(-1, 3, 3)
+    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    np.testing.assert_allclose(np.linalg.norm(sides, axis=1).sum() / 2, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"\x1f\x8b\x08\0", "packed"),
+        (b"PK\x03\x04\0\0", "ZIP"),
+        (b"glTF\x02\0\0\0", "GLB"),
+        (b"<?xml version='1.0'?><Error/>", "XML"),
+        (b"/annex/objects/MD5E-s1--a.usd", "git annex get"),
+        (b"404: Not Found", "error message of a server"),
+    ],
+)
+def test_what_is_no_stage_is_called_what_it_is(tmp_path: Path, content: bytes, words: str) -> None:
+    (tmp_path / "a.usda").write_bytes(content)
+    with pytest.raises(raycam.FormatError, match=words):
+        raycam.load(tmp_path / "a.usda")

@@ -13,7 +13,7 @@ use crate::geometry::finite::{self, NonFinite};
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 use crate::io::memory_files::MemoryFiles;
-use crate::io::stand_in;
+use crate::io::{file_kind, lexer, stand_in};
 use crate::{gltf, obj, off, ply, stl, world_file};
 
 /// A file format.
@@ -80,7 +80,8 @@ pub fn load_from_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Res
 
 /// The world in a file that has been read.
 fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
-    let mut world = match format_of(&source.path)?.read {
+    let (source, read) = checked(source)?;
+    let mut world = match read {
         Reader::World(read) | Reader::Scene(read) => read(&source, assets)?,
         Reader::Model(_) => {
             let path = source.path.clone();
@@ -131,7 +132,8 @@ pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<Mesh
 
 /// The model in a mesh file that has been read: everything in it fits together.
 pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
-    let mut model = match format_of(&source.path)?.read {
+    let (source, read) = checked(source)?;
+    let mut model = match read {
         Reader::Model(read) => read(&source, assets)?,
         Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
         Reader::World(_) => {
@@ -141,6 +143,18 @@ pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Resul
     };
     check_parts(&mut model, &source.path)?;
     Ok(model)
+}
+
+/// A file whose bytes may be of the kind that its name says, in UTF-8 where it is marked UTF-16, and the reader of its kind.
+fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader), FormatError> {
+    let format = format_of(&source.path)?;
+    source.bytes = lexer::without_utf16(source.bytes);
+    // A byte order mark is no part of a PLY file; the other readers know it.
+    if format.extension == "ply" && source.bytes.starts_with(b"\xef\xbb\xbfply") {
+        source.bytes.drain(..3);
+    }
+    file_kind::check_model(&source.path, &source.bytes, format.extension)?;
+    Ok((source, &format.read))
 }
 
 /// Checks the parts of a model, after faces with vertices that are not finite are left out with a notice.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SettingsError
+from ..errors import SettingsError, WorldError
 from ..notices import warn
 
 if TYPE_CHECKING:
@@ -18,6 +19,11 @@ __all__ = ["OPENERS", "UNPOSED", "camera_of", "is_unposed_within", "world_of"]
 OPENERS: dict[str, Callable[..., Any]] = {}
 """The functions `load` and `load_cameras`, which stand above this module: the package puts them here."""
 
+
+SIDES = ("front", "back", "left", "right", "top", "bottom", "iso")
+"""Words of `World.view_from` that people give as a camera."""
+
+CALIBRATION_ENDINGS = (".yaml", ".yml", ".json", ".xml", ".txt", ".npz", ".csv", ".ini", ".toml", ".bin")
 
 UNPOSED = "the camera is at the origin, amid the world, as a calibration without a pose leaves it"
 """The notice of a camera for which `is_unposed_within`."""
@@ -74,6 +80,7 @@ def camera_of(world: World, camera: Any) -> Camera:
             )
         return first
     if name is not None:
+        _refuse_other_words(name)
         return world.camera(name)
     if hasattr(camera, "values"):
         raise SettingsError(
@@ -84,3 +91,13 @@ def camera_of(world: World, camera: Any) -> Camera:
         "camera must be a raycam.Camera, the name of a camera of the world or the path of a calibration,"
         f" not {type(camera).__name__}"
     )
+
+
+def _refuse_other_words(name: str) -> None:
+    """Raises `WorldError` for the word of a side, and `FileNotFoundError` for the name of a file of cameras."""
+    if name in SIDES:
+        raise WorldError(
+            f"the world has no camera {name!r}; world.view_from({name!r}) is one that sees all of it from there"
+        )
+    if os.path.splitext(name)[1].lower() in CALIBRATION_ENDINGS:
+        raise FileNotFoundError(errno.ENOENT, "No such file, and the world has no camera of this name", name)

@@ -16,12 +16,34 @@ from pxr import Ar, Sdf, Tf
 
 __all__ = ["Confinement", "UsdRejected"]
 
+HTML = "it is an HTML page, not the file: download the file itself"
+SERVER = "it is the error message of a server, not the file: download the file itself"
+PACKED = "it is a packed file (gzip, bzip2, XZ, 7-Zip, Zstandard): unpack it first"
 FIRST_BYTES = (
     (b"version https://git-lfs.github.com", "it is a Git LFS pointer, not the file: run git lfs pull"),
-    (b"<!doctype html", "it is an HTML page, not the file: download the file itself"),
-    (b"<html", "it is an HTML page, not the file: download the file itself"),
+    (b"/annex/objects/", "it is a git-annex pointer, not the file: run git annex get"),
+    (b"<!doctype html", HTML),
+    (b"<html", HTML),
+    (b"404: not found", SERVER),
+    (b'{"error":', SERVER),
+    (b'{"message":', SERVER),
 )
 """First bytes, in lower case, of files that are not what their names say."""
+
+OTHER_KINDS = (
+    (b"<?xml", "it is an XML document (the error page of a server, or another kind of model), no USD file"),
+    (b"\x1f\x8b", PACKED),
+    (b"bzh", PACKED),
+    (b"\xfd7zxz", PACKED),
+    (b"7z\xbc\xaf", PACKED),
+    (b"\x28\xb5\x2f\xfd", PACKED),
+    (b"pk\x03\x04", "it is a ZIP archive: unpack it first, or call it .usdz if it is a package of USD"),
+    (b"gltf", "it is a GLB file, whatever its name says: give it the ending .glb"),
+    (b"ply\n", "it is a PLY file, whatever its name says: give it the ending .ply"),
+    (b"\x89png", "it is a PNG image, no USD file"),
+    (b"\xff\xd8\xff", "it is a JPEG image, no USD file"),
+)
+"""First bytes, in lower case, of files that are no stage."""
 
 
 class UsdRejected(Exception):
@@ -60,11 +82,9 @@ class Confinement:
             return "no such file"
         if not real.is_file():
             return "it is not a regular file"
-        with real.open("rb") as stream:
-            first = stream.read(64).lstrip().lower()
         if real.stat().st_size == 0:
             return "the file is empty"
-        return next((reason for start, reason in FIRST_BYTES if first.startswith(start)), None)
+        return _named(FIRST_BYTES, real)
 
     def charge(self, size: int) -> None:
         """Counts bytes that are read; raises `UsdRejected` beyond the limit."""
@@ -75,6 +95,9 @@ class Confinement:
     def open_layers(self) -> list[Sdf.Layer]:
         """Opens all layers of the stage, the first one first, without asset paths that may not be read."""
         if reason := self.fault(self._path):
+            raise UsdRejected(reason)
+        reason = _named(OTHER_KINDS, self._own)
+        if reason and not (reason.startswith("it is a ZIP") and self._path.suffix.lower() == ".usdz"):
             raise UsdRejected(reason)
         self.charge(self._own.stat().st_size)
         first = Sdf.Layer.FindOrOpen(str(self._path))
@@ -157,6 +180,13 @@ class Confinement:
     def _shown(self, layer: Sdf.Layer) -> str:
         """The layer's path, relative to the folder of the stage."""
         return os.path.relpath(layer.realPath or layer.identifier, self._own.parent)
+
+
+def _named(kinds: tuple[tuple[bytes, str], ...], file: Path) -> str | None:
+    """The reason that the first bytes of a file give; None where they give none."""
+    with file.open("rb") as stream:
+        first = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip().lower()
+    return next((reason for start, reason in kinds if first.startswith(start)), None)
 
 
 def _variables(layer: Sdf.Layer) -> dict[str, Any]:

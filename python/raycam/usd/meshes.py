@@ -33,6 +33,8 @@ class Shape:
     normals: Any = None
     """Normals [corners, 3]."""
     smooth: bool = False
+    lost: Any = None
+    """Mask [faces] of those that cannot be shown."""
 
 
 class Meshes:
@@ -124,8 +126,11 @@ class Meshes:
         counts, indices = shape.faces.counts, shape.faces.indices
         shape.colors, color = self._colors(mesh, bound, shape.faces)
         groups = self._groups(mesh, color, self._opacities(mesh, bound, shape.faces), len(counts))
+        if lost := set(np.flatnonzero(shape.lost).tolist()):
+            seen = [(name, [face for face in faces if face not in lost]) for name, faces in groups]
+            groups = [(name, faces) for name, faces in seen if faces]
         if not any(len(faces) for _, faces in groups):
-            raise _Unusable("all its faces are holes")
+            raise _Unusable("all its faces are holes" + (" or unusable" if lost else ""))
         # Colours per corner need separate vertices, which a smooth surface cannot have.
         shape.apart = shape.colors is not None and len(shape.colors) != len(shape.faces.points)
         if shape.apart and shape.smooth:
@@ -215,6 +220,14 @@ class Meshes:
             shape = Shape(_faces(UsdGeom.Mesh(prim), self._time))
         if fault := _fault(shape.faces):
             raise _Unusable(fault)
+        shape.lost = _unusable_faces(shape.faces)
+        if shape.lost.any():
+            self.notices.append(
+                f"mesh {path}: faces of fewer than three corners, or with points that are not finite, are left out:"
+                f" {np.count_nonzero(shape.lost)} of {len(shape.lost)}"
+            )
+            points = np.where(np.isfinite(shape.faces.points), shape.faces.points, 0)
+            shape.faces = shape.faces._replace(points=points)
         if prim.GetTypeName() not in GPRIMS:
             shape.smooth = UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get(self._time) != "none"
             if shape.smooth:
@@ -416,13 +429,19 @@ def _table(values: Any, width: int) -> Any:
 def _fault(found: Faces) -> str | None:
     """The error message for invalid faces; None for valid ones."""
     points, counts, indices = found.points, found.counts, found.indices
-    if (counts < 3).any() or counts.sum() != len(indices):
+    if (counts < 0).any() or counts.sum() != len(indices):
         return f"its faces have {counts.sum()} corners, it has {len(indices)}"
     if len(indices) and not (indices.min() >= 0 and indices.max() < len(points)):
         return f"a corner is none of its {len(points)} points"
-    if not np.isfinite(points).all():
-        return "a point is not finite"
     return None if len(indices) else "it has no faces"
+
+
+def _unusable_faces(found: Faces) -> Any:
+    """A mask of the faces that have fewer than three corners, or a point that is not finite."""
+    odd = np.append(~np.isfinite(found.points).all(axis=1)[found.indices], False)
+    ends = np.cumsum(found.counts)
+    sums = np.concatenate([[0], np.cumsum(odd)])
+    return (found.counts < 3) | (sums[ends] > sums[ends - found.counts])
 
 
 def _spread(table: Any, interpolation: str, counts: Any, indices: Any) -> Any:

@@ -14,7 +14,14 @@ SHOWN = 3
 
 
 def check_exists(path: str | os.PathLike[str]) -> None:
-    """Raises `FileNotFoundError` with the nearest names of models in the folder if there is no such file."""
+    """Raises `FileNotFoundError` with the nearest names of models in the folder if there is no such file.
+
+    Raises `IsADirectoryError` with the names of models in it for a folder.
+    """
+    if os.path.isdir(path):
+        raise IsADirectoryError(
+            errno.EISDIR, f"a folder, expected a world or model{_hint(Path(path, '-'))}", os.fspath(path)
+        )
     if os.path.lexists(path):
         return
     raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))

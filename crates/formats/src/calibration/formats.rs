@@ -17,6 +17,7 @@ use crate::calibration::{bop, colmap, kalibr, kitti, open_folder, opencv, plausi
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
+use crate::io::lexer;
 
 type Detect = fn(&InputFile, &str) -> bool;
 type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
@@ -251,6 +252,7 @@ fn decode_in(
         let unpacked = zip_members::gunzip(&source.bytes, &source.path, &mut assets.budget)?;
         source = InputFile::new(&source.path, unpacked);
     }
+    source.bytes = lexer::without_utf16(source.bytes);
     let named = format.is_some();
     let Some(format) = format.or_else(|| detected(&source)) else {
         return Err(unknown_file(&source));

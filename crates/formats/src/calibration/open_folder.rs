@@ -7,6 +7,7 @@ use crate::calibration::folder::Folder;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
+use crate::io::lexer;
 
 /// Files that are a calibration of a whole folder by their name; the first of a line alone counts.
 const FILES: [&[&str]; 29] = [
@@ -64,6 +65,7 @@ pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(
         _ => folder,
     };
     let mut assets = AssetRoot::of_file(file, Some(root), budget);
-    let source = assets.read(file)?;
+    let mut source = assets.read(file)?;
+    source.bytes = lexer::without_utf16(source.bytes);
     Ok((source, assets))
 }

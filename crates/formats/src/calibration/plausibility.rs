@@ -20,7 +20,7 @@ const GRID: u32 = 12;
 /// # Errors
 /// [`FormatError::Syntax`] for K in units of the picture's size.
 pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec<String>, FormatError> {
-    let (mut outside, mut resolution, mut blind) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut outside, mut resolution, mut blind, mut turned) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {
         let (Some(k), Some(size)) = (record.k, record.size) else { continue };
@@ -45,6 +45,10 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         } else if !(panorama || (-0.5..=width).contains(&cx) && (-0.5..=height).contains(&cy)) {
             outside.push((record, cx, cy));
         }
+        // In the middle of the picture with columns and rows exchanged.
+        let middle = |at: f64, side: f64| (2.0 * at / side - 1.0).abs() < SAME_RATIO;
+        let is_turned = middle(cx, height) && middle(cy, width) && (width / height - 1.0).abs() > 4.0 * SAME_RATIO;
+        turned.extend((is_turned && !panorama).then_some((record, size)));
         let alike =
             |other: &CameraRecord| other.k == record.k && other.lens == record.lens && other.size == record.size;
         let share = match before {
@@ -72,6 +76,15 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
             record.name,
             f64::from(*width) * ratio,
             f64::from(*height) * ratio
+        ));
+    }
+    if let Some((record, [width, height])) = turned.first() {
+        notices.push(format!(
+            "K of {} cameras seems to be that of the picture turned by a quarter: camera {:?} has its principal point in \
+             the middle of {height} x {width}, and the pictures are {width} x {height}; if so, exchange the size, or fx and \
+             fy, cx and cy",
+            turned.len(),
+            record.name
         ));
     }
     if let Some((record, share)) = blind.first() {

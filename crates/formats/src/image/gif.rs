@@ -4,6 +4,7 @@
 
 use std::io::Cursor;
 
+use ::image::ImageDecoder;
 use ::image::codecs::gif::GifDecoder;
 use raycam_scene::Image;
 
@@ -18,7 +19,12 @@ const EXTENSION: u8 = b'!';
 pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = GifDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|error| decoder_error(file, error))?;
-    let frames = count_frames(file.bytes);
+    let (frames, first) = count_frames(file.bytes).unzip();
+    // The decoder takes the memory of a frame, which may be larger than the picture.
+    let pixels = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
+    if let Some(first) = first.filter(|first| pixels(*first) > pixels(decoder.dimensions().into())) {
+        file.take_pixels(first, 4)?;
+    }
     if frames.is_some_and(|frames| frames > 1) {
         file.notice("it moves: its first frame is read");
     }
@@ -29,9 +35,9 @@ pub(super) fn gif(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     })
 }
 
-/// The number of whole frames, up to two; `None` where the file ends within the first.
-fn count_frames(bytes: &[u8]) -> Option<usize> {
-    let mut frames = 0;
+/// The number of whole frames, up to two, and the size of the first; `None` where the file ends within the first.
+fn count_frames(bytes: &[u8]) -> Option<(usize, [u32; 2])> {
+    let (mut frames, mut first) = (0, [0; 2]);
     let mut at = 13 + table_bytes(*bytes.get(10)?);
     while frames < 2 {
         let frame = match bytes.get(at) {
@@ -39,15 +45,18 @@ fn count_frames(bytes: &[u8]) -> Option<usize> {
             Some(&EXTENSION) => false,
             Some(&END) => break,
             // Some programs leave out the end.
-            _ => return (frames > 0).then_some(frames),
+            _ => return (frames > 0).then_some((frames, first)),
         };
         let Some(after) = end_of_block(bytes, at, frame) else {
-            return (frames > 0).then_some(frames);
+            return (frames > 0).then_some((frames, first));
         };
+        if let (0, true, &[a, b, c, d]) = (frames, frame, &bytes[at + 5..at + 9]) {
+            first = [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])].map(u32::from);
+        }
         at = after;
         frames += usize::from(frame);
     }
-    Some(frames)
+    Some((frames, first))
 }
 
 /// The size of a colour table.

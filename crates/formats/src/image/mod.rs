@@ -24,6 +24,7 @@ use crate::error::FormatError;
 use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES, MAX_UNBACKED_BYTES_STREAMED};
 use crate::io::asset_root::AssetRoot;
 use crate::io::catch_panic::catch_decoder_panic;
+use crate::io::file_kind;
 use crate::io::stand_in;
 
 pub use crate::image::decoder::ColorUse;
@@ -104,7 +105,8 @@ pub fn decode_image(
 ) -> Result<Image, FormatError> {
     stand_in::check(path, bytes)?;
     let Some(format) = IMAGE_FORMATS.iter().find(|format| (format.magic)(bytes)) else {
-        let message = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
+        let known = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
+        let message = file_kind::described(bytes).map_or(known.into(), |found| format!("{known}; it is {found}"));
         return Err(FormatError::unsupported(path, message));
     };
     catch_decoder_panic(path, || {

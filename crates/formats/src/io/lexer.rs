@@ -76,6 +76,15 @@ pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes().to_vec())
 }
 
+/// The text of a file that has a mark of UTF-16, in UTF-8; other bytes as they are.
+pub(crate) fn without_utf16(bytes: Vec<u8>) -> Vec<u8> {
+    match bytes[..] {
+        // A mark and a letter: numbers may begin with the bytes of a mark as well.
+        [0xff, 0xfe, letter, 0, ..] | [0xfe, 0xff, 0, letter, ..] if letter != 0 => plain_text(&bytes).into_owned(),
+        _ => bytes,
+    }
+}
+
 fn is_space(b: u8) -> bool {
     matches!(b, b' ' | b'\t' | 0x0b | 0x0c)
 }
@@ -267,6 +276,8 @@ mod tests {
             assert_eq!(&*plain_text(bytes), "v 1\u{e9}\n".as_bytes());
         }
         assert_eq!(&*plain_text(b"\xef\xbb\xbfv"), b"v");
+        assert_eq!(without_utf16(b"\xff\xfev\0 \x001\0".to_vec()), b"v 1");
+        assert_eq!(without_utf16(b"\xff\xfe\0\0\0\0\0\0".to_vec()), b"\xff\xfe\0\0\0\0\0\0");
     }
 
     #[test]

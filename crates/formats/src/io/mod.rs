@@ -5,6 +5,7 @@ pub(crate) mod byte_source;
 pub(crate) mod catch_panic;
 pub(crate) mod companion;
 pub(crate) mod diagnostics;
+pub(crate) mod file_kind;
 pub(crate) mod input_file;
 pub(crate) mod lexer;
 pub(crate) mod memory_files;

@@ -12,12 +12,16 @@ const FIRST_BYTES: &[(&[u8], &str)] = &[
     (b"version https://git-lfs.github.com", "a Git LFS pointer, not the file: run git lfs pull"),
     (b"version https://hawser.github.com", "a Git LFS pointer, not the file: run git lfs pull"),
     (b"/annex/objects/", "a git-annex pointer, not the file: run git annex get"),
+    (b"404: not found", SERVER_ERROR),
+    (b"404 not found", SERVER_ERROR),
+    (b"{\"error\":\"", SERVER_ERROR),
     (b"<!doctype html", HTML_PAGE),
     (b"<html", HTML_PAGE),
     (b"<head", HTML_PAGE),
     (b"<body", HTML_PAGE),
 ];
 
+const SERVER_ERROR: &str = "the error message of a server, not the file: download the file itself";
 const HTML_PAGE: &str = "an HTML page, not the file: download the file itself";
 
 /// Refuses the bytes of a file that stand for another file, or that are none at all.
@@ -32,7 +36,7 @@ fn reason(bytes: &[u8]) -> Option<&'static str> {
     }
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     // As a rule a mesh or an image.
-    if !matches!(head.first(), Some(b'<' | b'v' | b'V' | b'/')) {
+    if !matches!(head.first(), Some(b'<' | b'v' | b'V' | b'/' | b'{' | b'4')) {
         return None;
     }
     let head = head[..head.len().min(HEAD_BYTES)].to_ascii_lowercase();
@@ -44,8 +48,9 @@ fn reason(bytes: &[u8]) -> Option<&'static str> {
         return Some(HTML_PAGE);
     }
     // Storage services answer so in the place of a file.
-    (head.starts_with(b"<?xml") && has(b"<error>") && has(b"<code>"))
-        .then_some("the error message of a server, not the file: download the file itself")
+    let xml = head.starts_with(b"<?xml") && has(b"<error>") && has(b"<code>");
+    let json = head.starts_with(b"{") && has(b"\"message\"") && has(b"\"documentation_url\"");
+    (xml || json).then_some(SERVER_ERROR)
 }
 
 #[cfg(test)]
@@ -62,6 +67,8 @@ mod tests {
             ("<HTML lang=\"en\">", "HTML page"),
             ("<?xml version=\"1.0\"?>\n<!DOCTYPE html PUBLIC>\n<html>", "HTML page"),
             ("<?xml version=\"1.0\"?>\n<Error><Code>NoSuchKey</Code></Error>", "error message of a server"),
+            ("404: Not Found", "error message of a server"),
+            ("{\"message\": \"Not Found\", \"documentation_url\": \"https://docs\"}", "error message of a server"),
         ] {
             assert!(reason(bytes.as_bytes()).is_some_and(|reason| reason.contains(expected)), "{bytes:?}");
         }

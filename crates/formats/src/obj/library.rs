@@ -46,8 +46,10 @@ impl Library {
         if count > 0 {
             return Ok(library);
         }
-        let own = path.file_stem().map(|stem| [stem.as_encoded_bytes(), b".mtl"].concat());
-        if let Some(own) = own.filter(|own| assets.is_file(path, own))
+        let names = [path.file_stem(), path.file_stem(), path.file_name()];
+        let names = names.into_iter().zip([b".mtl", b".MTL", b".mtl"]);
+        let mut names = names.filter_map(|(name, end)| Some([name?.as_encoded_bytes(), end].concat()));
+        if let Some(own) = names.find(|own| assets.is_file(path, own))
             && let Some(source) = companion::optional_file(path, &own, assets, notices)?
         {
             let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is not there" };

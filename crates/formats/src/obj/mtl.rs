@@ -25,7 +25,8 @@ pub(crate) struct MtlMaterial {
     /// As bytes, since names need not be UTF-8.
     pub(crate) name: Vec<u8>,
     pub(crate) line: usize,
-    diffuse: Rgb,
+    /// Kd; if it is not given, an image shows as it is, and light grey stands for none.
+    diffuse: Option<Rgb>,
     specular: Rgb,
     emission: Rgb,
     shininess: f32,
@@ -46,7 +47,7 @@ impl MtlMaterial {
         Self {
             name: name.into(),
             line: 0,
-            diffuse: [0.8; 3],
+            diffuse: None,
             specular: [0.0; 3],
             emission: [0.0; 3],
             shininess: 32.0,
@@ -69,10 +70,20 @@ impl MtlMaterial {
         let refracts = matches!(self.illumination, 6 | 7);
         let slot = |role| (textures.iter().rev()).find(|&&(r, ..)| r == role);
         let texture = |role| slot(role).map(|&(_, slot, _)| slot);
+        let image = texture(MapRole::Color);
+        let diffuse = self.diffuse.unwrap_or(if image.is_some() { [1.0; 3] } else { [0.8; 3] });
+        if image.is_some() && diffuse == [0.0; 3] && !refracts {
+            notices.push(format!(
+                "{}:{}: material {:?} has Kd 0 0 0, which multiplies the image of map_Kd: it is black; Kd 1 1 1 shows it",
+                path.display(),
+                self.line,
+                lexer::name(&self.name),
+            ));
+        }
         let mut material = Material {
             name: lexer::name(&self.name),
-            color: self.diffuse,
-            texture: texture(MapRole::Color),
+            color: diffuse,
+            texture: image,
             emission: self.emission.into(),
             ..Material::default()
         };
@@ -87,7 +98,7 @@ impl MtlMaterial {
         }
         material.model = match &self.principled {
             None if !refracts => {
-                let (specular, shininess) = (self.clamped_specular(path, notices), self.shininess);
+                let (specular, shininess) = (self.clamped_specular(diffuse, path, notices), self.shininess);
                 MaterialModel::Phong { diffuse: 1.0, specular, shininess }
             }
             given => {
@@ -117,10 +128,10 @@ impl MtlMaterial {
     }
 
     /// Ks, reduced with a notice where Kd and Ks reflect more light than falls in.
-    fn clamped_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
+    fn clamped_specular(&self, diffuse: Rgb, path: &Path, notices: &mut Vec<String>) -> Rgb {
         let wanted = if self.illumination < 2 { [0.0; 3] } else { self.specular };
         let mut specular = wanted;
-        for (ks, kd) in specular.iter_mut().zip(self.diffuse) {
+        for (ks, kd) in specular.iter_mut().zip(diffuse) {
             *ks = ks.min(1.0 - kd);
         }
         if specular != wanted {
@@ -201,7 +212,7 @@ type SetNumber = fn(&mut MtlMaterial, f32);
 
 /// Colours by key, and whether they may be brighter than 1.
 const COLORS: &[(&[u8], bool, SetColor)] = &[
-    (b"kd", false, |m, value| m.diffuse = value),
+    (b"kd", false, |m, value| m.diffuse = Some(value)),
     (b"ks", false, |m, value| m.specular = value),
     (b"ke", true, |m, value| m.emission = value),
     (b"tf", false, |m, value| m.filter = value),

@@ -104,6 +104,14 @@ impl ObjectSpec {
         let (textures, puts) = self.read_textures(&additions.mesh, next, files)?;
         additions.textures.extend(textures);
         self.apply_material_all(&mut additions.materials, &puts, keys)?;
+        let colored = [additions.mesh.face_colors.is_some(), additions.mesh.vertex_colors.is_some()];
+        if let Some(file) = self.mesh.as_ref().filter(|_| self.color.is_some() && colored.contains(&true)) {
+            additions.notices.push(format!(
+                "{file}: its vertices or faces have colours, which color = multiplies: color = \"white\" shows them alone"
+            ));
+        } else if colored == [true; 2] {
+            additions.notices.push("face_colors and vertex_colors are both given: their product is shown".into());
+        }
         Ok((additions, read))
     }
 

@@ -12,8 +12,12 @@ pub(crate) fn plain(key: &str) -> String {
 pub(crate) fn looks_like_lens(key: &str) -> bool {
     let key = plain(key);
     let starts = |words: &[&str]| words.iter().any(|word| key.starts_with(word));
+    let has = |words: &[&str]| words.iter().any(|word| key.contains(word));
     let distortion = starts(&["dist"]) && !starts(&["distance", "distrib", "distric"]);
-    distortion || key.contains("distort") || key.contains("coef") || starts(&["lens"]) || matches!(&key[..], "d" | "xi")
+    // As k1k2p1p2k3.
+    let listed = key.len() >= 4 && key.as_bytes().chunks(2).all(|two| matches!(two, [b'k' | b'p' | b's', b'1'..=b'6']));
+    let named = has(&["distort", "coef", "radial", "tangential", "fisheye"]) || starts(&["lens", "kappa"]);
+    distortion || named || listed || matches!(&key[..], "d" | "xi" | "kc")
 }
 
 /// True if a key is the name of one coefficient.

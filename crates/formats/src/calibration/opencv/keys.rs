@@ -34,7 +34,7 @@ pub(super) const K: [&str; 26] = [
     "kmtx",
 ];
 /// The coefficients of the lens.
-pub(super) const LENS: [&str; 35] = [
+pub(super) const LENS: [&str; 36] = [
     "distortioncoefficients",
     "distortioncoefficient",
     "distortioncoeffs",
@@ -69,6 +69,7 @@ pub(super) const LENS: [&str; 35] = [
     "lenscoefficients",
     "radialtangential",
     "distorsion",
+    "kc",
     "d",
 ];
 /// The coefficients in two lists, k1 k2 (k3 ...) and p1 p2.

@@ -267,10 +267,21 @@ fn flat_pictures_may_be_short() {
 }
 
 #[test]
+fn a_frame_of_a_gif_larger_than_its_picture_is_within_the_budget() {
+    let gif = |side: u16| {
+        let frame = [&[0; 4][..], &side.to_le_bytes(), &side.to_le_bytes()].concat();
+        [b"GIF89a\x01\0\x01\0\0\0\0,", &frame[..], b"\x80\0\0\0\xff\0\0\x02\x02L\x01\0;"].concat()
+    };
+    let error = read("a.gif", &gif(u16::MAX), ColorUse::Color).unwrap_err().to_string();
+    assert!(error.contains("65535 x 65535 pixels") || error.contains("pixels"), "{error}");
+    assert_eq!(read("a.gif", &gif(1), ColorUse::Color).unwrap().0.size, [1, 1]);
+}
+
+#[test]
 fn other_kinds_are_named() {
     let error = read("a.dds", b"DDS |", ColorUse::Color).unwrap_err();
-    let expected =
-        "a.dds: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA";
+    let expected = "a.dds: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA; it is \
+         a DDS image: convert it to PNG";
     assert_eq!(error.to_string(), expected);
     let mut cube = cases().into_iter().find(|case| case.name == "uastc.ktx2").unwrap().file;
     cube[36] = 6;

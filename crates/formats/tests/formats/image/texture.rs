@@ -104,7 +104,8 @@ fn broken_images_are_errors() {
     let path = file("a.png", "DDS |");
     assert_eq!(
         message(read_texture(&path, &Budget::default()).unwrap_err(), &path),
-        "a.png: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA"
+        "a.png: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA; it is \
+         a DDS image: convert it to PNG"
     );
 }
 
