@@ -117,6 +117,30 @@ def test_the_default_view_sees_slanted_planes(up: str) -> None:
         assert seen.sum() > 4, normal
 
 
+@pytest.mark.parametrize(
+    "solid", [{"type": "glass"}, {"type": "principled", "transmission": 1, "thickness": 1, "roughness": 0}]
+)
+@pytest.mark.parametrize(
+    ("light", "sized"),
+    [
+        ({"type": "point", "position": [0, 0, 3], "power": 100}, {"radius": 0.05}),
+        ({"type": "sun", "direction": [0, 0, -1], "irradiance": 1}, {"angular_diameter": 0.53}),
+    ],
+)
+def test_solid_glass_before_a_light_without_size(solid: Any, light: Any, sized: Any) -> None:
+    def spoken(light: Any, **glass: Any) -> bool:
+        world = raycam.World()
+        world.add_object(plane={"size": 9})
+        world.add_object(sphere={}, location=[0, 0, 1.5], **glass)
+        world.add_light(light)
+        return "does not come through solid glass" in said(world, integrator="path")
+
+    assert spoken(light, **solid)
+    assert not spoken(light | sized, **solid)
+    assert not spoken(light)
+    assert not spoken(light, type="glass", thin=True)
+
+
 def test_words_that_are_no_cameras_say_what_to_do() -> None:
     world = lit_world()
     with pytest.raises(raycam.WorldError, match=r"world\.view_from\('top'\)"):

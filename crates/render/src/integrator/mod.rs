@@ -18,7 +18,7 @@
 //! * [`photon_pass`]: photons from lights over caustic casters, which fill the caustic maps that guide diffuse samples.
 //!
 //! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state light_visibility <- path_tracer <- direct_lighting <- shade <-
-//! batch <- path`. The folder uses `bsdf`, `light`, `guiding`, `interaction`, `sampling` and `prepare`.
+//! batch <- path`. The folder uses `bsdf`, `light`, `lobes`, `guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
@@ -43,6 +43,7 @@ use crate::integrator::path::PathScratch;
 use crate::integrator::path_tracer::PathSettings;
 use crate::light::light_sampling::LightSampling;
 use crate::light::lights::Lights;
+use crate::lobes::classify::is_solid_glass;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Integrator, Settings};
 
@@ -134,6 +135,13 @@ pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<V
     }
 }
 
+/// True if anything that is seen is of solid glass.
+fn has_solid_glass(world: &PreparedWorld) -> bool {
+    let solid: Vec<bool> = world.geometry.materials.iter().map(|known| is_solid_glass(&known.material)).collect();
+    solid.contains(&true)
+        && world.geometry.instances.iter().any(|seen| seen.is_visible && seen.materials.iter().any(|&at| solid[at]))
+}
+
 impl Integrator {
     /// The lights of a world, or default lights where an integrator needs light and the world has none.
     pub(crate) fn effective_lights(self, world: &PreparedWorld) -> &Lights {
@@ -155,16 +163,27 @@ impl Integrator {
 
     /// Remarks on a picture of a world.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
-        if self.needs_light() && world.lighting().default_lights.is_some() {
-            let besides = match world.lighting().lights.has_emissive_triangles() {
+        let mut notices = Vec::new();
+        if !self.needs_light() {
+            return notices;
+        }
+        let lighting = world.lighting();
+        if lighting.default_lights.is_some() {
+            let besides = match lighting.lights.has_emissive_triangles() {
                 true => " but surfaces that shine, which a glTF file has to be seen",
                 false => "",
             };
-            vec![format!(
+            notices.push(format!(
                 "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
-            )]
-        } else {
-            vec![]
+            ));
         }
+        if self == Self::Path && lighting.lights.has_sizeless() && has_solid_glass(world) {
+            notices.push(
+                "the light of lamps and suns without a size does not come through solid glass: what they light behind it \
+                 is too dark; a radius of the lamp or an angular_diameter of the sun (Earth's has 0.53) lets it through"
+                    .into(),
+            );
+        }
+        notices
     }
 }

@@ -68,6 +68,11 @@ impl Lights {
         }
     }
 
+    /// True if any light has no size: no ray that a surface sends on meets it.
+    pub fn has_sizeless(&self) -> bool {
+        self.lights.iter().any(|light| !light.is_hittable(false))
+    }
+
     /// True if any triangle emits.
     pub fn has_emissive_triangles(&self) -> bool {
         !self.emissive_triangles.is_empty()

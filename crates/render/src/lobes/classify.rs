@@ -79,6 +79,19 @@ pub(crate) fn has_interior(p: &Principled) -> bool {
     p.thickness.value > 0.0 && p.ior > 0.0 && p.transmission.value > 0.0
 }
 
+/// True if a material bends light as smooth glass with an interior does.
+pub(crate) fn is_solid_glass(material: &Material) -> bool {
+    /// Rougher surfaces look for lights through themselves.
+    const MAX_ROUGHNESS: f32 = 0.05;
+    match &material.model {
+        MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_ROUGHNESS,
+        MaterialModel::Principled(p) => {
+            has_interior(p) && p.transmission.value > 0.5 && p.roughness.value < MAX_ROUGHNESS
+        }
+        _ => false,
+    }
+}
+
 /// True if light passes straight on through a material's surface: thin, smooth, without other layers.
 pub(crate) fn is_straight(material: &Material) -> bool {
     let is_thin = match &material.model {
