@@ -230,7 +230,5 @@ def test_no_lens_is_a_pinhole() -> None:
 
 def test_what_uses_p_alone_refuses_a_lens() -> None:
     camera = raycam.Camera.from_opencv(K, RVEC, TVEC, SIZE, OPENCV[0])
-    with pytest.raises(raycam.CameraError, match=r"explain .* lens"):
-        raycam.explain(wall(), camera, (3, 4))
     with pytest.raises(raycam.CameraError, match=r"reference .* lens"):
         raycam.render(wall(), camera, integrator="reference")

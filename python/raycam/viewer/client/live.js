@@ -80,7 +80,7 @@ export class LiveView {
     }
     if (message.type === "picture") this.showStatus(message);
     if (message.type === "picture") this.timeline.next();
-    if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay });
+    if (message.type === "picture" || message.type === "overlay") this.client.picture.show({ overlay: message.overlay ?? [] });
     if (message.type === "contents") this.world.show(message);
     if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);

@@ -172,7 +172,7 @@ export class PictureView {
     }
     if (this.zoom >= GRID_FROM) this.drawGrid();
     if (this.zoom >= VALUES_FROM && layers.valuesIn) this.drawValues(layers.valuesIn);
-    if (layers.overlay?.length) this.drawOverlay(layers.overlay);
+    if (layers.overlay.length) this.drawOverlay(layers.overlay);
     for (const mark of layers.marks) this.drawBox(mark, "#e08a00");
     if (layers.held) this.drawBox(layers.held, "#ff2d55");
   }

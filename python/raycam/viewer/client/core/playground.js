@@ -71,12 +71,10 @@ export class Playground {
   /** @param {Example[]} examples */
   async begin(examples) {
     const shared = new URLSearchParams(location.hash.slice(1)).get("w");
-    try {
-      if (shared) return this.setText(await textOfLink(shared));
-    } catch {
-      this.fail({ text: "The link is damaged: its world cannot be read." });
-    }
+    const linked = shared ? await textOfLink(shared).catch(() => null) : null;
+    if (linked !== null) return this.setText(linked);
     if (examples.length) this.setText(examples[0].text);
+    if (shared) this.fail({ text: "The link is damaged: its world cannot be read." });
   }
 
   /** @param {string} text */
