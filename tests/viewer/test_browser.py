@@ -302,6 +302,12 @@ def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None
         assert np.array(readout(tab)[name], value.dtype).tobytes() == value.tobytes()
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
+    tab.evaluate("document.getElementById('explained').close()")
+    tab.mouse("mousePressed", x, y, button="left", clickCount=1)
+    for step in range(1, 6):
+        tab.mouse("mouseMoved", x - 8 * step, y, button="left", buttons=1)
+    tab.mouse("mouseReleased", x - 40, y, button="left", clickCount=1)
+    tab.wait("!document.getElementById('pixel-place').textContent.includes('held')")
     assert tab.said == []
     host, port = server.address
     own = (f"http://{host}:{port}/", f"ws://{host}:{port}/", "data:", "blob:")

@@ -31,7 +31,7 @@ export default {
     const frame = document.createElement("iframe");
     frame.setAttribute("sandbox", "allow-scripts allow-downloads");
     frame.title = "raycam";
-    frame.style.cssText = `width: 100%; height: ${model.get("height")}px; border: 1px solid #8888; border-radius: 6px`;
+    frame.style.cssText = `display: block; box-sizing: border-box; width: 100%; height: ${model.get("height")}px; border: 1px solid #8888; border-radius: 6px`;
     frame.srcdoc = model.get("page");
     const heard = ({ source, data }) => {
       if (source === frame.contentWindow && typeof data === "string") model.send({ view, said: data });

@@ -48,6 +48,7 @@ export class Client {
     this.probes = 0;
     /** @type {{ pixel: Pixel, values: import("./panel/readout.js").PixelValues } | null} */
     this.known = null;
+    this.pointAt = byId("pixel-place", HTMLElement).textContent;
     this.messageTimer = 0;
     /** Called with every message, after the client. @type {(message: Message) => void} */
     this.onMessage = () => {};
@@ -236,8 +237,16 @@ export class Client {
     this.picture.show({ held: pixel });
     if (pixel) this.picture.reveal(pixel);
     for (const id of ["copy", "explain", "leave"]) byId(id, HTMLButtonElement).disabled = !pixel;
+    if (!pixel) this.forgetValues();
     this.probe();
-    if (!pixel) byId("held", HTMLElement).textContent = "";
+  }
+
+  /** Empties the readout: what it says is no longer so. */
+  forgetValues() {
+    this.known = null;
+    byId("pixel-place", HTMLElement).textContent = this.pointAt;
+    byId("values", HTMLTableSectionElement).replaceChildren();
+    byId("held", HTMLElement).textContent = "";
   }
 
   /** Asks for the values of the held or hovered pixel. */
