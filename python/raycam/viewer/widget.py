@@ -31,7 +31,8 @@ export default {
     const frame = document.createElement("iframe");
     frame.setAttribute("sandbox", "allow-scripts allow-downloads");
     frame.title = "raycam";
-    frame.style.cssText = `display: block; box-sizing: border-box; width: 100%; height: ${model.get("height")}px; border: 1px solid #8888; border-radius: 6px`;
+    const size = `display: block; box-sizing: border-box; width: 100%; height: ${model.get("height")}px;`;
+    frame.style.cssText = `${size} border: 1px solid #8888; border-radius: 6px`;
     frame.srcdoc = model.get("page");
     const heard = ({ source, data }) => {
       if (source === frame.contentWindow && typeof data === "string") model.send({ view, said: data });
