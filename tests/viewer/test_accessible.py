@@ -1,37 +1,23 @@
-"""axe-core finds nothing in the page and the live view. Needs Chromium and RAYCAM_AXE, the path of its axe.min.js."""
+"""axe-core finds nothing in the page and the live view. Needs Chromium and axe-core."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 import raycam
 from raycam.viewer.server import Server
+from support.axe import needs_axe, violations
 from support.chromium import Tab, chromium
 
-pytestmark = pytest.mark.proof
-AXE = os.environ.get("RAYCAM_AXE", "")
+pytestmark = [pytest.mark.proof, needs_axe]
 
 
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
-    if not Path(AXE).is_file():
-        pytest.skip("RAYCAM_AXE names no axe.min.js (npm install axe-core)")
     with chromium(tmp_path_factory.mktemp("browser")) as made:
         yield made
-
-
-def violations(tab: Tab) -> list[Any]:
-    """The rules that the page offends, and where."""
-    tab.evaluate(f"{Path(AXE).read_text(encoding='utf-8')}; null")
-    found: list[Any] = tab.evaluate(
-        "axe.run(document).then(({violations}) => violations.map(({id, nodes}) => "
-        "[id, nodes.map((each) => [each.html.slice(0, 160), each.failureSummary])]))"
-    )
-    return found
 
 
 @pytest.mark.parametrize(

@@ -1,26 +1,21 @@
 """The pages that render by themselves, at two widths in light and dark: axe-core finds nothing, nothing is cut off.
 
-Needs Chromium, and axe-core's axe.min.js at the path in AXE_CORE: `AXE_CORE=.../axe.min.js make proof`.
+Needs Chromium and axe-core.
 """
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from raycam.viewer.web.live_page import lecture_page, playground_page
+from support.axe import needs_axe, violations
 from support.chromium import Tab, chromium
 from support.node_core import needs_core
 
-AXE = Path(os.environ.get("AXE_CORE", "none"))
-pytestmark = [
-    pytest.mark.proof,
-    needs_core,
-    pytest.mark.skipif(not AXE.is_file(), reason="AXE_CORE names no axe.min.js: npm install axe-core"),
-]
+pytestmark = [pytest.mark.proof, needs_core, needs_axe]
 PAGES = {
     "playground": (lambda: playground_page({"ball": "[[object]]\nsphere = { radius = 1 }\n"}), [""]),
     "lecture": (lecture_page, ["camera", "pixel", "triangles", "light", "exercises"]),
@@ -44,15 +39,10 @@ def test_nothing_stands_in_the_way(tab: Tab, tmp_path: Path, name: str, scheme: 
     tab.show(width, 800, scheme)
     tab.call("Page.navigate", url=path.as_uri())
     tab.wait(SHOWN)
-    tab.evaluate(AXE.read_text(encoding="utf-8") + "; null")
     for part in parts:
         tab.evaluate(f"location.hash = {json.dumps(part)}")
         tab.wait(f"!{json.dumps(part)} || document.body.dataset.tab === {json.dumps(part)}")
-        found = tab.evaluate(
-            "axe.run().then(({ violations }) => "
-            "violations.map(({ id, nodes }) => [id, nodes.slice(0, 3).map(({ html }) => html)]))"
-        )
-        assert found == [], (part, found)
+        assert violations(tab) == [], part
         assert tab.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth"), (
             part
         )

@@ -1,7 +1,7 @@
 //! Caustic casters: mirrors, clear glass and glossy objects, which throw light on diffuse surfaces.
 //!
 //! [`find_caustic_candidates`] finds what may throw light, by its materials. The photon pass measures how much each throws,
-//! and [`choose_casters`] takes those that throw most: the drops of a chandelier are all there.
+//! and [`choose_casters`] takes those that throw most.
 
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
@@ -59,7 +59,8 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
 }
 
 /// The casters among the candidates with their indices, those first that throw most; `thrown` is the fraction of all light
-/// that each throws, as far as it was measured. Smooth candidates count if they throw nothing as well: light may reach them on other ways.
+/// that each throws, as far as it was measured. Smooth candidates count if they throw nothing as well: light may reach them on
+/// other ways.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);

@@ -1,7 +1,7 @@
 //! Light visibility: the parts of space from which light sampling finds something.
 //!
-//! Where lamps are in glass, or in another room, every shadow ray ends at what is in between. Space is divided into cubes, and
-//! light sampling is rare in those from which no light was seen. Whether a cube is hidden depends on the world alone: its
+//! Shadow rays towards lamps in glass, or in another room, end at what is in between. Space is divided into cubes, and light
+//! sampling is rare in those from which no light was seen. Whether a cube is hidden depends on the world alone: its
 //! first visitor finds out, and any other would find the same.
 
 use std::sync::atomic::{AtomicU8, Ordering};

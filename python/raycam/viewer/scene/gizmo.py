@@ -13,6 +13,7 @@ import numpy as np
 from ...arrays import Floats
 from ...camera import Camera
 from ...world import World
+from .navigation import rotation_about
 from .overlay import polylines
 
 __all__ = ["COLORS", "HANDLES", "TOOLS", "dragged", "handles", "middle_of"]
@@ -75,7 +76,7 @@ def dragged(
     else:
         axis = axes_of(matrix, tool)[HANDLES.index(handle)]
         if tool == "turn":
-            step[:3, :3] = _rotation(axis, _angle(rays, center, axis, begin, end))
+            step[:3, :3] = rotation_about(axis, _angle(rays, center, axis, begin, end))
         else:
             factor = _ratio(_along(rays[0], center, axis), _along(rays[1], center, axis))
             step[:3, :3] += (factor - 1) * np.outer(axis, axis)
@@ -164,10 +165,3 @@ def _ratio(before: float, after: float) -> float:
     if abs(before) < 1e-12:
         return 1.0
     return float(min(max(after / before, LEAST), MOST))
-
-
-def _rotation(axis: Floats, angle: float) -> Floats:
-    """The rotation [3, 3] by a right-handed angle about a unit axis (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross))

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Floats
 from ...camera import Camera
 
-__all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "turn_camera", "turned_around"]
+__all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "rotation_about", "turn_camera", "turned_around"]
 
 STEEPEST = math.radians(89.0)  # a camera never looks farther up or down, where its sides would swap
 
@@ -25,7 +25,7 @@ def orbit(camera: Camera, pivot: Floats, yaw: float, pitch: float) -> Camera:
 
 def turned_around(camera: Camera, pivot: Floats, angle: float) -> Camera:
     """Turns the camera about the world's up through `pivot`, as on a turntable."""
-    turn = _rotation(_up(camera), angle)
+    turn = rotation_about(_up(camera), angle)
     return camera.at_pose(camera.R @ turn.T, pivot + turn @ (camera.location - pivot))
 
 
@@ -37,7 +37,7 @@ def turn_camera(camera: Camera, yaw: float, pitch: float) -> Camera:
 
 def roll(camera: Camera, angle: float) -> Camera:
     """Turns the camera around its principal axis."""
-    return camera.at_pose(_rotation(np.array([0.0, 0.0, 1.0]), angle) @ camera.R, camera.location)
+    return camera.at_pose(rotation_about(np.array([0.0, 0.0, 1.0]), angle) @ camera.R, camera.location)
 
 
 def pan(camera: Camera, pivot: Floats, dx: float, dy: float) -> Camera:
@@ -88,10 +88,10 @@ def _turn(camera: Camera, yaw: float, pitch: float) -> Floats:
     allowed = (
         max(-STEEPEST - elevation, min(STEEPEST - elevation, pitch)) if abs(elevation) <= STEEPEST else pitch
     )
-    return _rotation(_up(camera), yaw) @ _rotation(camera.R[0], allowed)
+    return rotation_about(_up(camera), yaw) @ rotation_about(camera.R[0], allowed)
 
 
-def _rotation(axis: Floats, angle: float) -> Floats:
+def rotation_about(axis: Floats, angle: float) -> Floats:
     """The rotation [3, 3] by a right-handed angle about a unit axis (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -127,7 +127,7 @@ export const EXERCISES = [
 ];
 
 /**
- * What a student's texts are told.
+ * The verdict on a student's texts, with a hint to a wrong one.
  * @param {string} id of the exercise
  * @param {string[]} texts
  * @param {Facts} facts
