@@ -1,4 +1,4 @@
-"""axe-core's rules of accessible pages. Needs its axe.min.js at the path in AXE_CORE: `AXE_CORE=.../axe.min.js make proof`."""
+"""axe-core, the rules of accessible pages: `AXE_CORE=.../axe.min.js make proof` names its file."""
 
 from __future__ import annotations
 
