@@ -364,3 +364,6 @@ class World:
     def render(
         self, camera: Camera, request: dict[str, Any], progress: Callable[[int, int], object] | None
     ) -> _Parts: ...
+    def brightest_samples(
+        self, camera: Camera, request: dict[str, Any], pixels: Sequence[tuple[int, int]]
+    ) -> list[tuple[float, list[int], list[float], list[float], float] | None]: ...

@@ -13,6 +13,7 @@ use crate::film::film::Film;
 use crate::film::frame::Frame;
 use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
+use crate::integrator::bright_path::BrightPath;
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::settings::{Integrator, Settings};
@@ -71,6 +72,42 @@ pub fn render_into(
     let region = settings.check(camera.size())?;
     let request = RenderRequest { world: prepared, shutter: shutter.as_ref(), camera, settings, region };
     Ok((region, request.render(false, control, targets.into_iter())?))
+}
+
+/// A pixel's brightest sample: its part of the light of all the pixel's samples, and the path that brought it, in world
+/// coordinates. `None` where every sample is black.
+pub type BrightestSample = Option<(f64, BrightPath)>;
+
+/// The brightest samples of pixels of a picture that [`render`] made with the same arguments; none for integrators that
+/// show no light. The world stands still while the shutter is open.
+///
+/// # Errors
+/// Errors of [`render`], and [`RenderError::Settings`] for pixels outside of the picture.
+pub fn brightest_samples(
+    world: &PreparedWorld,
+    camera: &Camera,
+    settings: &Settings,
+    pixels: &[[u32; 2]],
+    control: &Control,
+) -> Result<Vec<BrightestSample>, RenderError> {
+    let region = settings.check(camera.size())?;
+    let [width, height] = camera.size();
+    if pixels.iter().any(|&[x, y]| x >= width || y >= height) {
+        return Err(RenderError::Settings(format!("pixels outside of a picture of {width} x {height}")));
+    }
+    let camera = &world.geometry.camera_outside(camera);
+    let request = RenderRequest { world, shutter: None, camera, settings, region };
+    with_pool(settings.threads, || {
+        let renderer = request.renderer(camera, settings);
+        let found = pixels.par_iter().map_init(ThreadScratch::default, |scratch, &pixel| {
+            let mut found = renderer.brightest_path(pixel, scratch, control)?;
+            if let Some((_, path)) = &mut found {
+                path.origin += world.geometry.origin;
+            }
+            Ok(found)
+        });
+        found.collect()
+    })?
 }
 
 /// True if the calling thread alone renders a frame, in a fraction of a millisecond: ground truth or unlit colours of few

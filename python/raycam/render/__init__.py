@@ -16,6 +16,7 @@ from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError, nearest
 from ..notices import warn_all
 from .composition import over, shadow_ratio, studio_shadow
+from .fireflies import firefly_notices
 from .frame import CHANNELS, VIEWS, Frame
 from .old_names import ELSEWHERE, OLD_NAMES, current_names
 from .sight import LIT, blank_notices
@@ -102,7 +103,8 @@ def render(
     * `max_depth` (no limit): the maximum number of path segments. 1 shows emitters only, 2 adds direct light, and so
       on.
     * `clamp` (off): the maximum radiance of a sample. It removes fireflies and darkens the picture; a notice counts the
-      clamped samples.
+      clamped samples. Without it, a whole picture by "path" of 256 samples or more has a notice of its fireflies: pixels
+      more than 20 times as bright as the median around by a single path, with its light and objects.
     * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box" or "blackman-harris")
       is the reconstruction filter. `channels` names the channels of the frame, "all" for all of them.
     * `surface` ("first"): ground truth describes the first triangle on the pixel's centre ray, of any material. With
@@ -229,6 +231,8 @@ class _Picture:
                 notices = [*notices, CATCHER_NOTICE]
         if self.region is None:
             notices = [*notices, *_blank(world, camera, planes, request, stops, display)]
+            if "color" in planes and not catching:
+                notices += firefly_notices(world, camera, planes["color"], request)
         notices = [*said, *notices]
         warn_all(notices)
         return Frame(

@@ -7,7 +7,7 @@ pub(crate) mod progressive;
 pub(crate) mod settings;
 
 use pyo3::prelude::*;
-use raycam_render::{Control, checked_region, is_brief, render_into};
+use raycam_render::{BrightPath, Control, brightest_samples, checked_region, is_brief, render_into};
 
 use crate::buffer_pool::OutputPlanes;
 use crate::camera::Camera;
@@ -16,6 +16,33 @@ use crate::interruptible::{run_cancellable, run_for_work};
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
+
+/// The part of a pixel's light that its brightest sample has, the instances on its way, and the ray to the light: origin,
+/// direction, distance.
+pub(crate) type BrightestSample = (f64, Vec<u32>, [f64; 3], [f32; 3], f64);
+
+/// The brightest sample of each of some pixels of a picture; none of a world that moves while the shutter is open.
+pub(crate) fn brightest(
+    py: Python<'_>,
+    world: &World,
+    camera: &Camera,
+    arguments: &RenderArguments,
+    pixels: &[[u32; 2]],
+) -> PyResult<Vec<Option<BrightestSample>>> {
+    let settings = arguments.settings()?;
+    let (world, prepared) = world.prepared_world(py, settings.threads)?;
+    if camera.inner.motion().is_some() && world.time.is_some() && world.is_animated() {
+        return Ok(vec![]);
+    }
+    let cancel = arguments.cancel.as_ref().map(|cancel| &cancel.get().control);
+    let found = run_cancellable(py, None, cancel, |control| {
+        brightest_samples(&prepared, &camera.inner, &settings, pixels, control)
+    })?;
+    let parts = |(part, path): (f64, BrightPath)| {
+        (part, path.instances, path.origin.to_array(), path.direction.to_array(), path.distance)
+    };
+    Ok(found.into_iter().map(|sample| sample.map(parts)).collect())
+}
 
 /// Renders a picture into arrays.
 pub(crate) fn render<'py>(

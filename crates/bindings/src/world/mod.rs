@@ -283,4 +283,14 @@ impl World {
     ) -> PyResult<FrameParts<'py>> {
         render::render(py, self, camera, &request, progress.as_ref())
     }
+
+    fn brightest_samples(
+        &self,
+        py: Python<'_>,
+        camera: &Camera,
+        request: RenderArguments,
+        pixels: Vec<[u32; 2]>,
+    ) -> PyResult<Vec<Option<render::BrightestSample>>> {
+        render::brightest(py, self, camera, &request, &pixels)
+    }
 }

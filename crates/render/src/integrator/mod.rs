@@ -15,13 +15,15 @@
 //! * [`batch`]: hits in chunks: interactions, BSDF samples, direct lighting and shading for many at once.
 //! * [`shade`]: one hit of any material.
 //! * [`light_visibility`]: shadow rays that find out where light sampling may be rare.
+//! * [`bright_path`]: the paths of a batch once more, with the surfaces and the light of the brightest, for notices.
 //! * [`photon_pass`]: photons from lights over caustic casters, which fill the caustic maps that guide diffuse samples.
 //!
 //! Arrows: `camera_ray_batch nested_dielectrics <- shadow_queue <- path_state light_visibility <- path_tracer <- direct_lighting <- shade <-
-//! batch <- path`. The folder uses `bsdf`, `light`, `lobes`, `guiding`, `interaction`, `sampling` and `prepare`.
+//! batch <- path <- bright_path`. The folder uses `bsdf`, `light`, `lobes`, `guiding`, `interaction`, `sampling` and `prepare`.
 
 mod ao;
 pub(crate) mod batch;
+pub(crate) mod bright_path;
 pub(crate) mod camera_ray_batch;
 pub(crate) mod direct_lighting;
 pub(crate) mod light_visibility;
@@ -38,6 +40,7 @@ use glam::Vec3;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::integrator::bright_path::BrightPath;
 use crate::integrator::camera_ray_batch::{CameraRayBatch, is_miss};
 use crate::integrator::path::PathScratch;
 use crate::integrator::path_tracer::PathSettings;
@@ -84,6 +87,23 @@ pub(crate) fn radiance(
         }
     }
     Ok(())
+}
+
+/// The brightest path of every camera ray; none for integrators that show no light.
+pub(crate) fn bright_paths(
+    world: &PreparedWorld,
+    settings: &Settings,
+    batch: &CameraRayBatch,
+    control: &Control,
+    scratch: &mut PathScratch,
+) -> Result<Vec<BrightPath>, RenderError> {
+    let lights = settings.integrator.effective_lights(world);
+    let path_settings = match settings.integrator {
+        Integrator::Path => path_settings(settings, lights),
+        Integrator::Direct => direct_settings(settings, lights),
+        Integrator::Flat | Integrator::Ao => return Ok(vec![]),
+    };
+    bright_path::bright_paths(world, &path_settings, batch, control, scratch)
 }
 
 fn path_settings<'a>(settings: &Settings, lights: &'a Lights) -> PathSettings<'a> {

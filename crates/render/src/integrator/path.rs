@@ -22,16 +22,16 @@ use crate::soa::LANES;
 /// Memory of the paths of a batch, reused from batch to batch.
 #[derive(Default)]
 pub(crate) struct PathScratch {
-    paths: Vec<PathState>,
+    pub(super) paths: Vec<PathState>,
     /// Indices of the paths with a ray in this bounce and in the next, and the hits of the rays.
-    active: Vec<u32>,
+    pub(super) active: Vec<u32>,
     next_active: Vec<u32>,
-    hits: Vec<Hit>,
+    pub(super) hits: Vec<Hit>,
     /// Radiance and density of the environment for the escaped rays of a bounce.
     escaped: Vec<(Vec3, f32)>,
     kind_sort: KindSort,
     hit_batch: HitBatch,
-    queues: WavefrontQueues,
+    pub(super) queues: WavefrontQueues,
 }
 
 /// Adds the radiance along every camera ray to `radiance`. Sets `is_background` where a ray escapes before it is scattered.
@@ -57,7 +57,7 @@ pub(crate) fn radiance(
 
 impl PathScratch {
     /// Begins one path with every camera ray.
-    fn generate_camera_paths(&mut self, tracer: &PathTracer, batch: &CameraRayBatch) {
+    pub(super) fn generate_camera_paths(&mut self, tracer: &PathTracer, batch: &CameraRayBatch) {
         self.queues.clear(tracer.max_light_samples());
         self.paths.clear();
         let rays = batch.origins.iter().zip(batch.directions).enumerate();
@@ -86,7 +86,12 @@ impl PathScratch {
     }
 
     /// Adds the light that escaped rays find, and removes their paths.
-    fn handle_escaped_rays(&mut self, tracer: &PathTracer, radiance: &mut [Vec3], is_background: &mut [bool]) {
+    pub(super) fn handle_escaped_rays(
+        &mut self,
+        tracer: &PathTracer,
+        radiance: &mut [Vec3],
+        is_background: &mut [bool],
+    ) {
         let Self { paths, active, hits, escaped, .. } = self;
         let environment = tracer.lights.environment();
         if let Some((_, environment)) = environment {
@@ -112,7 +117,12 @@ impl PathScratch {
     }
 
     /// Shades all hits: queues shadow rays, and the rays of the paths that continue.
-    fn evaluate_materials(&mut self, tracer: &PathTracer, radiance: &mut [Vec3], is_background: &mut [bool]) {
+    pub(super) fn evaluate_materials(
+        &mut self,
+        tracer: &PathTracer,
+        radiance: &mut [Vec3],
+        is_background: &mut [bool],
+    ) {
         let Self { paths, active, next_active, hits, kind_sort, hit_batch, queues, .. } = self;
         if tracer.modes.has_many_kinds {
             kind_sort.sort(tracer.geometry, active, hits);
@@ -146,7 +156,7 @@ impl PathScratch {
     }
 
     /// Traces shadow rays, and then the rays of the next bounce.
-    fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
+    pub(super) fn trace_rays(&mut self, tracer: &PathTracer, batch: &CameraRayBatch, radiance: &mut [Vec3]) {
         let queues = &mut self.queues;
         let coherence = match tracer.bounce {
             0 => Coherence::Unknown,

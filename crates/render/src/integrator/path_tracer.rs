@@ -239,7 +239,7 @@ impl PathTracer<'_> {
     }
 
     /// The weight of light that BSDF sampling found, by the balance heuristic: light sampling has density `pdf` there.
-    fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
+    pub fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
         if path.specular_bounce || pdf == 0.0 {
             1.0
         } else {
@@ -278,7 +278,7 @@ impl PathTracer<'_> {
         );
     }
 
-    fn add_environment(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
+    pub fn add_environment(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
         let (lights, direction) = (self.lights, path.direction);
         let (radiance, pdf) = if path.specular_bounce {
             (lights.escaped_radiance(direction, lookup), 0.0)

@@ -24,6 +24,11 @@ impl ShadowRayQueue {
         self.contribution.push((index, light));
     }
 
+    /// Every ray with the index of its camera ray, and the light that it adds if nothing occludes it.
+    pub fn entries(&self) -> impl Iterator<Item = (Ray, usize, Vec3)> {
+        self.rays.iter().zip(&self.contribution).map(|(&ray, &(index, light))| (ray, index, light))
+    }
+
     /// Traces all rays, adds the light of unoccluded ones to `radiance`, and empties the queue.
     pub fn trace(&mut self, geometry: &Geometry, scene: &Scene, coherence: Coherence, radiance: &mut [Vec3]) {
         // Every entry is overwritten.

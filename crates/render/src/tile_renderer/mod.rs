@@ -5,10 +5,11 @@
 //! └──> camera rays ──> hits ──> integrator ──> estimators ──> resolve ──> film
 //! ```
 //!
-//! [`camera_rays`] generates samples, [`resolve`] writes the film, [`rolling_shutter`] splits batches by the time
+//! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film, [`rolling_shutter`] splits batches by the time
 //! that their rays see, [`screen_mask`] culls empty blocks, and [`needs`] decides which stages run. Uses everything
 //! below; nothing but `render` uses it.
 
+pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;
 pub(crate) mod needs;
 pub(crate) mod resolve;

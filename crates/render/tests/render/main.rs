@@ -1,6 +1,7 @@
 //! One file for each concept of the crate.
 
 mod amodal;
+mod bright_path;
 mod channel;
 mod common;
 mod direct;

@@ -1,0 +1,44 @@
+//! The brightest of the samples of a pixel.
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::integrator;
+use crate::integrator::bright_path::BrightPath;
+use crate::integrator::camera_ray_batch::CameraRayBatch;
+use crate::tile_renderer::{RayBatchBuffers, ThreadScratch, TileRenderer};
+
+/// Samples of a pixel that are traced again, at most.
+const MAX_SAMPLES: u32 = 4096;
+/// Samples in a batch.
+const BATCH_SAMPLES: u32 = 256;
+
+impl TileRenderer<'_> {
+    /// The brightest path of a pixel, with its part of the light of all the pixel's samples; `None` for a black pixel.
+    pub fn brightest_path(
+        &self,
+        pixel: [u32; 2],
+        scratch: &mut ThreadScratch,
+        control: &Control,
+    ) -> Result<Option<(f64, BrightPath)>, RenderError> {
+        let samples = self.settings.samples.min(MAX_SAMPLES);
+        scratch.lists.pixels.clear();
+        scratch.lists.pixels.push(pixel);
+        let (mut brightest, mut sum) = (BrightPath::default(), 0.0);
+        for first in (0..samples).step_by(BATCH_SAMPLES as usize) {
+            let until = samples.min(first + BATCH_SAMPLES);
+            scratch.lists.batch.clear();
+            scratch.lists.batch.extend((first..until).map(|sample| (0, sample)));
+            self.trace_batch(self.world, scratch);
+            let RayBatchBuffers { hits, origins, directions, samplers, paths, .. } = &mut scratch.rays;
+            let (scene, ray_cone) = (self.scene, self.cone);
+            let batch = CameraRayBatch { scene, ray_cone, origins, directions, hits, samplers };
+            for found in integrator::bright_paths(self.world, self.settings, &batch, control, paths)? {
+                sum += f64::from(found.radiance);
+                if found.radiance > brightest.radiance {
+                    brightest = found;
+                }
+            }
+        }
+        Ok((sum > 0.0 && sum.is_finite()).then(|| (f64::from(brightest.radiance) / sum, brightest)))
+    }
+}

@@ -1,0 +1,146 @@
+"""Fireflies: pixels that one rare path makes far brighter than those around them, and where its light comes from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
+
+__all__ = ["bright_pixels", "firefly_notices"]
+
+SAMPLES = 256
+"""Samples per pixel from which bright pixels are no longer noise that everyone expects."""
+RATIO = 20.0
+"""A firefly is this much brighter than the median of its neighbours."""
+SHARE = 0.5
+"""One path brings at least this part of the light of a firefly."""
+TRACED = 64
+"""Pixels whose paths are traced again, at most: the brightest."""
+NAMED = 3
+"""Ways of light that a notice names, at most."""
+NEAR = 1e-3
+"""The relative difference of distances that are the same."""
+SKIES = ("environment", "sky", "daylight")
+SUNS = ("sun", "daylight")
+SUN_DIAMETER = 0.53
+"""Degrees, of a daylight's sun."""
+SUN_MARGIN = 0.1
+"""Degrees that a ray to a sun may lie beside its disk."""
+
+Pixels = npt.NDArray[np.int64]
+Vector = npt.NDArray[np.float64]
+
+
+def firefly_notices(
+    world: World, camera: Camera, color: npt.NDArray[np.float32], request: dict[str, Any]
+) -> Iterator[str]:
+    """Yields a notice of the fireflies of a whole picture [h, w, 3] of 256 samples per pixel or more, if it has any.
+
+    It says which lights and objects they come from: the paths of such pixels are traced again.
+    """
+    timed, clamped = request.get("time_limit") is not None, request.get("clamp") is not None
+    if request["integrator"] != "path" or request["samples"] < SAMPLES or timed or clamped:
+        return
+    found = bright_pixels(color)[:TRACED]
+    if not len(found):
+        return
+    pixels = [(int(x), int(y)) for x, y in found]
+    ways: Counter[str] = Counter()
+    for sample in world._core.brightest_samples(camera._core, request, pixels):
+        if sample is not None and sample[0] >= SHARE and len(sample[1]) > 1:
+            ways[_way(world, *sample[1:])] += 1
+    if not ways:
+        return
+    count = ways.total()
+    named = "; ".join(f"{way} ({number})" for way, number in ways.most_common(NAMED))
+    others = count - sum(number for _, number in ways.most_common(NAMED))
+    least = "at least " if len(found) == TRACED else ""
+    more = f"; other ways ({others})" if others else ""
+    yield (
+        f"fireflies: {least}{count} {'pixel is' if count == 1 else 'pixels are'} more than {RATIO:g} times as bright "
+        f"as those around, by a single path: {named}{more}. More samples, a larger light or denoise=True help; "
+        "clamp removes such pixels and darkens the picture"
+    )
+
+
+def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
+    """The pixels [n, 2], x and y, of an image [h, w, 3] that are 20 times as bright as the median of their neighbours,
+    the brightest first. Neighbours beyond the border count as those at it; black surroundings have no such pixels.
+    """
+    light = color.max(axis=2)
+    height, width = light.shape
+    if min(height, width) < 3:
+        return np.zeros((0, 2), dtype=np.int64)
+    padded = np.pad(light, 1, mode="edge")
+    # Few pixels are far brighter than their darkest neighbours: the median is found for those alone.
+    rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
+    darkest = np.minimum(np.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+    y, x = np.nonzero(light > RATIO * darkest)
+    around = [
+        padded[y + row, x + column] for row in range(3) for column in range(3) if (row, column) != (1, 1)
+    ]
+    median = np.median(around, axis=0) if len(y) else np.zeros(0)
+    bright = (light[y, x] > RATIO * median) & (median > 0)
+    y, x = y[bright], x[bright]
+    order = np.argsort(-light[y, x], kind="stable")
+    return np.column_stack([x, y])[order].astype(np.int64)
+
+
+def _way(world: World, instances: list[int], origin: Any, direction: Any, distance: float) -> str:
+    """The light of a path, and the objects on its way, in words."""
+    names = [str(world.objects[each].name) for each in instances]
+    seen, *between = names
+    through = list(dict.fromkeys(name for name in between if name != seen)) or list(dict.fromkeys(between))
+    light = _light(world, np.asarray(origin, dtype=float), np.asarray(direction, dtype=float), distance)
+    return f"light of {light} by way of {_listed(through)}, seen on {seen!r}"
+
+
+def _listed(names: list[str]) -> str:
+    quoted = [repr(name) for name in names]
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
+
+
+def _light(world: World, origin: Vector, direction: Vector, distance: float) -> str:
+    """The name of the light at the end of a ray: type and number, or the object that shines."""
+    lights = [dict(light) for light in world.lights]
+    if not np.isfinite(distance):
+        suns = [number for number, light in enumerate(lights) if _is_sun_along(light, direction)]
+        skies = [number for number, light in enumerate(lights) if light["type"] in SKIES]
+        number = next(iter([*suns, *skies]), None)
+        return "the default sky" if number is None else f"{lights[number]['type']} {number}"
+    start = origin + direction * distance * (1 - 10 * NEAR)
+    hit = world.cast_rays(start, direction, fields=("t", "instance"), threads=1)
+    shines = int(hit["instance"]) >= 0 and float(hit["t"]) <= 20 * NEAR * distance
+    end = origin + direction * distance
+    far = {number: _distance(light, end) for number, light in enumerate(lights) if "position" in light}
+    nearest = min(far, key=lambda number: far[number], default=None)
+    if shines and (nearest is None or far[nearest] > 20 * NEAR * distance):
+        return f"the object {str(world.objects[int(hit['instance'])].name)!r}"
+    return "a light" if nearest is None else f"{lights[nearest]['type']} {nearest}"
+
+
+def _is_sun_along(light: dict[str, Any], direction: Vector) -> bool:
+    """True if a ray of this direction ends in the disk of a sun."""
+    if light["type"] not in SUNS:
+        return False
+    towards = -np.asarray(light["direction"], dtype=float)
+    angle = np.degrees(np.arccos(np.clip(towards @ direction / np.linalg.norm(towards), -1, 1)))
+    diameter = float(light.get("angular_diameter", SUN_DIAMETER if light["type"] == "daylight" else 0))
+    return bool(angle <= diameter / 2 + SUN_MARGIN)
+
+
+def _distance(light: dict[str, Any], point: Vector) -> float:
+    """The distance of a point from a light that has a position, less than the light's size counting as none."""
+    position = np.asarray(light["position"], dtype=float)
+    u, v = (np.asarray(light.get(name, [0.0, 0.0, 0.0]), dtype=float) for name in ("u", "v"))
+    if u.any() and v.any():
+        across = [float(np.clip((point - position) @ edge / (edge @ edge), -0.5, 0.5)) for edge in (u, v)]
+        position = position + across[0] * u + across[1] * v
+    return max(float(np.linalg.norm(point - position)) - float(light.get("radius", 0.0)), 0.0)
