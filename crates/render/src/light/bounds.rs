@@ -121,7 +121,19 @@ pub(crate) struct PreparedLightBounds {
     pub phi: f32,
 }
 
+/// Radius of lights that are alike at a point, as a part of their distance, at most.
+const FAR_RADIUS: f32 = 0.2;
+/// Cosine of the half angle of their normals, at least.
+const FAR_COS_THETA_O: f32 = 0.8;
+
 impl PreparedLightBounds {
+    /// True if the lights are alike at a point: close together as seen from there, and of about the same direction.
+    #[inline]
+    pub fn is_far(&self, position: Vec3) -> bool {
+        let far = self.radius * self.radius < FAR_RADIUS * FAR_RADIUS * self.center.distance_squared(position);
+        far && self.theta_o.cos > FAR_COS_THETA_O
+    }
+
     /// Upper bound on the received light, up to a factor: power over squared distance, for the smallest angles that
     /// the bounds allow. 0 only if nothing is received. Branch-free, for loops over many points.
     #[inline(always)]

@@ -60,34 +60,53 @@ fn tree_of(lights: &[Light]) -> (LightTree, usize) {
     (LightTree::new(&bounds), bounds.len())
 }
 
+/// A curved panel of small lights of several powers, five metres above: most points see its parts as alike.
+fn panel() -> Vec<LightBounds> {
+    (0..400)
+        .map(|i| {
+            let [x, y] = [i % 20, i / 20].map(|n| f64::from(n) * 0.02);
+            let corners = [[0.0, 0.0], [0.02, 0.0], [0.0, 0.02]].map(|[u, v]| DVec3::new(x + u, y + v, 5.0 + x * x));
+            let down = DVec3::new(2.0 * x, 0.0, -1.0).normalize();
+            let power = if i == 7 { 0.0 } else { 1.0 + f64::from(i % 5) };
+            LightBounds::planar(&corners, down, Vec3::splat(power as f32), false)
+        })
+        .collect()
+}
+
 #[test]
 fn probabilities_add_up_and_are_those_of_the_draw() {
+    let bounds = |light: &Light| source(light.clone()).bounds();
+    let lights: Vec<LightBounds> = many().iter().map(bounds).collect();
+    points().iter().for_each(|from| check_probabilities(&lights, from));
+    let near = LightSampleContext { position: DVec3::new(0.2, 0.2, 4.9), normal: Vec3::Z };
+    points().iter().chain([&near]).for_each(|from| check_probabilities(&panel(), from));
+}
+
+fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     const DRAWS: u32 = 1 << 16;
-    let (tree, count) = tree_of(&many());
-    for from in points() {
-        let stated: Vec<f64> = (0..count).map(|i| tree.pmf(&(&from).into(), i)).collect();
-        // Few draws end at a node without a possible child.
-        let sum: f64 = stated.iter().sum();
-        assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
-        assert_eq!(stated[7], 0.0, "a dark light is never chosen");
-        // Evenly spaced numbers: a light's count is off by at most one draw per end of its intervals.
-        let (mut found, mut lost) = (vec![0.0; count], 0.0);
-        for n in 0..DRAWS {
-            let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
-            let Some((light, probability)) = tree.sample(&(&from).into(), number) else {
-                lost += 1.0;
-                continue;
-            };
-            assert!((probability / stated[light] - 1.0).abs() < 1e-5);
-            found[light] += 1.0;
-        }
-        for (found, stated) in found.iter().zip(&stated) {
-            let off: f64 = found - stated * f64::from(DRAWS);
-            assert!(off.abs() <= 2.0, "{found} of {stated}");
-        }
-        let off: f64 = lost / f64::from(DRAWS) - (1.0 - sum);
-        assert!(off.abs() < 1e-3, "{lost} lost, {sum} of 1 stated");
+    let (tree, count) = (LightTree::new(lights), lights.len());
+    let stated: Vec<f64> = (0..count).map(|i| tree.pmf(&from.into(), i)).collect();
+    // Few draws end at a node without a possible child.
+    let sum: f64 = stated.iter().sum();
+    assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
+    assert_eq!(stated[7], 0.0, "a dark light is never chosen");
+    // Evenly spaced numbers: a light's count is off by at most one draw per end of its intervals.
+    let (mut found, mut lost) = (vec![0.0; count], 0.0);
+    for n in 0..DRAWS {
+        let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
+        let Some((light, probability)) = tree.sample(&from.into(), number) else {
+            lost += 1.0;
+            continue;
+        };
+        assert!((probability / stated[light] - 1.0).abs() < 1e-5);
+        found[light] += 1.0;
     }
+    for (found, stated) in found.iter().zip(&stated) {
+        let off: f64 = found - stated * f64::from(DRAWS);
+        assert!(off.abs() <= 2.0, "{found} of {stated}");
+    }
+    let off: f64 = lost / f64::from(DRAWS) - (1.0 - sum);
+    assert!(off.abs() < 1e-3, "{lost} lost, {sum} of 1 stated");
 }
 
 #[test]

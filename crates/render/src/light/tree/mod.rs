@@ -1,17 +1,20 @@
 //! Light tree: selects lights by importance at a point, from bounds on position, direction and power.
 //!
 //! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with
-//! nodes of up to sixteen children.
+//! nodes of up to sixteen children. The descent ends early where the lights below are far and face one way: they are drawn
+//! by their power.
 
 pub(crate) mod build;
 pub(crate) mod importance;
 pub(crate) mod node;
+mod power_table;
 
 use crate::interaction::LightSampleContext;
 use crate::light::bounds::{LightBounds, PreparedLightBounds};
 use crate::light::tree::build::{build_node, union_of};
 use crate::light::tree::importance::LightTreeContext;
 use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, ParentLink};
+use crate::light::tree::power_table::PowerTable;
 
 /// Tree over the bounds of lights; light indices are those of the input.
 #[derive(Debug, Default)]
@@ -20,6 +23,8 @@ pub(crate) struct LightTree {
     nodes: Vec<LightTreeNode>,
     /// Parent link of each light; none for lights without power.
     parents: Vec<Option<ParentLink>>,
+    /// Lights in the order of the leaves.
+    powers: PowerTable,
     /// Bounds of all lights.
     bounds: Option<PreparedLightBounds>,
     /// Number of lights with power.
@@ -39,6 +44,7 @@ impl LightTree {
         let mut tree = Self {
             nodes,
             parents: vec![None; lights.len()],
+            powers: PowerTable::new(lights.len()),
             bounds: (!emitting.is_empty()).then(|| union_of(lights, emitting.iter().copied()).prepare()),
             count: emitting.len(),
         };
@@ -51,7 +57,29 @@ impl LightTree {
                 }
             }
         }
+        if !tree.nodes.is_empty() {
+            tree.fill_powers(0, lights);
+        }
         tree
+    }
+
+    /// Appends the lights below a node to the power table.
+    fn fill_powers(&mut self, node: usize, lights: &[LightBounds]) {
+        for child in 0..self.nodes[node].children().len() {
+            let start = self.powers.len();
+            match self.nodes[node].children()[child] {
+                Child::Light(light) => self.powers.push(light, lights[light as usize].phi),
+                Child::Node(below) => self.fill_powers(below as usize, lights),
+            }
+            self.nodes[node].lights[child] = [start, self.powers.len()];
+        }
+    }
+
+    /// True if the lights below a child are sampled by their power alone, as they are far from the point.
+    fn is_far(&self, from: &LightTreeContext, node: u32, child: usize) -> bool {
+        let node = &self.nodes[node as usize];
+        let is_node = matches!(node.children()[child], Child::Node(_));
+        is_node && node.child_bounds(child).is_far(from.from.position.as_vec3())
     }
 
     /// True if no light has power.
@@ -99,6 +127,10 @@ impl LightTree {
         loop {
             match self.nodes[at as usize].children()[child] {
                 Child::Light(light) => return Some((light as usize, probability)),
+                Child::Node(_) if self.is_far(from, at, child) => {
+                    let (light, share) = self.powers.sample(self.nodes[at as usize].lights[child], number);
+                    return Some((light, probability * share));
+                }
                 Child::Node(next) => at = next,
             }
             let probabilities = from.child_probabilities(&self.nodes[at as usize]);
@@ -132,8 +164,17 @@ impl LightTree {
 
     /// Probability with which [`LightTree::sample`] selects a light.
     pub fn pmf(&self, from: &LightTreeContext, light: usize) -> f64 {
-        let mut link = self.parents[light];
-        let mut probability = f64::from(u8::from(link.is_some()));
+        let mut probability = f64::from(u8::from(self.parents[light].is_some()));
+        let mut start = self.parents[light];
+        let mut link = start;
+        while let Some(ParentLink { node, child }) = link {
+            if self.is_far(from, node, child as usize) {
+                start = link;
+                probability = self.powers.share(self.nodes[node as usize].lights[child as usize], light);
+            }
+            link = self.nodes[node as usize].parent;
+        }
+        let mut link = start;
         while let Some(ParentLink { node, child }) = link {
             probability *= from.child_probabilities(&self.nodes[node as usize]).probability(child as usize);
             link = self.nodes[node as usize].parent;

@@ -19,6 +19,8 @@ pub(crate) struct LightTreeNode {
     cos_theta_e: [f32; LANES],
     two_sided: [bool; LANES],
     phi: [f32; LANES],
+    /// Lights below each child: a range of the tree's power table.
+    pub lights: [[u32; 2]; LANES],
     children: [Child; LANES],
     /// Number of used slots.
     child_count: usize,
@@ -51,6 +53,7 @@ impl LightTreeNode {
             cos_theta_e: [0.0; LANES],
             two_sided: [false; LANES],
             phi: [0.0; LANES],
+            lights: [[0; 2]; LANES],
             children: [Child::Light(0); LANES],
             child_count: 0,
             parent: None,
