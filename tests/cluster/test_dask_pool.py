@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -11,8 +12,8 @@ from typing import Any
 
 import pytest
 from raycam.cluster import dask_pool as module
-from raycam.jobs import scheduler
-from support.cluster_faults import poison, scheduler_lost, storm
+from raycam.jobs import Job, scheduler
+from support.cluster_faults import film, poison, scheduler_lost, storm
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
@@ -56,6 +57,21 @@ def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
 
 def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: module.DaskPool) -> None:
     poison(tmp_path, dask_pool, frames=8, number=3)
+
+
+def test_processes_that_dask_gives_up_are_started_anew(tmp_path: Path) -> None:
+    # A nanny ends when a process does not start in time, as on a machine under heavy load.
+    async def end(pool: module.DaskPool) -> None:
+        for nanny in pool._cluster.workers.values():
+            await nanny.close(reason="nanny-start-failed")
+
+    with contextlib.closing(module.connect("local:2")) as pool:
+        job = Job(tmp_path / "job", film(seconds=1.0, fps=6, seed=4).package())
+        pool._cluster.sync(end, pool)
+        assert {nanny.status.name for nanny in pool._cluster.workers.values()} == {"closed"}
+        job.run(pool)
+        assert job.status().finished == 6
+        assert len(pool._cluster.workers) == 2
 
 
 def test_losing_the_scheduler_loses_no_finished_frame(tmp_path: Path) -> None:

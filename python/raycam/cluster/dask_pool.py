@@ -111,6 +111,7 @@ class DaskPool:
         tell: Callable[[str], object] = warn,
     ) -> None:
         self._client, self._cluster, self._tell = client, cluster, tell
+        self._processes = 0 if cluster is None else len(cluster.workers)
         self._alone_since: float | None = None
         self._next_report = SILENCE_TIMEOUT
         self._polled_at = float("-inf")
@@ -193,8 +194,24 @@ class DaskPool:
             self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
             if self._registry is not None:
                 self._registry.poll(self._workers)
+        self._restart()
         self._cancel()
         self._report_waiting()
+
+    def _restart(self) -> None:
+        """Starts the processes of this pool's own cluster anew that Dask has given up.
+
+        A nanny starts a process again that died, and ends if that takes longer than its timeout, as under heavy load.
+        """
+        if self._cluster is None:
+            return
+        ended = [
+            name for name, nanny in self._cluster.workers.items() if nanny.status.name in ("closed", "failed")
+        ]
+        if ended:
+            with contextlib.suppress(Exception):  # tried again at the next poll
+                self._cluster.sync(self._cluster.scale_down, ended)
+                self._cluster.scale(self._processes)
 
     def _cancel(self) -> None:
         """Cancels frames whose workers have all gone.

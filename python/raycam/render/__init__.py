@@ -103,8 +103,8 @@ def render(
     * `max_depth` (no limit): the maximum number of path segments. 1 shows emitters only, 2 adds direct light, and so
       on.
     * `clamp` (off): the maximum radiance of a sample. It removes fireflies and darkens the picture; a notice counts the
-      clamped samples. Without it, a whole picture by "path" of 256 samples or more has a notice of its fireflies: pixels
-      more than 20 times as bright as the median around by a single path, with its light and objects.
+      clamped samples. Without it, a whole picture by "path" of 256 samples or more has a notice of its fireflies,
+      pixels more than 20 times as bright as the median around by a single path, with its light and objects.
     * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box" or "blackman-harris")
       is the reconstruction filter. `channels` names the channels of the frame, "all" for all of them.
     * `surface` ("first"): ground truth describes the first triangle on the pixel's centre ray, of any material. With
