@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import raycam
 import yaml
+from raycam.cli import main
 from raycam.dataset import write
 from raycam.dataset.training.yolo import joined, rectangle
 from support.box_table import SIZE, picture, ring, table, truth
@@ -324,6 +325,15 @@ def test_the_contact_sheet_has_every_label(tmp_path: Path) -> None:
         assert page.count("<g>") == len(data["annotations"])
     with pytest.raises(raycam.SettingsError, match="expected a data set"):
         contact_sheet(tmp_path)
+
+
+def test_the_command_writes_the_contact_sheet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(table(), tmp_path, "coco", cameras=ring(2), samples=1)
+    assert main(["dataset", "--show", str(tmp_path)]) == 0
+    assert "contact_sheet.html" in capsys.readouterr().out
+    assert (tmp_path / "contact_sheet.html").read_text().count("<svg class=labels") == 2
+    assert main(["dataset", "--show", str(tmp_path / "none")]) != 0
+    assert "none" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
