@@ -57,7 +57,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
 }
 
 /// The quaternion with length 1; unchanged where it has that nearly.
-fn unit(quaternion: [f64; 4]) -> [f64; 4] {
+pub(crate) fn unit(quaternion: [f64; 4]) -> [f64; 4] {
     let length = quaternion.iter().map(|value| value * value).sum::<f64>().sqrt();
     if (length - 1.0).abs() < 1e-6 { quaternion } else { quaternion.map(|value| value / length) }
 }
