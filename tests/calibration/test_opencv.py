@@ -428,3 +428,12 @@ def test_other_names_of_lenses_are_errors(tmp_path: Path, key: str) -> None:
     (camera,) = raycam.load_cameras(path).values()
     assert camera.distortion is not None
     assert camera.distortion[:2].tolist() == [0.1, 0.2]
+
+
+@pytest.mark.parametrize("flag", [True, 1, 1.0, np.int64(1), np.uint8(1)])
+def test_flags_are_read_of_any_array(tmp_path: Path, flag: Any) -> None:
+    coefficients = np.array([0.02, -0.01, 0.003, -0.001])
+    np.savez(tmp_path / "a.npz", K=K, D=coefficients[:, None], image_size=np.array([640, 480]), fisheye=flag)
+    (camera,) = raycam.load_cameras(tmp_path / "a.npz").values()
+    assert camera.model == "fisheye"
+    np.testing.assert_array_equal(camera.distortion, coefficients)

@@ -154,6 +154,49 @@ def test_metashapes_slaves_stand_by_their_masters(tmp_path: Path) -> None:
     assert "1 cameras without a transform" in said
 
 
+def test_metashapes_masters_may_be_of_any_sensor_of_the_rig(tmp_path: Path) -> None:
+    # Sensor 1 is mounted on sensor 0, sensor 2 on sensor 1; the master in the list of cameras is of sensor 1.
+    (R, C), (turn, place), (turn2, place2) = pose(1), pose(5), pose(6)
+    size = '<resolution width="640" height="480"/>'
+    calibration = f'<calibration type="frame" class="adjusted">{size}<f>500</f></calibration>'
+    body = f"{size}{calibration}"
+    sensors = f'<sensor id="0" type="frame">{body}</sensor><sensor id="4" type="frame">{body}</sensor>'
+    for own, master, r, c in (("1", "0", turn, place), ("2", "1", turn2, place2)):
+        mount = f"<rotation>{text(r)}</rotation><location>{text(c)}</location>"
+        sensors += f'<sensor id="{own}" type="frame" master_id="{master}">{body}{mount}</sensor>'
+    cameras = f'<camera id="0" sensor_id="1" label="m"><transform>{text(four(R.T, C))}</transform></camera>'
+    for label, own in (("a", "0"), ("b", "2"), ("same", "1"), ("other rig", "4")):
+        cameras += f'<camera id="{label}" sensor_id="{own}" master_id="0" label="{label}"/>'
+    file = tmp_path / "cameras.xml"
+
+    def write(sensors: str) -> None:
+        chunk = f'<chunk label="1"><sensors>{sensors}</sensors><cameras>{cameras}</cameras></chunk>'
+        file.write_text(f'<document version="2.0.0">{chunk}</document>')
+
+    write(sensors)
+    found = raycam.load_cameras(file)
+    assert list(found) == ["m", "a", "b", "same"]
+    chunk_from_m = four(R.T, C)
+    expected = {
+        "m": chunk_from_m,
+        "a": chunk_from_m @ np.linalg.inv(four(turn, place)),
+        "b": chunk_from_m @ four(turn2, place2),
+        "same": chunk_from_m,
+    }
+    for name, camera in found.items():
+        check(camera, intrinsics(500, 500, 320, 240), expected[name][:3, :3].T, expected[name][:3, 3])
+    assert "3 cameras of slave sensors" in " ".join(found.notices)
+    assert "left out: other rig" in " ".join(found.notices)
+    write(
+        sensors.replace(
+            '<sensor id="0" type="frame">',
+            '<sensor id="0" type="frame" master_id="2"><location>0 0 1</location>',
+        )
+    )
+    with pytest.raises(FormatError, match="master of its own master"):
+        raycam.load_cameras(file)
+
+
 def test_an_old_lens_alone(tmp_path: Path) -> None:
     file = tmp_path / "lens.xml"
     terms = {

@@ -172,3 +172,88 @@ def test_names_with_spaces_in_text_models(tmp_path: Path) -> None:
     (tmp_path / "images.txt").write_text("".join(line.split("\n")[0] + "\n" for line in lines))
     with pytest.raises(FormatError, match="the line of an image"):
         raycam.load_cameras(tmp_path)
+
+
+OST = """# oST version 5.0 parameters
+
+
+[image]
+
+width
+640
+
+; height in pixels
+height
+480
+
+[narrow_stereo/left]
+
+camera matrix
+{k}
+
+distortion
+{d}
+
+rectification
+{r}
+
+projection
+{p}
+
+"""
+
+
+def ost(K: np.ndarray, d: list[float], R: np.ndarray, P: np.ndarray) -> str:
+    def rows(matrix: np.ndarray) -> str:
+        return "\n".join(" ".join(f"{value:.6f}" for value in row) for row in np.atleast_2d(matrix))
+
+    return OST.format(k=rows(K), d=rows(np.array(d)), r=rows(R), p=rows(P))
+
+
+def test_the_text_of_camera_calibration(tmp_path: Path) -> None:
+    K = np.array([[369.344588, 0, 320.739078], [0, 367.15433, 203.59245], [0, 0, 1]])
+    d = [0.189544, -0.018229, -0.00063, 0.000054, -0.000212]
+    points = np.random.default_rng(3).uniform([-0.4, -0.3, 1], [0.4, 0.3, 3], (40, 3))
+    seen = cv2.projectPoints(points, np.zeros(3), np.zeros(3), K, np.array(d))[0][:, 0]
+    P = np.column_stack([K, np.zeros(3)])
+    for name in ("ost.txt", "camera.ini"):
+        (tmp_path / name).write_text(ost(K, d, np.eye(3), P))
+        cameras = raycam.load_cameras(tmp_path / name)
+        assert list(cameras) == ["narrow_stereo/left"]
+        assert cameras["narrow_stereo/left"].size == (640, 480)
+        np.testing.assert_allclose(cameras["narrow_stereo/left"].project(points)[0], seen, atol=1e-6)
+    # Of a pair, both in one file: the baseline is in the second P.
+    R = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
+    left = ost(K, d, np.eye(3), P)
+    P[0, 3] = -0.25 * P[0, 0]
+    right = ost(K, [0.0] * 5, R, P).replace("/left", "/right")
+    (tmp_path / "ost.txt").write_text(left + right)
+    rig = raycam.load_cameras(tmp_path / "ost.txt").rigs["rig"]
+    np.testing.assert_allclose(rig["left"].project(points)[0], seen, atol=1e-6)
+    np.testing.assert_allclose(rig["right"].C, [0.25, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(rig["right"].R, R.T, atol=1e-12)
+    (tmp_path / "pair").mkdir()
+    for side, text in (("left", left), ("right", right)):
+        (tmp_path / "pair" / f"{side}.ini").write_text(text)
+    assert raycam.load_cameras(tmp_path / "pair").rigs["rig"] == rig
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("camera matrix\n5", "camera matrix\nfive 5", "not known"),
+        ("distortion\n", "distortions\n", r"'distortions'|\"distortions\""),
+        ("[image]", "[images]", "not a calibration"),
+        ("width\n640", "width\n", "image_width is missing"),
+        ("0.000000 0.000000 1.000000\n\ndistortion", "\ndistortion", "6 numbers, expected 9"),
+        ("[narrow_stereo/left]", "", "image"),
+        ("# oST", "5 # oST", "before the first section"),
+    ],
+)
+def test_damaged_text_of_camera_calibration(tmp_path: Path, old: str, new: str, reason: str) -> None:
+    K = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
+    text = ost(K, [0.1, 0, 0, 0, 0], np.eye(3), np.column_stack([K, np.zeros(3)]))
+    assert old in text
+    (tmp_path / "ost.txt").write_text(text.replace(old, new, 1))
+    with pytest.raises(FormatError, match=reason):
+        raycam.load_cameras(tmp_path / "ost.txt")

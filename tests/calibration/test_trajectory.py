@@ -197,6 +197,38 @@ def test_open3d(tmp_path: Path) -> None:
         raycam.load_cameras(file)
 
 
+def pose_graph(count: int) -> dict[str, Any]:
+    version = {"version_major": 1, "version_minor": 0}
+    nodes = [
+        {"class_name": "PoseGraphNode", "pose": world_from_camera(i).T.ravel().tolist(), **version}
+        for i in range(count)
+    ]
+    edge = {
+        "class_name": "PoseGraphEdge",
+        "confidence": 1.0,
+        "information": np.eye(6).ravel().tolist(),
+        "source_node_id": 0,
+        "target_node_id": 1,
+        "transformation": np.eye(4).ravel().tolist(),
+        "uncertain": False,
+        **version,
+    }
+    return {"class_name": "PoseGraph", "edges": [edge], "nodes": nodes, **version}
+
+
+def test_the_nodes_of_open3ds_pose_graph(tmp_path: Path) -> None:
+    file = tmp_path / "fragment_optimized.json"
+    file.write_text(json.dumps(pose_graph(3), indent="\t"))
+    cameras = raycam.load_cameras(file, intrinsics=EYE)
+    check_all(cameras, 3)
+    assert any("edges are not read" in notice for notice in cameras.notices)
+    graph = pose_graph(2)
+    graph["nodes"][1]["pose"] = world_from_camera(1).ravel().tolist()
+    file.write_text(json.dumps(graph))
+    with pytest.raises(FormatError, match=r"nodes\[1\].pose: by columns"):
+        raycam.load_cameras(file, intrinsics=EYE)
+
+
 def test_redwood(tmp_path: Path) -> None:
     file = tmp_path / "a.log"
     file.write_text("".join(f"{i} {i} 0.97\n{rows(world_from_camera(i))}" for i in range(3)))
@@ -357,3 +389,98 @@ def test_poses_in_npz(tmp_path: Path) -> None:
     cameras = raycam.load_cameras(tmp_path / "a.npz", intrinsics=EYE)
     check_all(cameras, 4)
     assert any("focal" in notice for notice in cameras.notices)
+
+
+@pytest.mark.parametrize("inner", ["", "pose", "poses"])
+@pytest.mark.parametrize("ending", [".npy", ".npz", ".csv", ".json", ".txt"])
+def test_a_folder_has_a_file_for_each_pose(tmp_path: Path, ending: str, inner: str) -> None:
+    folder = tmp_path / "scene" / inner
+    folder.mkdir(parents=True)
+    for i in range(12):
+        matrix, file = world_from_camera(i), folder / f"frame_{i}{ending}"
+        if ending == ".npy":
+            np.save(file, matrix[:3] if i % 2 else matrix)
+        elif ending == ".npz":
+            np.savez_compressed(file, pose=matrix)
+        elif ending == ".json":
+            file.write_text(json.dumps(matrix.tolist()))
+        else:
+            file.write_text(rows(matrix).replace(" ", "," if ending == ".csv" else " "))
+    picture(tmp_path / "scene/rgb/frame_0.png")
+    (tmp_path / "scene/intrinsics.txt").write_text(rows(K))
+    cameras = raycam.load_cameras(tmp_path / "scene")
+    check_all(cameras, 12)
+    assert list(cameras) == [f"frame_{i}" for i in range(12)]
+    if inner:
+        assert cameras["frame_3"].size == SIZE
+
+
+def test_folders_of_arrays_say_what_is_wrong(tmp_path: Path) -> None:
+    for i in range(3):
+        np.savez(tmp_path / f"{i}.npz", w2c=np.linalg.inv(world_from_camera(i)))
+    cameras = raycam.load_cameras(tmp_path, intrinsics=EYE)
+    check_all(cameras, 3)
+    assert any("camera_from_world by the file's name" in notice for notice in cameras.notices)
+    np.savez(tmp_path / "2.npz", c2w=world_from_camera(2))
+    with pytest.raises(FormatError, match=r"2\.npz.*\"c2w\".*expected the same"):
+        raycam.load_cameras(tmp_path, intrinsics=EYE)
+    np.savez(tmp_path / "2.npz", w2c=np.zeros((3, 3)))
+    with pytest.raises(FormatError, match=r"2\.npz.*no poses.*w2c \[3, 3\]"):
+        raycam.load_cameras(tmp_path, intrinsics=EYE)
+    np.savez(tmp_path / "2.npz", w2c=np.full((4, 4), -np.inf))
+    assert any("1 lost frames" in notice for notice in raycam.load_cameras(tmp_path, intrinsics=EYE).notices)
+
+
+def test_poses_of_any_archive(tmp_path: Path) -> None:
+    stack = np.array(list(NAMED.values()))
+    file = tmp_path / "a.npz"
+    np.savez(file, stack)
+    check_all(raycam.load_cameras(file, intrinsics=EYE), 4)
+    np.savez(file, **NAMED)
+    cameras = raycam.load_cameras(file, intrinsics=EYE)
+    check_all(cameras, 4)
+    assert list(cameras) == list(NAMED)
+    # More numbers than a document holds.
+    np.savez(file, poses=np.tile(stack, (1300, 1, 1)), depth=np.zeros((4, 300, 300), np.float32))
+    cameras = raycam.load_cameras(file, intrinsics=EYE)
+    assert len(cameras) == 5200
+    check(cameras["005199"], K, *pose(3))
+    assert any("depth" in notice for notice in cameras.notices)
+    np.savez(file, poses=stack, w2c=stack)
+    with pytest.raises(FormatError, match="poses under poses and w2c: which"):
+        raycam.load_cameras(file, intrinsics=EYE)
+    np.savez(file, poses=stack, dist_coef=np.ones(5))
+    with pytest.raises(FormatError, match=r"dist_coef.*looks like a lens"):
+        raycam.load_cameras(file, format="poses", intrinsics=EYE)
+    np.savez(file, poses=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(FormatError, match=r"never opened|no poses"):
+        raycam.load_cameras(file, intrinsics=EYE)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.5, 0.98, 2.0])
+def test_a_quaternion_has_the_length_1(tmp_path: Path, length: float) -> None:
+    R, C = pose(1)
+    x, y, z, w = length * Rotation.from_matrix(R.T).as_quat()
+    c = [float(v) for v in C]
+    graph = {
+        "T_imu_cam": [dict(zip(("px", "py", "pz", "qx", "qy", "qz", "qw"), [*c, x, y, z, w], strict=True))]
+    }
+    kinds = {"camera_type": "pinhole", "intrinsics": {"fx": 520.5, "fy": 518.25, "cx": 321.0, "cy": 242.5}}
+    files = {
+        "a.txt": f"0.5 {' '.join(map(repr, [*c, float(x), float(y), float(z), float(w)]))}\n",
+        "a.csv": f"1403636580838555648,{','.join(map(repr, [*c, float(w), float(x), float(y), float(z)]))}\n",
+        "a.json": json.dumps({"value0": {**graph, "intrinsics": [kinds], "resolution": [[640, 480]]}}),
+        "metadata": json.dumps(
+            {"w": 640, "h": 480, "fps": 30, "K": K.T.ravel().tolist(), "poses": [[x, y, z, w, *c]]}
+        ),
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+        with pytest.raises(FormatError, match=rf"{name}.*quaternion of length {length:.4f}.*expected 1"):
+            raycam.load_cameras(tmp_path / name, intrinsics=EYE)
+
+
+def test_a_rounded_quaternion_is_one(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("0.5 1 2 3 0 0 0.71 0.71\n")
+    (camera,) = raycam.load_cameras(tmp_path / "a.txt", intrinsics=EYE).values()
+    check(camera, K, Rotation.from_euler("z", -90, degrees=True).as_matrix(), np.array([1.0, 2, 3]))

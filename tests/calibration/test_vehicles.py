@@ -101,7 +101,7 @@ def test_nuscenes_says_what_is_wrong(tmp_path: Path) -> None:
     rows = json.loads((tmp_path / "calibrated_sensor.json").read_text())
     rows[1]["rotation"] = [2, 0, 0, 0]
     table(tmp_path, "calibrated_sensor", rows)
-    with pytest.raises(FormatError, match=r"calibrated_sensor.json.*rotation.*length of 2"):
+    with pytest.raises(FormatError, match=r"calibrated_sensor.json.*rotation: a quaternion of length 2"):
         raycam.load_cameras(tmp_path)
 
 

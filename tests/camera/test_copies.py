@@ -44,15 +44,66 @@ def test_a_crop_is_a_part_of_the_picture() -> None:
         camera().cropped(0.5, 0, 10, 10)  # type: ignore[arg-type]
 
 
+def border_rule(sides: list[np.ndarray], balance: float) -> np.ndarray:
+    """OpenCV's rule for K [3, 3], of points of the plane z = 1 that the left, right, upper and lower sides show."""
+    made, everything = np.eye(3), np.concatenate(sides)
+    for axis, last in ((0, 639.0), (1, 479.0)):
+        first, second = (side[:, axis] for side in sides[2 * axis : 2 * axis + 2])
+        inner = (first.max(), second.min())
+        outer = (everything[:, axis].min(), everything[:, axis].max())
+        ends = [(last / (high - low), -low * last / (high - low)) for low, high in (inner, outer)]
+        made[axis, [axis, 2]] = (1 - balance) * np.array(ends[0]) + balance * np.array(ends[1])
+    return made
+
+
+def border(columns: int, rows: int) -> list[np.ndarray]:
+    """The pixels [n, 2] of the left, right, upper and lower sides of the picture."""
+    u, v = np.linspace(0, 639, columns), np.linspace(0, 479, rows)
+    upright = [np.column_stack([np.full(rows, x), v]) for x in (0.0, 639.0)]
+    return upright + [np.column_stack([u, np.full(columns, y)]) for y in (0.0, 479.0)]
+
+
+def undistort(pixels: np.ndarray, lens: np.ndarray) -> np.ndarray:
+    """Points [n, 2] of the plane z = 1, whose pixels are those by `cv2.projectPoints`."""
+    found = (pixels - K[:2, 2]) / [K[0, 0], K[1, 1]]
+    for _ in range(200):
+        seen = cv2.projectPoints(
+            np.column_stack([found, np.ones(len(found))]), np.zeros(3), np.zeros(3), K, lens
+        )[0]
+        found = found + (pixels - seen[:, 0]) / [K[0, 0], K[1, 1]]
+    return found
+
+
+STRONG = np.array([-0.35, 0.15, 0.0, 0.0, -0.02])
+
+
+@pytest.mark.parametrize("lens", [BROWN, STRONG])
 @pytest.mark.parametrize("balance", [0.0, 0.4, 1.0])
-def test_undistorted_is_opencvs_new_camera_matrix(balance: float) -> None:
-    ours = camera().undistorted(balance)
-    theirs, _ = cv2.getOptimalNewCameraMatrix(K, BROWN, (640, 480), balance)
-    # OpenCV looks at nine points of each border, here are all.
-    np.testing.assert_allclose(ours.K, theirs, rtol=2e-3, atol=0.5)
+def test_undistorted_is_opencvs_new_camera_matrix(balance: float, lens: np.ndarray) -> None:
+    ours = camera().replace(distortion=lens).undistorted(balance)
+    theirs, _ = cv2.getOptimalNewCameraMatrix(K, lens, (640, 480), balance)
+
+    # Its own: nine points of each side, and five steps of its inverse of the lens, which are not all of it.
+    nine = [cv2.undistortPoints(side[:, None], K, lens)[:, 0] for side in border(9, 9)]
+    np.testing.assert_allclose(border_rule(nine, balance), theirs, atol=1e-9)
+    # Ours: the same rule of all points, with the inverse.
+    exact = [undistort(side, lens) for side in border(640, 480)]
+    np.testing.assert_allclose(ours.K, border_rule(exact, balance), atol=1e-9)
+    assert np.abs(ours.K - theirs).max() < 0.25
     assert ours.model == "pinhole"
-    half = camera().replace(pixel_center="half").undistorted(balance)
+    half = camera().replace(distortion=lens, pixel_center="half").undistorted(balance)
     assert half == ours.replace(pixel_center="half") or np.allclose(half.K[:2, 2], ours.K[:2, 2] + 0.5)
+
+
+@pytest.mark.parametrize("lens", [BROWN, STRONG])
+def test_nothing_beside_the_picture_is_in_the_undistorted_one(lens: np.ndarray) -> None:
+    given = camera().replace(distortion=lens)
+    shown = given.undistorted(0.0).pixel_map(given).reshape(-1, 2)
+    assert shown.min() > -1e-4
+    assert (shown.max(axis=0) - [639, 479]).max() < 1e-4
+    # And nothing is given away: each side is reached.
+    assert (shown.min(axis=0) < 1e-3).all()
+    assert (shown.max(axis=0) > [638.999, 478.999]).all()
 
 
 def test_the_map_is_that_of_opencv() -> None:

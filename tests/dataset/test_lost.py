@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 import raycam
-from raycam.dataset import write
+from raycam.dataset import FORMATS, write
 from support.box_table import picture
 
 
@@ -110,6 +110,22 @@ def test_pictures_keep_the_names_of_their_source(tmp_path: Path) -> None:
     write(wall(3.5), tmp_path / "numbers", "coco", cameras=list(given.values()))
     rows = json.loads((tmp_path / "numbers/annotations/instances.json").read_text())["images"]
     assert [row["file_name"] for row in rows] == ["000000.png", "000001.png", "000002.png"]
+
+
+@pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap"}))
+def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str) -> None:
+    images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg"}
+    cameras = {"a": ahead(), "b": ahead().replace(C=[0.1, 0, 0])}
+    raycam.save_cameras(tmp_path / "t.json", cameras, "nerf", images=images)
+    given = raycam.load_cameras(tmp_path / "t.json")
+    write(wall(3.5), tmp_path / "set", format, cameras=given, samples=1)
+    rows = json.loads((tmp_path / "set/source_images.json").read_text())
+    assert [row["image"] for row in rows] == list(images.values())
+    assert [(row["view"], row["camera"]) for row in rows] == list(enumerate(given))
+    named = [path for path in (tmp_path / "set").rglob("*") if path.stem in ("IMG 1", "IMG_1")]
+    assert bool(named) == (format in ("coco", "colmap", "nerf", "yolo", "panoptic", "semantic"))
+    write(wall(3.5), tmp_path / "none", format, cameras=list(cameras.values()), samples=1)
+    assert not (tmp_path / "none/source_images.json").exists()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="OPENBLAS_CORETYPE")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,33 @@ def test_a_bag_has_what_was_rendered(tmp_path: Path) -> None:
     text = (tmp_path / "a" / "metadata.yaml").read_text()
     assert "message_count: 12" in text
     assert "nanoseconds: 1500000000" in text
+
+
+def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
+    # rosbags reads MCAP by itself, and has the definitions of the messages of its own.
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = importlib.import_module("rosbags.typesys")
+    rig = {"body": raycam.Rig.stereo(cameras()[0].pinhole(), 0.1)}
+    write(world(), tmp_path / "bag", "mcap", cameras=rig, fps=10.0, samples=1)
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    found: dict[str, Any] = {}
+    with rosbag2.Reader(tmp_path / "bag") as reader:
+        assert reader.message_count == 8
+        assert reader.duration == 1  # one moment, and the end is after it
+        for connection, stamp, raw in reader.messages():
+            found[connection.topic] = store.deserialize_cdr(raw, connection.msgtype)
+            assert stamp == 0
+    assert len(found) == 8
+    for name, camera in rig["body"].items():
+        (info,) = (value for topic, value in found.items() if name in topic and "info" in topic)
+        assert (info.width, info.height, info.header.frame_id) == (*SIZE, f"{name}_optical")
+        np.testing.assert_array_equal(info.k.reshape(3, 3), camera.K)
+        np.testing.assert_array_equal(info.r.reshape(3, 3), np.eye(3))
+        np.testing.assert_array_equal(info.p.reshape(3, 4)[:, :3], camera.K)
+        (pose,) = (value.pose for topic, value in found.items() if name in topic and "pose" in topic)
+        np.testing.assert_array_equal([pose.position.x, pose.position.y, pose.position.z], camera.C)
+        (depth,) = (value for topic, value in found.items() if name in topic and "depth" in topic)
+        assert (depth.encoding, depth.step, depth.is_bigendian) == ("32FC1", 4 * SIZE[0], 0)
 
 
 def test_quaternions_of_all_turns() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import raycam
 import yaml
+from raycam.cli import main
 from raycam.dataset import write
 from raycam.dataset.training.yolo import joined, rectangle
 from support.box_table import SIZE, picture, ring, table, truth
@@ -241,12 +242,49 @@ def test_hdf5(tmp_path: Path) -> None:
         assert {one["idx"] for one in attributes} == {key + 1 for key in objects_of(instance)}
 
 
-def test_hdf5_names_what_it_needs(tmp_path: Path) -> None:
-    try:
-        import h5py  # noqa: F401
-    except ImportError:
-        with pytest.raises(raycam.SettingsError, match=r"pip install 'raycam\[hdf5\]'"):
-            write(table(), tmp_path, "hdf5", cameras=ring(1))
+def test_hdf5_is_what_blenderprocs_viewer_takes_for_pictures(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    cameras = ring(2)
+    write(table(), tmp_path, "hdf5", cameras=cameras, samples=1)
+    assert sorted(path.name for path in tmp_path.glob("*.hdf5")) == ["0.hdf5", "1.hdf5"]
+    kinds = {
+        "colors": (np.uint8, (SIZE[1], SIZE[0], 3)),
+        "depth": (np.float32, SIZE[::-1]),
+        "distance": (np.float32, SIZE[::-1]),
+        "normals": (np.float32, (SIZE[1], SIZE[0], 3)),
+        "instance_segmaps": (np.int32, SIZE[::-1]),
+        "category_id_segmaps": (np.int32, SIZE[::-1]),
+    }
+    categories = {item.id: item.category for item in table().objects}
+    for number, camera in enumerate(cameras):
+        instance = truth(camera)
+        with h5py.File(tmp_path / f"{number}.hdf5", "r") as file:
+            values = {key: np.array(file[key]) for key in file}
+        # It shows what is neither text nor a list, and takes a leading axis of two for a stereo pair.
+        texts = {key for key, value in values.items() if np.issubdtype(value.dtype, np.bytes_)}
+        assert texts == {"instance_attribute_maps", "blender_proc_version"}
+        assert {key: (value.dtype, value.shape) for key, value in values.items() if key not in texts} == kinds
+        background = values["instance_segmaps"] == 0
+        np.testing.assert_array_equal(background, instance < 0)
+        assert (values["depth"][background] == 1e10).all()
+        np.testing.assert_array_equal(values["distance"][~background], truth(camera, "distance")[~background])
+        # Normals in Blender's axes of the camera (y up, z to the viewer), from 0 to 1: all face the viewer.
+        normals = 2 * values["normals"][~background] - 1
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+        v, u = np.nonzero(~background)
+        toward = -camera.rays(np.column_stack([u, v]))[1] @ camera.R.T * [1, -1, -1]
+        assert ((normals * toward).sum(axis=1) > 0).all()
+        numbers = {name: number for number, name in table().categories.items()}
+        for one in json.loads(values["instance_attribute_maps"].tobytes()):
+            mask = values["instance_segmaps"] == one["idx"]
+            assert one["category_id"] == numbers[str(categories[one["idx"] - 1])]
+            assert set(values["category_id_segmaps"][mask]) == {one["category_id"]}
+
+
+def test_hdf5_names_what_it_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "h5py", None)
+    with pytest.raises(raycam.SettingsError, match=r"pip install 'raycam\[hdf5\]'"):
+        write(table(), tmp_path, "hdf5", cameras=ring(1))
 
 
 def test_the_card_counts(tmp_path: Path) -> None:
@@ -287,6 +325,15 @@ def test_the_contact_sheet_has_every_label(tmp_path: Path) -> None:
         assert page.count("<g>") == len(data["annotations"])
     with pytest.raises(raycam.SettingsError, match="expected a data set"):
         contact_sheet(tmp_path)
+
+
+def test_the_command_writes_the_contact_sheet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(table(), tmp_path, "coco", cameras=ring(2), samples=1)
+    assert main(["dataset", "--show", str(tmp_path)]) == 0
+    assert "contact_sheet.html" in capsys.readouterr().out
+    assert (tmp_path / "contact_sheet.html").read_text().count("<svg class=labels") == 2
+    assert main(["dataset", "--show", str(tmp_path / "none")]) != 0
+    assert "none" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

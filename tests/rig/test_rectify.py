@@ -48,6 +48,29 @@ def test_points_are_where_opencv_s_maps_take_them() -> None:
     np.testing.assert_allclose(rows[0], rows[1], atol=1e-9)
 
 
+@pytest.mark.parametrize("alpha", [-1.0, 0.0, 1.0])
+def test_the_maps_are_opencv_s(alpha: float) -> None:
+    rig = pair()
+    R1, R2, P1, P2, *_ = cv2.stereoRectify(
+        K1, D1, K2, D2, SIZE, TURN, STEP, flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha
+    )
+    made = rig.rectified(K=P1[:, :3])
+    # P of the second, in the axes of the first: the baseline in pixels.
+    np.testing.assert_allclose(-P1[0, 0] * made.baseline()[0], P2[0, 3], atol=1e-9)
+    u, v = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
+    grid = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
+    for name, other, K, D, R, P in (("a", "left", K1, D1, R1, P1), ("b", "right", K2, D2, R2, P2)):
+        # The exact pixel, in float64.
+        seen = grid @ np.linalg.inv(P[:, :3]).T @ R
+        exact, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, D)
+        origin, directions = made[other].rays(grid[:, :2])
+        np.testing.assert_allclose(rig[name].project(origin + directions)[0], exact[:, 0], atol=1e-6)
+        # The tables, which are float32: one unit of the last place at most.
+        x, y = cv2.initUndistortRectifyMap(K, D, R, P[:, :3], SIZE, cv2.CV_32FC1)
+        ours = made[other].pixel_map(rig[name])
+        np.testing.assert_allclose(ours, np.stack([x, y], axis=-1), atol=6.2e-5)
+
+
 def test_the_middles_of_the_pictures_are_in_the_middle() -> None:
     rig = pair()
     made = rig.rectified()

@@ -129,8 +129,9 @@ class Copies:
         of it is in the picture; between them, K is a mean. `pixel_map` is the map between the pictures. Raises
         `CameraError` for parallel rays, and for lenses that see too far to the side for the `balance`.
 
-        Source: OpenCV, `getOptimalNewCameraMatrix`, with `balance` for its `alpha`, and with all pixels of the border
-        for its nine by nine.
+        Source: OpenCV, `getOptimalNewCameraMatrix`, with `balance` for its `alpha`. It looks at nine points a side and
+        takes five steps of its inverse of the lens; here are all pixels of the border and the exact inverse. For
+        strong lenses (k1 = -0.35), K differs by up to 0.2 pixels.
         """
         camera: Any = self
         share = number("balance", balance)

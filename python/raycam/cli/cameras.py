@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..calibration import WRITTEN_FORMATS, Cameras, save_cameras
-from ._options import Command, add_known, calibration_file, numbers, print_notices
+from ._options import Command, add_known, calibration_file, print_notices
+from .options.copies import add_copies, copies_of, has_copies
 from .options.rigs import cameras_in
-
-if TYPE_CHECKING:
-    from ..camera import Camera
-    from ..rig import Rig
 
 ENDINGS = {
     "opencv": ".yaml",
@@ -46,25 +42,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)"
     )
     add_known(command)
-    command.add_argument(
-        "--crop",
-        metavar="X,Y,WIDTH,HEIGHT",
-        type=numbers,
-        help="the cameras of a part of their pictures, after --size",
-    )
-    command.add_argument(
-        "--undistort",
-        metavar="BALANCE",
-        nargs="?",
-        type=float,
-        const=0.0,
-        help="the pinholes of the undistorted pictures, after --crop: 0 (default) shows no border, 1 all pixels",
-    )
-    command.add_argument(
-        "--maps",
-        metavar="NPZ",
-        help="with --undistort: write the tables of cv2.remap, [h, w, 2] float32 by camera",
-    )
+    add_copies(command)
     command.add_argument(
         "--time-offset",
         metavar="SECONDS",
@@ -92,7 +70,7 @@ def _run(options: argparse.Namespace) -> None:
         if name not in cameras:
             raise CameraError(nearest("camera", name, list(cameras)))
         cameras = {name: cameras[name]}
-    cameras = _edited(cameras, options)
+    cameras = copies_of(cameras, options)
     if options.to is None:
         if options.output is not None:
             raise SettingsError("-o goes with --to, the format to write")
@@ -103,7 +81,7 @@ def _run(options: argparse.Namespace) -> None:
     output = Path(
         options.output or f"{Path(file).stem}{'_' if name else ''}{Path(name).name}_{options.to}{ending}"
     )
-    if not (name or options.time_offset or _is_edited(options)):
+    if not (name or options.time_offset or has_copies(options)):
         images, times = {}, {}  # the records have them
     print_notices(save_cameras(output, cameras, options.to, images=images, times=times))
     loaded = isinstance(cameras, Cameras)
@@ -126,64 +104,6 @@ def _times(times: Mapping[str, float], offset: str | None) -> dict[str, float]:
     return {name: time - start for name, time in times.items()}
 
 
-def _is_edited(options: argparse.Namespace) -> bool:
-    return options.crop is not None or options.undistort is not None
-
-
-def _edited(cameras: Mapping[str, Camera | Rig], options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
-    """The cameras with `--crop` and `--undistort`; those of a file with one rig as that rig."""
-    from ..camera import Camera
-    from ..errors import SettingsError
-    from ..rig import Rig
-
-    if options.maps is not None and options.undistort is None:
-        raise SettingsError("--maps goes with --undistort, whose tables it writes")
-    if not _is_edited(options):
-        return cameras
-    if options.crop is not None and len(options.crop) != 4:
-        raise SettingsError("--crop expects X,Y,WIDTH,HEIGHT, as 0,0,320,240")
-    maps: dict[str, object] = {}
-
-    def edited(name: str, camera: Camera) -> Camera:
-        if options.crop is not None:
-            camera = camera.cropped(*options.crop)
-        if options.undistort is None:
-            return camera
-        made = camera.undistorted(options.undistort)
-        if options.maps is not None:
-            maps[name] = made.pixel_map(camera)
-        return made
-
-    def of_rig(rig: Rig, edit: Callable[[str, Camera], Camera]) -> Rig:
-        mounts = {name: edit(name, camera) for name, camera in rig.mounts.items()}
-        return Rig(mounts, rig.R, rig.C, name=rig.name, up=rig.up)
-
-    found: dict[str, Camera | Rig] = {}
-    for name, item in cameras.items():
-        found[name] = (
-            edited(name, item)
-            if isinstance(item, Camera)
-            else of_rig(item, lambda own, camera, name=name: edited(f"{name}/{own}", camera))  # type: ignore[misc]
-        )
-    rigs = cameras.rigs if isinstance(cameras, Cameras) else {}
-    if maps:
-        import numpy as np
-
-        np.savez_compressed(options.maps, **maps)  # type: ignore[arg-type]
-        print(f"{options.maps}: {len(maps)} table{'' if len(maps) == 1 else 's'} of cv2.remap")
-    if len(rigs) == 1 and len(rig := next(iter(rigs.values()))) == len(found):
-        return of_rig(rig, lambda name, camera: _at(found[name], camera))
-    return found
-
-
-def _at(camera: Camera | Rig, mount: Camera) -> Camera:
-    """A camera at the pose of a mount."""
-    from ..camera import Camera
-
-    assert isinstance(camera, Camera)
-    return camera.at_pose(mount.R, mount.location)
-
-
 COMMAND = Command(
     _add,
     "show cameras, and convert calibrations and poses between the formats of other tools",
@@ -195,5 +115,6 @@ COMMAND = Command(
         "raycam cameras sparse/0 --to nerf -o transforms.json",
         "raycam cameras poses.txt --intrinsics calib.yaml --to colmap -o model",
         "raycam cameras calib.yaml --undistort 0 --maps maps.npz --to opencv -o undistorted.yaml",
+        "raycam cameras stereo.yaml --rectify --maps maps.npz --to kalibr -o rectified.yaml",
     ],
 )

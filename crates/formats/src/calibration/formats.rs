@@ -200,11 +200,7 @@ fn read_folder(
             let calibration = read(&folder, &mut assets, known)?;
             finish(calibration, found, path, known)
         }
-        ([], []) => Err(FormatError::unsupported(
-            path,
-            "a folder in which raycam finds no calibration: a COLMAP model (also in sparse/0), transforms.json, pose/, \
-             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that names the whole; give a file of it",
-        )),
+        ([], []) => read_only_file(&folder, &wanted, known, budget),
         _ => {
             let files = files.iter().map(|(file, found, ..)| {
                 let file = file.strip_prefix(path).unwrap_or(file);
@@ -214,6 +210,53 @@ fn read_folder(
             Err(FormatError::unsupported(
                 path,
                 format!("a folder with several calibrations: give one of {}", names.collect::<Vec<_>>().join(", ")),
+            ))
+        }
+    }
+}
+
+/// The cameras of the only file of a folder that is a calibration, under any name.
+fn read_only_file(
+    folder: &Folder,
+    wanted: &dyn Fn(&CalibrationFormat) -> bool,
+    known: &ReadHints,
+    budget: &Budget,
+) -> Result<Calibration, FormatError> {
+    let mut found = Vec::new();
+    for file in open_folder::small_files(folder) {
+        let (source, inside) = open_folder::read_file(&folder.path, &file, budget)?;
+        if let Some(format) = detected(&source).filter(|format| wanted(format)) {
+            found.push((source, format, inside));
+        }
+    }
+    match &found[..] {
+        [] => Err(FormatError::unsupported(
+            &folder.path,
+            "a folder in which raycam finds no calibration: a COLMAP model (also in sparse/0), transforms.json, pose/, \
+             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that names the whole; give a file of it",
+        )),
+        [_] => {
+            let (source, format, mut inside) = found.remove(0);
+            let name = source.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
+            calibration
+                .notices
+                .push(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
+            Ok(calibration)
+        }
+        several => {
+            let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let some = several.iter().take(8);
+            let names: Vec<_> =
+                some.map(|(source, format, _)| format!("{} ({})", name(&source.path), format.name)).collect();
+            Err(FormatError::unsupported(
+                &folder.path,
+                format!(
+                    "a folder with {} calibrations, and none that names the whole: give one of {}{}",
+                    several.len(),
+                    names.join(", "),
+                    if several.len() > 8 { ", ..." } else { "" }
+                ),
             ))
         }
     }

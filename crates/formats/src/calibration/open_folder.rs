@@ -42,6 +42,29 @@ const FILES: [&[&str]; 29] = [
     &["camera.yaml", "camera.yml", "camera.json", "camera.xml"],
 ];
 
+/// Endings of calibrations, and the largest file and the most files of any name that are looked into.
+const ENDINGS: [&str; 17] = [
+    "yaml",
+    "yml",
+    "json",
+    "xml",
+    "txt",
+    "csv",
+    "npz",
+    "npy",
+    "ini",
+    "conf",
+    "out",
+    "sfm",
+    "log",
+    "traj",
+    "pincam",
+    "xmp",
+    "cameramodel",
+];
+const MAX_BYTES: u64 = 4 << 20;
+const MAX_FILES: usize = 64;
+
 /// A folder with the assets that its files may name: those beside it too.
 pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
     let root = match path.components().next_back() {
@@ -56,6 +79,17 @@ pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
 pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
     let first = |names: &&[&str]| names.iter().map(|name| folder.path.join(name)).find(|path| path.is_file());
     FILES.iter().filter_map(first).collect()
+}
+
+/// Small files of a folder whose endings are those of calibrations; none of a folder with too many of them.
+pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
+    let ending =
+        |path: &Path| path.extension().map(|ending| ending.to_ascii_lowercase().to_string_lossy().into_owned());
+    let known = |path: &PathBuf| ending(path).is_some_and(|ending| ENDINGS.contains(&ending.as_str()));
+    let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.is_file() && data.len() <= MAX_BYTES);
+    let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));
+    let found: Vec<PathBuf> = paths.filter(known).filter(small).take(MAX_FILES + 1).collect();
+    if found.len() > MAX_FILES { vec![] } else { found }
 }
 
 /// A file of a folder, with the assets that it may name.

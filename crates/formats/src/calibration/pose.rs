@@ -12,6 +12,22 @@ pub enum Rotation {
 }
 
 impl Rotation {
+    /// From a quaternion w, x, y, z, whose length may differ from 1 by rounding (1e-2).
+    ///
+    /// # Errors
+    /// A quaternion of another length: most often its numbers are other columns.
+    pub(crate) fn unit_quaternion(quaternion: [f64; 4]) -> Result<Self, String> {
+        let [w, x, y, z] = quaternion;
+        let length = w.hypot(x).hypot(y).hypot(z);
+        if length.is_nan() || (length - 1.0).abs() > 1e-2 {
+            return Err(format!(
+                "a quaternion of length {length:.4} (w {w}, x {x}, y {y}, z {z}); expected 1: are these its numbers, in \
+                 this order? w 1 and x y z 0 turn nothing"
+            ));
+        }
+        Ok(Self::Quaternion(quaternion))
+    }
+
     /// As a matrix.
     pub fn matrix(self) -> DMat3 {
         match self {

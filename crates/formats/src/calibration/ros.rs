@@ -1,5 +1,5 @@
-//! ROS CameraInfo: the YAML of `camera_info_manager` and the message itself (`sensor_msgs/msg/CameraInfo`), of ROS 1
-//! (D K R P) and 2 (d k r p). The camera is that of the raw picture: K and D, cropped and binned as `image_geometry`
+//! ROS CameraInfo: the YAML of `camera_info_manager`, the INI file that means the same, and the message itself
+//! (`sensor_msgs/msg/CameraInfo`), of ROS 1 (D K R P) and 2 (d k r p). The camera is that of the raw picture: K and D, cropped and binned as `image_geometry`
 //! does; R and P are those of the rectified one.
 
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
-use crate::calibration::document::{Cursor, check_rotation, yaml};
+use crate::calibration::document::{Cursor, DocumentNode, check_rotation, ini, yaml};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::folder::Folder;
 use crate::calibration::pose::Pose;
@@ -47,6 +47,9 @@ const KEYS: [&str; 24] = [
 ];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
+    if ini::detect(text) {
+        return true;
+    }
     let has = |word: &str| text.contains(word);
     let manager = has("image_width") && (has("projection_matrix") || has("distortion_model:"));
     let message = has("distortion_model:") && has("width:") && (has("binning_x") || has("P:") || has("p:"));
@@ -59,7 +62,7 @@ fn pair_of(folder: &Folder) -> Option<[String; 2]> {
         .map(|side| {
             let known = |name: &&String| {
                 let lower = name.to_lowercase();
-                lower.starts_with(side) && (lower.ends_with(".yaml") || lower.ends_with(".yml"))
+                lower.starts_with(side) && [".yaml", ".yml", ".ini"].iter().any(|ending| lower.ends_with(ending))
             };
             let mut found = folder.names.iter().filter(known);
             found.next().filter(|_| found.next().is_none()).cloned()
@@ -80,18 +83,35 @@ pub(crate) fn detect_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 /// The raw cameras of a rectified pair, in the axes of the rectified left one: P has the baseline, R the turns.
-pub(crate) fn read_pair(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
     let names = pair_of(folder).ok_or_else(|| FormatError::unsupported(&folder.path, "expected left and right"))?;
-    let mut calibration = Calibration::default();
-    for (name, side) in names.iter().zip(["left", "right"]) {
+    let mut sides = Vec::new();
+    for name in &names {
         let source = folder.read(name, assets)?;
-        let node = yaml::parse(source.text()?, &source.path)?;
-        let root = Cursor::root(&node, &source.path);
-        let mut found = read(&source, assets, hints)?;
+        let mut cameras = cameras(&source)?;
+        match (cameras.pop(), cameras.is_empty()) {
+            (Some(node), true) => sides.push((source, node)),
+            _ => return Err(FormatError::whole(&source.path, "several cameras, expected one of a pair")),
+        }
+    }
+    pair(&sides.iter().map(|(source, node)| (source, node)).collect::<Vec<_>>())
+}
+
+/// The documents of the cameras in a file.
+fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>, FormatError> {
+    let text = source.text()?;
+    match ini::detect(text) {
+        true => ini::cameras(text, &source.path),
+        false => Ok(vec![yaml::parse(text, &source.path)?]),
+    }
+}
+
+/// The cameras of a left and a right file.
+fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration, FormatError> {
+    let mut calibration = Calibration::default();
+    for ((source, node), side) in sides.iter().zip(["left", "right"]) {
+        let root = Cursor::root(node, &source.path);
+        let mut found = camera(source, &root)?;
         let Some(mut record) = found.records.pop() else { continue };
         record.name = side.into();
         let matrix = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
@@ -119,8 +139,22 @@ pub(crate) fn read_pair(
 }
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
-    let node = yaml::parse(source.text()?, &source.path)?;
-    let root = Cursor::root(&node, &source.path);
+    let found = cameras(source)?;
+    if let [left, right] = &found[..] {
+        // `ost.txt` of a stereo calibration.
+        return pair(&[(source, left), (source, right)]);
+    }
+    let mut calibration = Calibration::default();
+    for node in &found {
+        let found = camera(source, &Cursor::root(node, &source.path))?;
+        calibration.records.extend(found.records);
+        calibration.notices.extend(found.notices);
+    }
+    Ok(calibration)
+}
+
+/// The camera of a document.
+fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration, FormatError> {
     let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
     let mut notices = root.unknown_keys(&KEYS)?;
     let name = root
@@ -136,9 +170,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         None if d.is_empty() => "none",
         None => "plumb_bob",
     };
-    record.lens = distortion.as_ref().unwrap_or(&root).lens(model, &d)?;
+    record.lens = distortion.as_ref().unwrap_or(root).lens(model, &d)?;
     let full = size;
-    crop_and_bin(&root, &mut k, &mut size)?;
+    crop_and_bin(root, &mut k, &mut size)?;
     if size != full {
         notices.push(format!(
             "roi and binning: the camera takes {} x {} of {} x {} pixels, K as image_geometry has it",

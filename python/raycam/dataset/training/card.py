@@ -15,8 +15,9 @@ __all__ = ["card_files"]
 
 
 def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Index:
-    """Makes `dataset_card.json` and `dataset_card.md`, and `backgrounds.json` where a recipe draws backgrounds.
+    """Makes `dataset_card.json` and `dataset_card.md`, and lists of what the views are of.
 
+    Those are `source_images.json` where cameras have images, and `backgrounds.json` where a recipe draws backgrounds.
     The same data set has the same bytes.
     """
     table = card(format, plan, records, licence)
@@ -24,6 +25,16 @@ def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]],
     yield "dataset_card.md", [markdown(table).encode()]
     if plan.recipe is not None and plan.recipe.backgrounds is not None:
         yield "backgrounds.json", backgrounds(plan)
+    if any(view.image is not None for view in plan.shots):
+        yield "source_images.json", source_images(plan)
+
+
+def source_images(plan: Plan) -> Iterator[bytes]:
+    """Iterates over the text of the table of source images: a row for each view, by its number from 0."""
+    for number, view in enumerate(plan.shots):
+        row = {"view": number, "camera": view.label or view.name, "image": view.image}
+        yield (b",\n" if number else b"[\n") + json.dumps(row).encode()
+    yield b"\n]\n"
 
 
 def backgrounds(plan: Plan) -> Iterator[bytes]:

@@ -1,5 +1,6 @@
 //! Documents of YAML, JSON and XML as one tree of maps, lists and scalars, each with its line.
 
+pub(crate) mod ini;
 pub(crate) mod lens_keys;
 pub(crate) mod npy;
 pub(crate) mod number_format;

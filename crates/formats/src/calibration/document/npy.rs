@@ -14,6 +14,8 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 const MAX_ELEMENTS: usize = 1 << 16;
 /// Elements of the largest array that is read at all.
 const MAX_ARRAY: usize = 1 << 24;
+/// Bytes in which the header of an array ends.
+const MAX_HEADER: usize = 4096;
 
 /// The elements of an array, row by row.
 pub(crate) enum Elements {
@@ -44,6 +46,14 @@ pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
 pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
     let header = NpyHeader::parse(bytes).ok()?;
     Some(header.shape)
+}
+
+/// The shapes of the arrays in a `.npz` file, by their headers; None for another file.
+pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
+    let members = zip_members::members(bytes).ok()?;
+    let arrays = members.iter().filter(|member| member.name.ends_with(".npy"));
+    let shapes: Vec<_> = arrays.map(|member| shape(&member.start(bytes, MAX_HEADER)?)).collect::<Option<_>>()?;
+    (!shapes.is_empty()).then_some(shapes)
 }
 
 /// The arrays of a `.npz` file by name, in its order.
@@ -192,12 +202,18 @@ impl NumpyArray {
         }
     }
 
+    /// The reason why there are no numbers.
+    pub(crate) fn reason(&self) -> &str {
+        match &self.elements {
+            Elements::Unread(reason) => reason,
+            _ => "words",
+        }
+    }
+
     /// The array as lists of lists, for readers of documents.
     pub(crate) fn node(&self) -> DocumentNode {
         let words: Vec<String> = match &self.elements {
-            Elements::Numbers(values) if values.len() <= MAX_ELEMENTS => {
-                values.iter().map(|value| format!("{value:?}")).collect()
-            }
+            Elements::Numbers(values) if values.len() <= MAX_ELEMENTS => values.iter().map(f64::to_string).collect(),
             Elements::Words(words) if words.len() <= MAX_ELEMENTS => words.clone(),
             Elements::Unread(reason) => return scalar(reason.clone()),
             _ => return scalar(format!("an array of the shape {:?}", self.shape)),

@@ -1,7 +1,7 @@
 //! Formats that are recognised and not read, each with the way on.
 
 /// The name of a format, marks of which all are in its files, and the way on.
-const UNREAD: [(&str, &[&str], &str); 13] = [
+const UNREAD: [(&str, &[&str], &str); 11] = [
     ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
         "Azure Kinect's raw calibration",
@@ -13,7 +13,6 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
     ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
     ("NumPy's arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),
     ("the configuration of nerfstudio", &["!!python/object"], "give transforms.json of its data"),
-    ("oST, text", &["# oST version"], "give ost.yaml, which camera_calibration writes beside it"),
     (
         "DepthAI (OAK)",
         &["\"cameraData\"", "\"intrinsicMatrix\""],
@@ -25,7 +24,6 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
         &["\"pixel_aspect_ratio\"", "\"radial_distortion\"", "\"orientation\""],
         "orientation is R, position the centre: give them, K and the lens to Camera",
     ),
-    ("Open3D's pose graph", &["\"PoseGraph\""], "write the poses of its nodes as a .log or as JSON, by rows"),
     ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
 ];
 const PICKLE: &str = "it is never opened, because it may run code: save with np.savez, or as JSON";

@@ -79,15 +79,28 @@ pub(crate) fn members(bytes: &[u8]) -> Result<Vec<ZipMember>, String> {
 }
 
 impl ZipMember {
+    /// Its bytes as they are packed.
+    fn packed<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
+        let (name, extra) = (number(bytes, self.header + 26, 2)?, number(bytes, self.header + 28, 2)?);
+        let start = self.header + 30 + name + extra;
+        bytes.get(start..start.checked_add(self.packed)?)
+    }
+
+    /// The first bytes of the file, as many as it has up to a count; None where it is broken.
+    pub(crate) fn start(&self, bytes: &[u8], count: usize) -> Option<Vec<u8>> {
+        let packed = self.packed(bytes)?;
+        let mut start = Vec::new();
+        let read = match self.deflated {
+            true => DeflateDecoder::new(packed).take(count as u64).read_to_end(&mut start),
+            false => packed.take(count as u64).read_to_end(&mut start),
+        };
+        read.ok().map(|_| start)
+    }
+
     /// The bytes of the file.
     pub(crate) fn unpack(&self, bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>, FormatError> {
-        let place = || {
-            let (name, extra) = (number(bytes, self.header + 26, 2)?, number(bytes, self.header + 28, 2)?);
-            let start = self.header + 30 + name + extra;
-            bytes.get(start..start.checked_add(self.packed)?)
-        };
         let fail = || FormatError::whole(path, format!("{} in it is cut off", self.name));
-        let packed = place().ok_or_else(fail)?;
+        let packed = self.packed(bytes).ok_or_else(fail)?;
         let unpacked = if self.deflated { unpack(DeflateDecoder::new(packed), path, budget)? } else { packed.to_vec() };
         if unpacked.len() == self.size { Ok(unpacked) } else { Err(fail()) }
     }

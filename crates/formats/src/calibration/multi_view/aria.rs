@@ -53,12 +53,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 /// The pose of a quaternion and a translation.
 fn pose(at: &Cursor<'_>) -> Result<Pose, FormatError> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
-    let quaternion = first_of(&["quaternion_wxyz", "quaternionWxyz", "qvec"])?.array::<4>()?;
-    if quaternion.iter().map(|value| value * value).sum::<f64>() < 1e-6 {
-        return Err(at.fail("a quaternion of length 0"));
-    }
+    let turn = first_of(&["quaternion_wxyz", "quaternionWxyz", "qvec"])?;
+    let rotation = Rotation::unit_quaternion(turn.array()?).map_err(|message| turn.fail(message))?;
     let t = first_of(&["translation_xyz", "translationXyz", "translation"])?.array()?;
-    Ok(Pose::world_from_camera(Rotation::Quaternion(quaternion), DVec3::from_array(t)))
+    Ok(Pose::world_from_camera(rotation, DVec3::from_array(t)))
 }
 
 /// Size, K and lens of a model of the toolkit.

@@ -156,21 +156,47 @@ fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>, FormatError>
 }
 
 /// Chunk from the camera of a slave sensor, by the place of its master; None where neither is known.
-fn place_by_master(
-    at: &XmlElement<'_>,
-    master: &XmlElement<'_>,
-    sensors: &HashMap<&str, XmlElement<'_>>,
+///
+/// The master of a camera need not be of the sensor that is the master of its sensor: both stand on one rig.
+fn place_by_master<'a>(
+    at: &XmlElement<'a>,
+    master: &XmlElement<'a>,
+    sensors: &HashMap<&str, XmlElement<'a>>,
 ) -> Result<Option<(DMat3, DVec3)>, FormatError> {
-    // Rig from the sensor.
-    let mount = |at: &XmlElement<'_>| {
-        let sensor = at.attribute("sensor_id").and_then(|id| sensors.get(id));
-        let known = sensor.filter(|sensor| sensor.child("rotation").is_some() || sensor.child("location").is_some());
-        known.map(|sensor| Similarity::read(sensor, "location")).transpose()
+    let mount = |at: &XmlElement<'a>| rig_mount(at.attribute("sensor_id").unwrap_or_default(), sensors);
+    let (Some((r, c)), Some((rig, slave)), Some((other, own))) = (own_place(master)?, mount(at)?, mount(master)?)
+    else {
+        return Ok(None);
     };
-    let (Some((r, c)), Some(slave)) = (own_place(master)?, mount(at)?) else { return Ok(None) };
-    let own = mount(master)?.unwrap_or(Similarity::IDENTITY);
+    if rig != other && rig.is_some() && other.is_some() {
+        return Ok(None);
+    }
     let r = r * own.rotation.transpose();
     Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
+}
+
+/// The axes of a rig from those of a sensor, which is mounted on it directly or on another sensor, and the sensor whose
+/// axes they are (None where the file does not say); None for a slave without rotation and location.
+fn rig_mount<'a>(
+    id: &'a str,
+    sensors: &HashMap<&str, XmlElement<'a>>,
+) -> Result<Option<(Option<&'a str>, Similarity)>, FormatError> {
+    let (mut id, mut mount) = (id, Similarity::IDENTITY);
+    for _ in 0..=sensors.len() {
+        let Some(sensor) = sensors.get(id) else { return Ok(None) };
+        let master = sensor.attribute("master_id").filter(|master| *master != id);
+        if sensor.child("rotation").is_none() && sensor.child("location").is_none() {
+            return Ok(master.is_none().then_some((Some(id), mount)));
+        }
+        let own = Similarity::read(sensor, "location")?;
+        let translation = own.point(mount.translation);
+        mount = Similarity { rotation: own.rotation * mount.rotation, translation, scale: 1.0 };
+        match master {
+            Some(master) => id = master,
+            None => return Ok(Some((None, mount))),
+        }
+    }
+    Err(sensors[id].fail("a sensor is the master of its own master: expected one without master_id"))
 }
 
 /// World from chunk, with a scale.

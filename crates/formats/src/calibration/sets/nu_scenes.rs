@@ -55,15 +55,10 @@ fn by_token<'a>(root: &Cursor<'a>) -> Result<HashMap<&'a str, Cursor<'a>>, Forma
 
 /// The pose of a row, to the ego or to the world.
 fn pose(row: &Cursor<'_>) -> Result<Pose, FormatError> {
-    let [w, x, y, z] = row.require("rotation")?.array()?;
-    let length = (w * w + x * x + y * y + z * z).sqrt();
-    if (length - 1.0).abs() > 1e-3 {
-        return Err(row
-            .require("rotation")?
-            .fail(format_args!("a length of {length}, expected a unit quaternion w x y z")));
-    }
+    let at = row.require("rotation")?;
+    let rotation = Rotation::unit_quaternion(at.array()?).map_err(|message| at.fail(message))?;
     let c = DVec3::from_array(row.require("translation")?.array()?);
-    Ok(Pose::world_from_camera(Rotation::Quaternion([w, x, y, z]), c))
+    Ok(Pose::world_from_camera(rotation, c))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {

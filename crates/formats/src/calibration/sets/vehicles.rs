@@ -91,12 +91,9 @@ fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose, F
         if row.require("sensor_name")?.word()? == name {
             let number = |key: &str| row.require(key)?.number();
             let q = [number("qw")?, number("qx")?, number("qy")?, number("qz")?];
-            let length = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if (length - 1.0).abs() > 1e-3 {
-                return Err(row.fail(format_args!("qw qx qy qz: a length of {length}, expected a unit quaternion")));
-            }
+            let rotation = Rotation::unit_quaternion(q).map_err(|message| row.fail(message))?;
             let c = DVec3::new(number("tx_m")?, number("ty_m")?, number("tz_m")?);
-            return Ok(Pose::world_from_camera(Rotation::Quaternion(q), c));
+            return Ok(Pose::world_from_camera(rotation, c));
         }
     }
     Err(FormatError::whole(path, format!("no row of the sensor {name:?}")))

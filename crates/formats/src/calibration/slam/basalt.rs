@@ -32,7 +32,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let [width, height] = size.list()?.try_into().map_err(|_| size.fail("expected columns and rows"))?;
         record.size = Some([width.count()?, height.count()?]);
         let get = |key: &str| pose.require(key)?.number();
-        let rotation = Rotation::Quaternion([get("qw")?, get("qx")?, get("qy")?, get("qz")?]);
+        let rotation = Rotation::unit_quaternion([get("qw")?, get("qx")?, get("qy")?, get("qz")?])
+            .map_err(|message| pose.fail(message))?;
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(get("px")?, get("py")?, get("pz")?)));
         let kind = camera.require("camera_type")?;
         let numbers = camera.require("intrinsics")?;

@@ -44,14 +44,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         let [x, y, z, qw, qx, qy, qz] = values
             .and_then(|values| <[f64; 7]>::try_from(values).ok())
             .ok_or_else(|| fail("expected finite numbers".into()))?;
-        let length = qw.hypot(qx).hypot(qy).hypot(qz);
-        if (length - 1.0).abs() > 1e-2 {
-            return Err(fail(format!("a quaternion of length {length:.4} in columns 5 to 8; expected 1, w first")));
-        }
+        let rotation = Rotation::unit_quaternion([qw, qx, qy, qz])
+            .map_err(|message| fail(format!("columns 5 to 8, w first: {message}")))?;
         let mut record = CameraRecord::new(words[0], PixelCenter::Integer);
         // Whole seconds and the rest apart: fewer digits are lost.
         record.time = Some((stamp / 1_000_000_000) as f64 + (stamp % 1_000_000_000) as f64 / 1e9);
-        record.pose = Some(Pose::world_from_camera(Rotation::Quaternion([qw, qx, qy, qz]), DVec3::new(x, y, z)));
+        record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
     place_on_body(&mut calibration, hints, "the body (IMU or markers)");
@@ -59,7 +57,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
 }
 
 /// The quaternion with length 1; unchanged where it has that nearly.
-fn unit(quaternion: [f64; 4]) -> [f64; 4] {
+pub(crate) fn unit(quaternion: [f64; 4]) -> [f64; 4] {
     let length = quaternion.iter().map(|value| value * value).sum::<f64>().sqrt();
     if (length - 1.0).abs() < 1e-6 { quaternion } else { quaternion.map(|value| value / length) }
 }

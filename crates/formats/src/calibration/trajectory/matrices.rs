@@ -1,5 +1,5 @@
 //! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 in a line (`traj.txt` of Replica as
-//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM), an array [n, 4, 4] of
+//! NICE-SLAM has it), an index and 16 (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM), arrays [n, 4, 4] of
 //! NumPy, or JSON; K as such a file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts.
 
 use std::fmt::Write as _;
@@ -17,7 +17,7 @@ use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
-use crate::calibration::trajectory::matrix_tree::{self, FoundMatrices};
+use crate::calibration::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -87,40 +87,20 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         || matrix_tree::detect(source, text)
 }
 
-fn is_poses(shape: &[usize]) -> bool {
-    matches!(shape, [_, 3 | 4, 4] | [4, 4])
-}
-
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     let (path, stem) =
         (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
-    let mut key = String::new();
-    let poses = if npy::is_npy(&source.bytes) {
-        of_array(source)?
-    } else if let Some(found) = matrix_tree::read(source, assets)? {
-        key = found.key;
-        calibration.notices.extend(found.notices);
-        found.matrices
-    } else {
-        let text = source.text()?;
-        match layout(text) {
-            Some(MatrixLayout::Intrinsics) => {
-                let mut record = CameraRecord::new(stem, PixelCenter::Integer);
-                record.k = Some(intrinsics(text, path)?);
-                record.lens = lens_beside(source, assets, hints, &mut calibration)?;
-                calibration.records.push(record);
-                return Ok(calibration);
-            }
-            Some(layout) => matrices(text, path, layout)?,
-            None => {
-                return Err(FormatError::whole(
-                    path,
-                    "expected a 4x4 matrix in four lines, 16 numbers a line, an index and 16, or a list of them in JSON",
-                ));
-            }
-        }
-    };
+    let text = if npy::is_npy(&source.bytes) { "" } else { source.text().unwrap_or_default() };
+    if layout(text) == Some(MatrixLayout::Intrinsics) {
+        let mut record = CameraRecord::new(stem, PixelCenter::Integer);
+        record.k = Some(intrinsics(text, path)?);
+        record.lens = lens_beside(source, assets, hints, &mut calibration)?;
+        calibration.records.push(record);
+        return Ok(calibration);
+    }
+    let PosesOfTree { key, matrices: poses, notices } = poses_of(source, assets)?;
+    calibration.notices.extend(notices);
     let convention = convention_of(&format!("{stem} {key}"), hints, &mut calibration.notices);
     let alone = poses.len() == 1;
     let mut lost = 0;
@@ -141,6 +121,29 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         beside(assets, &mut calibration)?;
     }
     Ok(calibration)
+}
+
+/// The matrices of a file: an array of NumPy or several, a document, or a text of numbers.
+pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree, FormatError> {
+    let fail = |message: String| FormatError::whole(&source.path, message);
+    let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
+    if npy::is_npy(&source.bytes) {
+        let array = npy::array(&source.bytes).map_err(fail)?;
+        let found = matrix_tree::of_array(&array, None);
+        return found
+            .map(alone)
+            .ok_or_else(|| fail(format!("an array of {:?}, expected [n, 4, 4] or [n, 3, 4]", array.shape)));
+    }
+    if let Some(found) = matrix_tree::read(source, assets)? {
+        return Ok(found);
+    }
+    let text = source.text()?;
+    match layout(text) {
+        Some(layout) if layout != MatrixLayout::Intrinsics => matrices(text, &source.path, layout).map(alone),
+        _ => Err(fail(
+            "expected a 4x4 matrix in four lines, 16 numbers a line, an index and 16, or a list of them in JSON".into(),
+        )),
+    }
 }
 
 /// The rows of a pose; None for a lost frame, which has numbers that are not finite.
@@ -234,22 +237,6 @@ fn lens_beside(
         listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
     calibration.notices.push(format!("the lens is that of {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
-}
-
-/// The matrices of an array of NumPy.
-fn of_array(source: &InputFile) -> Result<FoundMatrices, FormatError> {
-    let fail = |message: String| FormatError::whole(&source.path, message);
-    let array = npy::array(&source.bytes).map_err(fail)?;
-    let numbers = array.numbers().filter(|_| is_poses(&array.shape));
-    let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}, expected [n, 4, 4]", array.shape)))?;
-    let rows = array.shape[array.shape.len() - 2];
-    let matrix = |part: &[f64]| {
-        let mut m = [0.0; 16];
-        m[15] = 1.0;
-        m[..part.len()].copy_from_slice(part);
-        (None, 1, m)
-    };
-    Ok(numbers.chunks_exact(4 * rows).map(matrix).collect())
 }
 
 /// K of Replica's `cam_params.json`, beside the trajectory or above it.

@@ -1,5 +1,6 @@
 //! Folders of poses, a 4x4 matrix for each picture: ScanNet's export (`pose/0.txt`, `intrinsic/`), 7-Scenes
-//! (`frame-000000.pose.txt`), tsdf-fusion's (`camera-intrinsics.txt` beside them). Source: ScanNet's SensorData.py.
+//! (`frame-000000.pose.txt`), tsdf-fusion's (`camera-intrinsics.txt` beside them), arrays of NumPy (`.npy`, `.npz`), CSV,
+//! JSON. Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
 use raycam_scene::PixelCenter;
@@ -9,7 +10,8 @@ use crate::calibration::folder::Folder;
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
-use crate::calibration::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, matrices};
+use crate::calibration::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, poses_of};
+use crate::calibration::trajectory::matrix_tree::PosesOfTree;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 
@@ -26,25 +28,35 @@ const INTRINSICS: [&str; 9] = [
     "camera.txt",
 ];
 
-/// The folder with the poses, and their names in it.
-fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<String>)> {
-    for inner in ["pose", "poses", ""] {
+/// Folders with the pictures of a scene.
+const PICTURES: [&str; 3] = ["color", "rgb", "images"];
+/// Folders of a scene that may have its poses; the last is the scene itself.
+const PLACES: [&str; 7] = ["pose", "poses", "cam_poses", "c2w", "w2c", "extrinsics", ""];
+/// Endings of files with one pose each; the first of which there is a file counts.
+const ENDINGS: [&str; 6] = [".pose.txt", ".txt", ".npy", ".npz", ".csv", ".json"];
+
+/// The folder with the poses, their names in it, and what the first of them has.
+fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<String>, PosesOfTree)> {
+    for inner in PLACES {
         if !(inner.is_empty() || folder.has(inner)) {
             continue;
         }
         let place = if inner.is_empty() { Folder::open(&folder.path, assets) } else { folder.inner(inner, assets) };
-        let mut names: Vec<String> = place.ending(".pose.txt").cloned().collect();
-        if names.is_empty() {
-            let numbered = |name: &&String| name.contains(|c: char| c.is_ascii_digit()) && !name.contains("intrinsic");
-            names = place.ending(".txt").filter(numbered).cloned().collect();
-        }
-        let Some(first) = names.first() else { continue };
-        let Ok(source) = place.read(first, assets) else { continue };
-        if matches!(layout(source.text().unwrap_or_default()), Some(MatrixLayout::Blocks(_))) {
-            return Some((place, names));
+        for ending in ENDINGS {
+            let names: Vec<String> = place.ending(ending).filter(|name| may_be_pose(name)).cloned().collect();
+            let Some(first) = names.first() else { continue };
+            let Ok(source) = place.read(first, assets) else { continue };
+            if let Some(found) = poses_of(&source, assets).ok().filter(|found| found.matrices.len() == 1) {
+                return Some((place, names, found));
+            }
         }
     }
     None
+}
+
+/// True for names of pictures with an ending, and none of K or of another array of the scene.
+fn may_be_pose(name: &str) -> bool {
+    name.ends_with(".pose.txt") || name.contains(|c: char| c.is_ascii_digit()) && !name.contains("intrinsic")
 }
 
 pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
@@ -53,21 +65,28 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file for each picture");
-    let (place, names) = find_poses(folder, assets).ok_or_else(fail)?;
-    let mut calibration = Calibration::default();
-    let convention = convention_of(&place.name(), hints, &mut calibration.notices);
+    let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
+    let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
+    let name = format!("{} {}", place.name(), first.key);
+    let convention = convention_of(&name, hints, &mut calibration.notices);
     let mut lost = Vec::new();
     let mut size = None;
-    let scene = if place.path == folder.path { folder.inner("..", assets) } else { Folder::open(&folder.path, assets) };
-    let pictures = ["color", "rgb", "images"].map(|name| (name, scene.inner(name, assets)));
+    let alone = place.path == folder.path && !PICTURES.iter().any(|name| folder.has(name));
+    let scene = if alone { folder.inner("..", assets) } else { Folder::open(&folder.path, assets) };
+    let pictures = PICTURES.map(|name| (name, scene.inner(name, assets)));
     for name in &names {
         let source = place.read(name, assets)?;
-        let text = source.text()?;
-        let found = matrices(text, &source.path, layout(text).unwrap_or(MatrixLayout::Blocks(4)))?;
-        let [(_, line, matrix)] = found[..] else {
-            return Err(FormatError::whole(&source.path, format!("{} matrices, expected one", found.len())));
+        let found = poses_of(&source, assets)?;
+        let [(_, line, matrix)] = found.matrices[..] else {
+            return Err(FormatError::whole(&source.path, format!("{} matrices, expected one", found.matrices.len())));
         };
-        let stem = name.trim_end_matches(".txt").trim_end_matches(".pose");
+        if found.key != first.key {
+            return Err(FormatError::whole(
+                &source.path,
+                format!("its pose is {:?}, and that of the first file {:?}: expected the same", found.key, first.key),
+            ));
+        }
+        let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem).trim_end_matches(".pose");
         let rows = checked(matrix).map_err(|message| FormatError::line(&source.path, line, message))?;
         let Some(rows) = rows else {
             lost.push(stem);

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::calibration::document::npy::NumpyArray;
 use crate::calibration::document::{Cursor, DocumentNode, npy, yaml, zip_members};
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
@@ -10,8 +11,9 @@ use crate::io::input_file::InputFile;
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 16 << 20;
-/// Names of arrays of poses in `.npz` files.
-const ARRAYS: [&str; 12] = [
+/// Names of arrays of poses in `.npz` files; `arr_0` is that of `np.savez(file, poses)`.
+const ARRAYS: [&str; 13] = [
+    "arr_0",
     "poses",
     "pose",
     "c2w",
@@ -42,7 +44,9 @@ pub(crate) struct PosesOfTree {
 /// True for a document that has poses.
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if zip_members::is_zip(&source.bytes) {
-        return npy::names(&source.bytes).iter().any(|name| ARRAYS.contains(&name.as_str()));
+        let names = npy::names(&source.bytes);
+        return names.iter().any(|name| ARRAYS.contains(&name.as_str()))
+            || npy::shapes(&source.bytes).is_some_and(|shapes| shapes.iter().all(|shape| is_matrix(shape)));
     }
     is_document(&source.path, text)
         && text.len() <= MAX_DETECTED_BYTES
@@ -57,21 +61,72 @@ fn is_document(path: &Path, text: &str) -> bool {
 
 /// The poses of a file; None for a text that is no document of poses.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>, FormatError> {
-    let node: DocumentNode = if zip_members::is_zip(&source.bytes) {
-        npy::document(&npy::arrays(&source.bytes, &source.path, &mut assets.budget)?)
-    } else {
-        let text = source.text()?;
-        if !is_document(&source.path, text) {
-            return Ok(None);
-        }
-        match yaml::parse(text, &source.path) {
-            Ok(node) => node,
-            // Rows in brackets, as NumPy prints them.
-            Err(_) if source.path.extension().is_none_or(|ending| ending != "json") => return Ok(None),
-            Err(error) => return Err(error),
-        }
+    if zip_members::is_zip(&source.bytes) {
+        return of_archive(source, assets).map(Some);
+    }
+    let text = source.text()?;
+    if !is_document(&source.path, text) {
+        return Ok(None);
+    }
+    let node: DocumentNode = match yaml::parse(text, &source.path) {
+        Ok(node) => node,
+        // Rows in brackets, as NumPy prints them.
+        Err(_) if source.path.extension().is_none_or(|ending| ending != "json") => return Ok(None),
+        Err(error) => return Err(error),
     };
     poses(&Cursor::root(&node, &source.path))
+}
+
+/// True for the shape of one pose.
+fn is_matrix(shape: &[usize]) -> bool {
+    matches!(shape, [3 | 4, 4])
+}
+
+/// True for the shape of one pose or of a list of them.
+pub(crate) fn is_poses(shape: &[usize]) -> bool {
+    is_matrix(shape) || matches!(shape, [_, 3 | 4, 4])
+}
+
+/// The matrices of an array that has the shape of poses; none of another.
+pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMatrices> {
+    let numbers = array.numbers().filter(|_| is_poses(&array.shape))?;
+    let rows = array.shape[array.shape.len() - 2];
+    let matrix = |part: &[f64]| {
+        let mut m = [0.0; 16];
+        m[15] = 1.0;
+        m[..part.len()].copy_from_slice(part);
+        (name.map(str::to_owned), 1, m)
+    };
+    Some(numbers.chunks_exact(4 * rows).map(matrix).collect())
+}
+
+/// The poses of a `.npz` file: the array of them, or one array for each.
+fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree, FormatError> {
+    let arrays = npy::arrays(&source.bytes, &source.path, &mut assets.budget)?;
+    let fail = |message: String| FormatError::whole(&source.path, message);
+    let lists: Vec<_> = arrays.iter().filter(|(_, array)| is_poses(&array.shape) && array.shape.len() == 3).collect();
+    let (key, taken) = match &lists[..] {
+        [] => (String::new(), arrays.iter().filter(|(_, array)| is_matrix(&array.shape)).collect()),
+        [one] => (one.0.clone(), vec![*one]),
+        [first, second, ..] => {
+            return Err(fail(format!("poses under {} and {}: which? Expected one array of them", first.0, second.0)));
+        }
+    };
+    let mut matrices = FoundMatrices::new();
+    for (name, array) in &taken {
+        let named = (array.shape.len() == 2 && taken.len() > 1).then_some(name.as_str());
+        let unread = || fail(format!("{name}: expected numbers: {}", array.reason()));
+        matrices.extend(of_array(array, named).ok_or_else(unread)?);
+    }
+    if matrices.is_empty() {
+        let shapes: Vec<_> = arrays.iter().map(|(name, array)| format!("{name} {:?}", array.shape)).collect();
+        return Err(fail(format!("no poses, [n, 4, 4] or [n, 3, 4], in it: it has {}", shapes.join(", "))));
+    }
+    let names: Vec<&str> = taken.iter().map(|(name, _)| name.as_str()).collect();
+    let document = npy::document(&arrays);
+    let notices = Cursor::root(&document, &source.path).unread_keys(|key| names.contains(&key))?;
+    let key = if taken.len() == 1 { names[0].to_owned() } else { key };
+    Ok(PosesOfTree { key, matrices, notices })
 }
 
 fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>, FormatError> {

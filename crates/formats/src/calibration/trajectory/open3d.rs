@@ -1,5 +1,6 @@
-//! Open3D's JSON: a trajectory, one set of parameters (a saved view) or K alone. Matrices are by columns, `extrinsic` is
-//! camera_from_world. Source: Open3D, IJsonConvertible.cpp and PinholeCameraParameters.cpp.
+//! Open3D's JSON: a trajectory, one set of parameters (a saved view), K alone, or a pose graph. Matrices are by columns,
+//! `extrinsic` is camera_from_world, a node's `pose` world_from_camera. Source: Open3D, IJsonConvertible.cpp,
+//! PinholeCameraParameters.cpp, PoseGraph.cpp and the reconstruction system's integrate_scene.py.
 
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
@@ -13,7 +14,8 @@ use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    if text.contains("\"PinholeCamera") && text.contains("class_name") {
+    let named = text.contains("\"PinholeCamera") || text.contains("\"PoseGraph\"");
+    if named && text.contains("class_name") {
         return true;
     }
     // The intrinsics of the reconstruction system: columns and rows, and nine numbers in a row.
@@ -26,7 +28,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let stem = source.stem().unwrap_or_else(|| "camera".into());
-    if let Some(all) = root.get("parameters") {
+    if let Some(nodes) = root.get("nodes") {
+        pose_graph(&root, &nodes, &mut calibration)?;
+    } else if let Some(all) = root.get("parameters") {
         calibration.notices.extend(root.unknown_keys(&[
             "class_name",
             "parameters",
@@ -46,17 +50,38 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
+/// The poses of the nodes of a graph.
+fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
+    root.unread_keys(|key| matches!(key, "class_name" | "nodes" | "edges" | "version_major" | "version_minor"))?;
+    for (i, node) in nodes.list()?.into_iter().enumerate() {
+        let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
+        let (r, c) = matrix_by_columns(&node.require("pose")?, "world_from_camera")?;
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
+        calibration.records.push(record);
+    }
+    calibration.notices.push(
+        "the poses of the graph's nodes are taken as world_from_camera, as Open3D's reconstruction system has them; its \
+         edges are not read"
+            .into(),
+    );
+    Ok(())
+}
+
+/// The rotation and the translation of a matrix by columns.
+fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3), FormatError> {
+    let columns = at.array::<16>()?;
+    let rows = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);
+    let rows = check_rigid(&rows).map_err(|message| {
+        at.fail(format_args!("by columns, as Open3D writes matrices, it is no {direction}: {message}"))
+    })?;
+    Ok(rigid(&rows))
+}
+
 fn parameters(at: &Cursor<'_>, name: String) -> Result<CameraRecord, FormatError> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     at.unknown_keys(&["class_name", "intrinsic", "extrinsic", "version_major", "version_minor"])?;
     intrinsics(&at.require("intrinsic")?, &mut record)?;
-    let extrinsic = at.require("extrinsic")?;
-    let columns = extrinsic.array::<16>()?;
-    let rows = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);
-    let rows = check_rigid(&rows).map_err(|message| {
-        extrinsic.fail(format_args!("by columns, as Open3D writes matrices, it is no camera_from_world: {message}"))
-    })?;
-    let (r, t) = rigid(&rows);
+    let (r, t) = matrix_by_columns(&at.require("extrinsic")?, "camera_from_world")?;
     record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     Ok(record)
 }

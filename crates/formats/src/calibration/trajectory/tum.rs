@@ -12,6 +12,7 @@ use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::record::CameraRecord;
+use crate::calibration::trajectory::euroc::unit;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -24,17 +25,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let mut calibration = Calibration::default();
     for (line, row) in data_lines(source.text()?) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
-        if qx.hypot(qy).hypot(qz).hypot(qw) < 1e-6 {
-            return Err(FormatError::line(
-                &source.path,
-                line,
-                "a quaternion of length 0; expected qx qy qz qw of length 1, of which 0 0 0 1 turns nothing",
-            ));
-        }
+        let rotation = Rotation::unit_quaternion([qw, qx, qy, qz]).map_err(|message| {
+            FormatError::line(&source.path, line, format!("{message}; TUM's columns are time tx ty tz qx qy qz qw"))
+        })?;
         let name = row.split_whitespace().next().unwrap_or_default();
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         record.time = Some(time);
-        let rotation = Rotation::Quaternion([qw, qx, qy, qz]);
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
@@ -113,7 +109,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
             })?,
         };
         let (rotation, c) = record.require_pose()?.world_r_c();
-        let [w, x, y, z] = rotation.quaternion();
+        let [w, x, y, z] = unit(rotation.quaternion());
         // The name is the time as it was written.
         let time = if record.name.parse() == Ok(time) { record.name.clone() } else { yaml_float(time) };
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));

@@ -74,9 +74,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     for (i, at) in poses.iter().enumerate() {
         let [qx, qy, qz, qw, x, y, z] = at.array()?;
-        if (qx.hypot(qy).hypot(qz).hypot(qw) - 1.0).abs() > 1e-2 {
-            return Err(at.fail("expected qx qy qz qw of length 1, then tx ty tz"));
-        }
+        let rotation = Rotation::unit_quaternion([qw, qx, qy, qz])
+            .map_err(|message| at.fail(format_args!("expected qx qy qz qw, then tx ty tz: {message}")))?;
         let mut record = CameraRecord::new(i.to_string(), PixelCenter::Half);
         record.image = Some(format!("rgb/{i}.jpg"));
         record.size = size;
@@ -85,7 +84,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
             None => k,
         });
         record.time = times.get(i).copied();
-        let gl = Rotation::Quaternion([qw, qx, qy, qz]).matrix();
+        let gl = rotation.matrix();
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_columns(gl)), DVec3::new(x, y, z)));
         calibration.records.push(record);
     }

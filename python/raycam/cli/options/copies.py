@@ -1,0 +1,157 @@
+"""Options for copies of cameras: a part of the picture, the undistorted one, the rectified pair, and their maps."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from ...calibration import Cameras
+from ...errors import SettingsError
+from .._options import numbers
+
+if TYPE_CHECKING:
+    from ...camera import Camera
+    from ...rig import Rig
+
+    Found = Mapping[str, Camera | Rig]
+
+__all__ = ["add_copies", "copies_of", "has_copies"]
+
+
+def add_copies(command: argparse.ArgumentParser) -> None:
+    """Adds `--crop`, `--undistort`, `--pinhole`, `--rectify` and `--maps`."""
+    command.add_argument(
+        "--crop",
+        metavar="X,Y,WIDTH,HEIGHT",
+        type=numbers,
+        help="the cameras of a part of their pictures, after --size",
+    )
+    either = command.add_mutually_exclusive_group()
+    either.add_argument(
+        "--undistort",
+        metavar="BALANCE",
+        nargs="?",
+        type=float,
+        const=0.0,
+        help="the pinholes of the undistorted pictures, after --crop: 0 (default) shows no border, 1 all pixels",
+    )
+    either.add_argument(
+        "--pinhole",
+        action="store_true",
+        help="the cameras without their lenses, with the same K, after --crop",
+    )
+    either.add_argument(
+        "--rectify",
+        action="store_true",
+        help="the rectified pair of two cameras, the left one first, after --crop",
+    )
+    command.add_argument(
+        "--maps",
+        metavar="NPZ",
+        help="with one of the three before: write the tables of cv2.remap, [h, w, 2] float32 by camera",
+    )
+
+
+def _makes_pinholes(options: argparse.Namespace) -> bool:
+    return options.undistort is not None or options.pinhole or options.rectify
+
+
+def has_copies(options: argparse.Namespace) -> bool:
+    """True if the options ask for other cameras than those of the file."""
+    return options.crop is not None or _makes_pinholes(options)
+
+
+def copies_of(cameras: Found, options: argparse.Namespace) -> Found:
+    """The cameras as the options ask for them; those of a file with one rig as that rig."""
+    from ...rig import Rig
+
+    if options.maps is not None and not _makes_pinholes(options):
+        raise SettingsError("--maps goes with --undistort, --pinhole or --rectify, whose tables it writes")
+    if not has_copies(options):
+        return cameras
+    if options.crop is not None and len(options.crop) != 4:
+        raise SettingsError("--crop expects X,Y,WIDTH,HEIGHT, as 0,0,320,240")
+    maps: dict[str, object] = {}
+    if options.rectify:
+        made: Found = _rectified(_flat(cameras), options, maps)
+        _save_maps(options.maps, maps)
+        return made
+
+    def edited(name: str, camera: Camera) -> Camera:
+        source = _cropped(camera, options)
+        if not _makes_pinholes(options):
+            return source
+        pinhole = source.pinhole() if options.pinhole else source.undistorted(options.undistort)
+        if options.maps is not None:
+            maps[name] = pinhole.pixel_map(source)
+        return pinhole
+
+    found: dict[str, Camera | Rig] = {}
+    for name, item in cameras.items():
+        found[name] = (
+            _each(item, lambda own, camera, name=name: edited(f"{name}/{own}", camera))  # type: ignore[misc]
+            if isinstance(item, Rig)
+            else edited(name, item)
+        )
+    _save_maps(options.maps, maps)
+    rigs = cameras.rigs if isinstance(cameras, Cameras) else {}
+    if len(rigs) == 1 and len(rig := next(iter(rigs.values()))) == len(found):
+        return _each(rig, lambda name, mount: _at(found[name], mount))
+    return found
+
+
+def _cropped(camera: Camera, options: argparse.Namespace) -> Camera:
+    return camera if options.crop is None else camera.cropped(*options.crop)
+
+
+def _each(rig: Rig, edit: Callable[[str, Camera], Camera]) -> Rig:
+    """The rig with other cameras at its mounts."""
+    from ...rig import Rig
+
+    mounts = {name: edit(name, camera) for name, camera in rig.mounts.items()}
+    return Rig(mounts, rig.R, rig.C, name=rig.name, up=rig.up)
+
+
+def _flat(cameras: Found) -> dict[str, Camera]:
+    """All cameras, those of rigs too."""
+    from ...rig import Rig
+
+    found: dict[str, Camera] = {}
+    for name, item in cameras.items():
+        found |= dict(item.items()) if isinstance(item, Rig) else {name: item}
+    return found
+
+
+def _rectified(cameras: dict[str, Camera], options: argparse.Namespace, maps: dict[str, object]) -> Rig:
+    """The rectified pair of two cameras; fills in the maps."""
+    from ...rig import Rig
+
+    if len(cameras) != 2:
+        listed = ", ".join(list(cameras)[:5]) + (", ..." if len(cameras) > 5 else "")
+        raise SettingsError(
+            f"--rectify is of two cameras, the left one first; there are {len(cameras)}: {listed}"
+        )
+    given = {name: _cropped(camera, options) for name, camera in cameras.items()}
+    pair = Rig.of(given).rectified()
+    for (name, camera), source in zip(pair.items(), given.values(), strict=True):
+        if options.maps is not None:
+            maps[name] = camera.pixel_map(source)
+    return pair
+
+
+def _save_maps(path: str | None, maps: dict[str, object]) -> None:
+    if maps and path is not None:
+        import numpy as np
+
+        with open(path, "wb") as file:
+            np.savez_compressed(file, **maps)  # type: ignore[arg-type]
+        print(f"{path}: {len(maps)} table{'' if len(maps) == 1 else 's'} of cv2.remap")
+
+
+def _at(camera: Camera | Rig, mount: Camera) -> Camera:
+    """A camera at the pose of a mount."""
+    from ...camera import Camera
+
+    assert isinstance(camera, Camera)
+    return camera.at_pose(mount.R, mount.location)
