@@ -10,7 +10,7 @@ use raycam_scene::SceneError;
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
     /// The file cannot be read; `source.kind()` says why (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}{}", path.display(), broken_link(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -109,6 +109,21 @@ impl fmt::Display for Location {
             Self::Whole => Ok(()),
         }
     }
+}
+
+/// "; it is a symbolic link to ..." for a link that leads to no file, else empty.
+pub fn broken_link(path: &Path) -> String {
+    let Ok(target) = path.read_link() else { return String::new() };
+    if path.exists() {
+        return String::new();
+    }
+    let shown = target.display().to_string();
+    let way = match () {
+        () if shown.contains("annex/objects") => ": git annex get brings it",
+        () if shown.contains("blobs/") => ": download it again, as the cache lacks it",
+        () => "",
+    };
+    format!("; it is a symbolic link to {shown}, which leads to no file{way}")
 }
 
 fn prefix(key: &str) -> String {

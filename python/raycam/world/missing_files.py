@@ -22,8 +22,14 @@ def check_exists(path: str | os.PathLike[str]) -> None:
         raise IsADirectoryError(
             errno.EISDIR, f"a folder, expected a world or model{_hint(Path(path, '-'))}", os.fspath(path)
         )
-    if os.path.lexists(path):
+    if os.path.exists(path):
         return
+    if os.path.islink(path):
+        target = os.readlink(path)
+        way = ": git annex get brings it" if "annex/objects" in target else ""
+        raise FileNotFoundError(
+            errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)
+        )
     raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
 
 
