@@ -113,17 +113,8 @@ impl fmt::Display for Location {
 
 /// "; it is a symbolic link to ..." for a link that leads to no file, else empty.
 pub fn broken_link(path: &Path) -> String {
-    let Ok(target) = path.read_link() else { return String::new() };
-    if path.exists() {
-        return String::new();
-    }
-    let shown = target.display().to_string();
-    let way = match () {
-        () if shown.contains("annex/objects") => ": git annex get brings it",
-        () if shown.contains("blobs/") => ": download it again, as the cache lacks it",
-        () => "",
-    };
-    format!("; it is a symbolic link to {shown}, which leads to no file{way}")
+    let Some(target) = path.read_link().ok().filter(|_| !path.exists()) else { return String::new() };
+    format!("; it is a symbolic link to {}, which leads to no file", target.display())
 }
 
 fn prefix(key: &str) -> String {

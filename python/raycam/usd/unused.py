@@ -29,7 +29,7 @@ DRAWN = ("default", "inherited", "")
 
 
 def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
-    """What a light says that raycam does not use."""
+    """The words for a light's properties that raycam does not use."""
 
     def value(key: str, default: Any) -> Any:
         attribute = prim.GetAttribute(f"inputs:{key}")
@@ -67,7 +67,7 @@ def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
 
 
 def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
-    """What a camera says that raycam does not use."""
+    """The words for a camera's properties that raycam does not use."""
     source = UsdGeom.Camera(prim)
     said = []
     if source.GetExposureAttr().Get(time):
@@ -80,7 +80,7 @@ def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
 
 
 def unused_of_model(prim: Usd.Prim) -> list[str]:
-    """What a model or a mesh says that raycam does not use."""
+    """The words for a model's or a mesh's properties that raycam does not use."""
     said = []
     if prim.HasAPI(UsdGeom.ModelAPI):
         mode = UsdGeom.ModelAPI(prim).GetModelDrawModeAttr().Get() or ""
