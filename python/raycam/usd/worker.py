@@ -199,7 +199,7 @@ def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     confinement.check_loaded()
     left_out = [f"{count} {what} are left out" for what, count in sorted(reader.skipped.items())]
     notices = [
-        *(confinement.notices + images.notices + reader.materials.notices),
+        *(confinement.notices + images.notices + _counted(reader.materials.notices)),
         *(_counted(reader.meshes.notices) + reader.notices + _counted(reader.unused) + left_out),
     ]
     if not reader.objects:
