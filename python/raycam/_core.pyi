@@ -18,6 +18,7 @@ __all__ = [
     "available_threads",
     "calibration_formats",
     "channels",
+    "check_stand_in",
     "encode_exr",
     "encode_hdr",
     "encode_jpeg",
@@ -36,6 +37,7 @@ __all__ = [
     "oriented_box",
     "ray_fields",
     "read_cameras",
+    "read_image_numbers",
     "read_picture",
     "render_many",
     "shown_from_linear",
@@ -84,6 +86,7 @@ _Parts = tuple[dict[str, npt.NDArray[Any]], tuple[int, int, int, int], list[str]
 def available_threads() -> int: ...
 def calibration_formats() -> tuple[list[str], list[str]]: ...
 def channels() -> list[tuple[str, str, int]]: ...
+def check_stand_in(path: str | PathLike[str], data: bytes) -> None: ...
 def encode_exr(
     layers: Sequence[tuple[str, npt.NDArray[Any]]],
     half: bool,
@@ -109,6 +112,7 @@ def keypoints(
     threads: int | None,
 ) -> dict[str, npt.NDArray[Any]]: ...
 def lens_models() -> list[tuple[str, bool]]: ...
+def read_image_numbers(path: str | PathLike[str]) -> npt.NDArray[np.float32]: ...
 def read_picture(path: str | PathLike[str]) -> tuple[npt.NDArray[np.float32], list[str]]: ...
 def shown_from_linear(
     linear: npt.NDArray[np.float32], scale: float, view: str

@@ -168,3 +168,25 @@ def test_times_after_the_end_are_told(tmp_path: Path, start: float, unit: str) -
     late = write(world, tmp_path / "late", "coco", cameras=[ahead()] * 2, times=[start, start + 1024])
     assert any(unit in notice and "--time-offset" in notice for notice in told(late))
     assert not told(write(world, tmp_path / "early", "coco", cameras=[ahead()] * 2, times=[0.0, 0.5]))
+
+
+@pytest.mark.parametrize(("times", "many"), [([0.0, 250.0, 500.0], "2 of 3"), ([-9.0, -8.5, 0.5], "2 of 3")])
+def test_some_times_outside_of_the_video_are_told(tmp_path: Path, times: list[float], many: str) -> None:
+    # milliseconds for seconds, and an offset that was added twice
+    world = wall(3.5)
+    world.set_video(fps=4, seconds=1, orbit={"target": [0, 0, 3], "degrees": 40})
+    (notice,) = told(write(world, tmp_path, "coco", cameras=[ahead()] * 3, times=times))
+    assert f"{many} times are outside of what moves in the world (0 to 1 s)" in notice
+
+
+def test_names_that_differ_in_case_or_ending_are_kept_apart(tmp_path: Path) -> None:
+    cameras = {name: ahead() for name in "abcd"}
+    images = {"a": "IMG.png", "b": "img.png", "c": "img.jpg", "d": "left/img.png"}
+    raycam.save_cameras(tmp_path / "t.json", cameras, "nerf", images=images)
+    write(wall(3.5), tmp_path / "coco", "coco", cameras=raycam.load_cameras(tmp_path / "t.json"))
+    rows = json.loads((tmp_path / "coco/annotations/instances.json").read_text())["images"]
+    names = [row["file_name"] for row in rows]
+    assert names[0] == "IMG.png"
+    assert names[3] == "left/img.png"
+    assert len({name.casefold() for name in names}) == 4  # as a Mac or Windows keeps them
+    assert all((tmp_path / "coco/images" / name).exists() for name in names)

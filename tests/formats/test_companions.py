@@ -96,6 +96,20 @@ def test_links_to_folders_apart_say_what_to_do(tmp_path: Path) -> None:
         raycam.load(model / "a.obj", folder=tmp_path / "objects" / "a.png")
 
 
+@pytest.mark.parametrize("target", [".git/annex/objects/xx/MD5E-s1.png", "../gone/b.png", "a.png"])
+@pytest.mark.parametrize("kind", ["obj", "gltf"])
+def test_a_link_that_leads_nowhere_is_called_so(tmp_path: Path, kind: str, target: str) -> None:
+    write_obj(tmp_path) if kind == "obj" else write_gltf(tmp_path)
+    path = tmp_path / f"a.{kind}"
+    (tmp_path / "a.png").symlink_to(target)
+    world = raycam.load(path)
+    assert any(f"a symbolic link to {target}, which leads to no file" in notice for notice in world.notices)
+    path.unlink()
+    path.symlink_to(f"../gone/{path.name}")
+    with pytest.raises(FileNotFoundError, match=r"a symbolic link to \.\./gone/.*, which leads to no file"):
+        raycam.load(path)
+
+
 def test_a_wider_root_allows_files_of_other_folders(tmp_path: Path) -> None:
     """As Gazebo's models: meshes beside materials/textures."""
     meshes = tmp_path / "model" / "meshes"
@@ -141,6 +155,8 @@ def test_what_stands_for_a_file_is_called_so(tmp_path: Path, content: bytes, wor
         if kind != "toml" or content:
             with pytest.raises(raycam.FormatError, match=words):
                 raycam.load(path)
+    with pytest.raises(raycam.FormatError, match=words):
+        raycam.Recipe(tmp_path / "x.toml")
     write_gltf(tmp_path)
     write_image(tmp_path / "a.png")
     (tmp_path / "a.bin").write_bytes(content)

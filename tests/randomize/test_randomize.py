@@ -303,3 +303,25 @@ def test_the_files_of_a_recipe_are_those_of_all_its_textures(tmp_path: Path) -> 
     textures = {"normal": {"image": "bumps.png"}, "roughness": {"choice": ["rough.png", "bumps.png"]}}
     recipe = raycam.Recipe({"object": [{"box": {"size": 1}, "textures": textures}]}, folder=tmp_path)
     assert sorted(recipe.files) == ["bumps.png", "rough.png"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[[object]]\nbox = { size = 1 }\n[[camera]]\nsee = { object = "box" }\n',
+        "[[object]]\nbox = { size = { uniform = [1, 2] } }\n",
+        "[[object]]\nbox = { size = 1 }\ncount = 3\n",
+        '[[object]]\nbox = { size = 1 }\ncolor = {choice = ["red", "blue"]}\n',
+    ],
+)
+def test_a_recipe_that_is_taken_for_a_world_says_what_to_do(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.toml").write_text(text)
+    with pytest.raises(raycam.WorldError, match=r"looks like a recipe.*raycam\.sample\(.*--sample"):
+        raycam.load(tmp_path / "a.toml")
+
+
+def test_the_error_of_a_world_speaks_of_no_recipe(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("[[object]]\nbox = { size = 1 }\ncolour = 3\n")
+    with pytest.raises(raycam.WorldError) as caught:
+        raycam.load(tmp_path / "a.toml")
+    assert "recipe" not in str(caught.value)

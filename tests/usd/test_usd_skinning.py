@@ -76,10 +76,44 @@ def arm(path: Path, case: str) -> Any:
         animation.CreateBlendShapesAttr(["bulge"])
         animation.CreateBlendShapeWeightsAttr().Set([0.25], 1)
         animation.CreateBlendShapeWeightsAttr().Set([0.75], 13)
+    if case == "mirrored":
+        root.AddScaleOp().Set((-1, 1, 1))
     return made
 
 
-CASES = ["joints", "own joints", "rigid", "dual quaternions", "shapes", "shapes and joints"]
+def odd_arm(path: Path, case: str) -> Any:
+    """The strip of `arm` with what few files have."""
+    made = arm(path, "shapes and joints" if case == "shapes between" else case)
+    if case == "shapes between":
+        between = UsdSkel.BlendShape(made.GetPrimAtPath("/root/strip/bulge")).CreateInbetween("half")
+        between.SetWeight(0.5)
+        between.SetOffsets([(1, 0, 0), (0, 1, 0)])
+    if case == "one animated joint":
+        made.RemovePrim("/root/animation")
+        animation = UsdSkel.Animation.Define(made, "/root/animation")
+        animation.CreateJointsAttr(["low/high"])
+        for time, angle in ((1, 70), (13, 10)):
+            turn = Gf.Quatf(Gf.Rotation((1, 1, 0), angle).GetQuat())
+            animation.CreateRotationsAttr().Set([turn], time)
+        animation.CreateTranslationsAttr([(0, 1.4, 0)])
+        animation.CreateScalesAttr([(2, 1, 1)])
+    if case == "bound above, sheared":
+        UsdSkel.BindingAPI.Apply(made.GetPrimAtPath("/root")).CreateSkeletonRel().SetTargets(
+            ["/root/skeleton"]
+        )
+        UsdGeom.Xform.Define(made, "/root/group").AddScaleOp().Set((1, 1, 2))
+        mesh = strip(made, "/root/group/strip")
+        binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+        shear = Gf.Matrix4d(1, 0.3, 0, 0, 0, 1, 0, 0, 0.2, 0, 1, 0, 0.1, 0.2, 0.3, 1)
+        binding.CreateGeomBindTransformAttr(shear)
+        count = len(mesh.GetPointsAttr().Get())
+        binding.CreateJointIndicesPrimvar(False, 3).Set(Vt.IntArray([0, 1, 1] * count))
+        binding.CreateJointWeightsPrimvar(False, 3).Set(Vt.FloatArray([0.2, 0.5, 0.9] * count))
+    return made
+
+
+CASES = ["joints", "own joints", "rigid", "dual quaternions", "shapes", "shapes and joints", "mirrored"]
+ODD_CASES = ["shapes between", "one animated joint", "bound above, sheared"]
 
 
 def baked(path: Path, time: float) -> npt.NDArray[np.float64]:
@@ -105,10 +139,10 @@ def same_points(world: raycam.World, expected: npt.NDArray[np.float64]) -> None:
     assert distances.min(axis=1).max() < 1e-5
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", CASES + ODD_CASES)
 def test_skins_are_where_pixar_bakes_them(tmp_path: Path, case: str) -> None:
     path = tmp_path / "a.usdc"
-    arm(path, case).Save()
+    (odd_arm if case in ODD_CASES else arm)(path, case).Save()
     world = raycam.load(path)
     same_points(world, baked(path, 1.0))
     (notice,) = world.notices

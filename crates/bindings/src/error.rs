@@ -7,7 +7,7 @@ use std::path::Path;
 
 use pyo3::exceptions::{PyMemoryError, PyOSError};
 use pyo3::prelude::*;
-use raycam_formats::FormatError;
+use raycam_formats::{FormatError, broken_link};
 use raycam_render::RenderError;
 use raycam_scene::SceneError;
 
@@ -111,7 +111,7 @@ fn io_error(path: &Path, error: &io::Error, where_named: &str) -> PyErr {
             // The system's words without Rust's "(os error 2)", which Python's number says already.
             let text = error.to_string();
             let text = text.split(" (os error").next().unwrap_or(&text);
-            let text = format!("{text}{where_named}");
+            let text = format!("{text}{}{where_named}", broken_link(path));
             PyOSError::new_err((number, text, path.display().to_string()))
         }
         None => PyOSError::new_err(format!("{}: {error}{where_named}", path.display())),

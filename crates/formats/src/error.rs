@@ -10,7 +10,7 @@ use raycam_scene::SceneError;
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
     /// The file cannot be read; `source.kind()` says why (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}{}", path.display(), broken_link(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -109,6 +109,12 @@ impl fmt::Display for Location {
             Self::Whole => Ok(()),
         }
     }
+}
+
+/// "; it is a symbolic link to ..." for a link that leads to no file, else empty.
+pub fn broken_link(path: &Path) -> String {
+    let Some(target) = path.read_link().ok().filter(|_| !path.exists()) else { return String::new() };
+    format!("; it is a symbolic link to {}, which leads to no file", target.display())
 }
 
 fn prefix(key: &str) -> String {

@@ -298,16 +298,22 @@ UNITS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"), 
 
 
 def late_times(plan: Plan) -> list[str]:
-    """The notice that all times are after the end of the world's video, where nothing moves any more."""
+    """The notice that times lie before or after the world's video or animations, where nothing moves any more."""
     video = plan.world.video
+    ends = [animation.duration for animation in plan.world.animations]
+    ends.extend([video.frames / video.fps] if video is not None else [])
     times = [view.time for view in plan.shots if view.time is not None]
-    if plan.recipe is not None or video is None or not times or min(times) <= video.frames / video.fps:
+    # A frame later it may well be: the last one lasts so long.
+    end = max(ends, default=0.0) + (1 / video.fps if video is not None else 0.0)
+    out = [time for time in times if not 0 <= time <= end]
+    if plan.recipe is not None or not ends or not out:
         return []
-    first = min(times)
+    first = out[0]
     unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
+    many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
     return [
-        f"all {len(times)} times are after the end of the world's video ({video.frames / video.fps:g} s): the first is "
-        f"{first!r}{unit}. The world stands still at its end: give seconds from its beginning (--time-offset first)"
+        f"{many} are outside of what moves in the world (0 to {max(ends):g} s): the first is {first!r}{unit}. The "
+        "world stands still there: give seconds from its beginning (--time-offset first)"
     ]
 
 

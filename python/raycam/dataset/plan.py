@@ -138,6 +138,7 @@ class Plan:
     def picture_names(self) -> list[str]:
         """The names of the pictures without ending: those of the source's images, else six digits."""
         names: dict[str, None] = {}
+        known: set[str] = set()
         for number, view in enumerate(self.shots):
             parts = (
                 []
@@ -146,7 +147,10 @@ class Plan:
             )
             kept = [part.replace(":", "_") for part in parts if part not in ("/", ".", "..")]
             name = "/".join(kept) or f"{number:06d}"
-            names[name if name not in names else f"{name}_{number:06d}"] = None
+            # Some systems take names that differ in case for one.
+            name = name if name.casefold() not in known else f"{name}_{number:06d}"
+            known.add(name.casefold())
+            names[name] = None
         return list(names)
 
     def picture_name(self, number: int) -> str:

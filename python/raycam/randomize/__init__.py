@@ -391,6 +391,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
         data = file.read(MAX_FILE_BYTES + 1)
     if len(data) > MAX_FILE_BYTES:
         raise FormatError(f"{path}: a recipe of more than {MAX_FILE_BYTES >> 20} MiB")
+    _core.check_stand_in(path, data)
     try:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:

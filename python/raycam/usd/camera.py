@@ -45,5 +45,19 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
         focal = value(source.GetFocalLengthAttr()) * per_film
     if not (np.isfinite(focal).all() and (np.array(focal) > 0).all() and np.isfinite(center).all()):
         raise ValueError(f"its focal length is {value(source.GetFocalLengthAttr()):g}")
+    if aperture := _aperture(source, time):
+        spec["aperture"] = aperture
     intrinsics = [[focal[0], 0.0, center[0]], [0.0, focal[1], center[1]], [0.0, 0.0, 1.0]]
     return spec | {"K": intrinsics, "R": rotation.tolist(), "C": location.tolist()}
+
+
+def _aperture(source: UsdGeom.Camera, time: Usd.TimeCode) -> dict[str, float] | None:
+    """The opening of a camera with an f-stop and a focus; None for one that sees all sharp."""
+    stop, focus = source.GetFStopAttr().Get(time), source.GetFocusDistanceAttr().Get(time)
+    if source.GetProjectionAttr().Get(time) == UsdGeom.Tokens.orthographic or not (stop and focus):
+        return None
+    # The focal length is in tenths of the unit of length.
+    length = source.GetFocalLengthAttr().Get(time) * Gf.Camera.FOCAL_LENGTH_UNIT
+    if not (np.isfinite([stop, focus]).all() and stop > 0 and focus > 0):
+        return None
+    return {"radius": float(length / (2 * stop)), "focus": float(focus)}

@@ -19,7 +19,7 @@ from .image_search import found_elsewhere
 __all__ = ["Images", "bake_opacity", "bake_wrap"]
 
 MOST_PIXELS = 1 << 26
-"""Pixels of an image that is made here."""
+"""The most pixels of an image that is made here."""
 
 
 class Images:
@@ -73,7 +73,7 @@ class Images:
             self._known[key] = None
             if made is not None:
                 self._known[key] = name = f"image{len(self._known)}.png"
-                (self.folder / name).write_bytes(_core.encode_png(np.ascontiguousarray(made)))
+                (self.folder / name).write_bytes(_core.encode_png(np.ascontiguousarray(_integers(made))))
                 self.files[name] = self.files[file]
         return self._known[key]
 
@@ -105,14 +105,11 @@ class Images:
 def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold: float) -> Any:
     """The opacities in one channel of an image as grey values, 0 or 1 where there is a threshold; None if all are 1."""
     index = "rgba".index(channel)
-    if index < pixels.shape[2]:
-        alphas = pixels[..., index] / np.iinfo(pixels.dtype).max * scale + bias
-    else:
-        alphas = np.full(pixels.shape[:2], scale + bias)
+    alphas = pixels[..., index] * scale + bias
     if threshold > 0:
         alphas = alphas >= threshold
-    grey = np.round(np.clip(alphas, 0, 1) * 255).astype(np.uint8)
-    if grey.min() == 255:
+    grey = np.clip(alphas, 0, 1).astype(np.float32)
+    if grey.min() == 1:
         return None
     return np.repeat(grey[..., None], 3, axis=2)
 
@@ -126,6 +123,8 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
     lines = _wrapped(height, wraps[1], 1 - high, 1 - low)
     if len(columns) * len(lines) > MOST_PIXELS:
         raise UsdRejected(f"{len(columns)} x {len(lines)} pixels would be needed")
+    if (pixels[..., 3] == 1).all():
+        pixels = pixels[..., :3]  # beyond it is black, not clear
     made = pixels[lines][:, columns]
     made[lines < 0] = 0
     made[:, columns < 0] = 0
@@ -146,18 +145,15 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
 
 
 def _pixels(file: Path) -> Any:
-    """The pixels [height, width, 3 or 4] of an image of 8 or 16 bits."""
-    import av
-
-    with av.open(str(file)) as container:
-        frame = next(container.decode(video=0))
-    name = frame.format.name
-    if "f32" in name or "f16" in name:
+    """The numbers float32 [height, width, 4], in 0..1, of an image of integers."""
+    if file.suffix in (".exr", ".hdr"):
         raise UsdRejected("it has floats, which raycam changes no images of")
-    if name.startswith("gray") and not name.startswith("gray8"):
-        grey = frame.to_ndarray()
-        return np.repeat(np.asarray(grey)[..., None], 3, axis=2)
-    deep = any(component.bits > 8 for component in frame.format.components)
-    clear = any(component.is_alpha for component in frame.format.components) or name == "pal8"
-    kind = ("rgba" if clear else "rgb24") if not deep else ("rgba64le" if clear else "rgb48le")
-    return frame.to_ndarray(format=kind)
+    return _core.read_image_numbers(file)
+
+
+def _integers(numbers: Any) -> Any:
+    """The numbers as bytes, or as integers of 16 bits where bytes do not hold them."""
+    whole = np.round(numbers * 255)
+    if np.abs(numbers * 255 - whole).max() < 1e-3:
+        return whole.astype(np.uint8)
+    return np.round(numbers * 65535).astype(np.uint16)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
+from .image_values import ValueChange, value_change
 from .images import Images, bake_opacity, bake_wrap
 
 __all__ = ["Coordinates", "Materials", "bound_material"]
@@ -34,8 +35,6 @@ MAPS = {
     "opacity": "map_d",
     "normal": "norm",
 }
-CHANNELS = {"metallic": "rb", "roughness": "rg"}
-"""The channels of an image that are accepted: red, which a grey image has, or glTF's channel."""
 PURPOSES = (UsdShade.Tokens.full, UsdShade.Tokens.preview, UsdShade.Tokens.allPurpose)
 """The purposes of material bindings, the preferred one first."""
 
@@ -100,6 +99,8 @@ class Map:
     wraps: tuple[str, str]
     alpha: tuple[Any, ...] | None = None
     """The arguments of `bake_opacity`, for an image of opacities."""
+    change: ValueChange | None = None
+    """The change of an image whose numbers are not those that its map means."""
 
 
 class Materials:
@@ -190,7 +191,7 @@ class Materials:
                 found, factor = self._map(key, shader, output, path, name, threshold)
                 maps.extend([found] if found else [])
                 if key != "normal":
-                    values[key] = factor if found else self._given(shader, "fallback", FALLBACK[key])
+                    values[key] = self._given(shader, "fallback", FALLBACK[key]) if factor is None else factor
                     values[key] = _like(values[key], FALLBACK[key])
             elif shader and (shader.GetShaderId() or "").startswith("UsdPrimvarReader"):
                 if key == "diffuseColor":
@@ -203,6 +204,9 @@ class Materials:
                     values[key] = _like(given, FALLBACK[key])
                 elif key in NOT_USED and given != NOT_USED[key]:
                     self.notices.append(f"material {path}: {key} {given:g} is not used")
+            else:
+                what = (shader.GetShaderId() if shader else None) or "a shader without a known id"
+                self.notices.append(f"material {path}: {key} from {what} is not used")
         if threshold > 0 and not any(found.key == "opacity" for found in maps):
             values["opacity"] = float(float(values["opacity"]) >= threshold)
         self._maps[name] = maps
@@ -266,11 +270,17 @@ class Materials:
         if key == "opacity":
             found.alpha = ("rgba"[channel], scale[channel], bias[channel], threshold)
             return found, 1.0
-        if output not in CHANNELS.get(key, output):
-            self.notices.append(f"material {path}: {key} is channel {output} of its image: another is used")
-        if key != "normal" and any(bias):
-            self.notices.append(f"material {path}: the bias of its image is not used")
-        return found, scale[:3] if key.endswith("Color") else scale[channel]
+        used = [channel] if output in ("r", "g", "b", "a") else [0, 1, 2]
+        if key != "normal" and not any(scale[index] for index in used):
+            constant = [bias[index] for index in used]
+            return None, constant * 3 if key.endswith("Color") and len(used) == 1 else constant
+        space = str(self._given(shader, "sourceColorSpace", "auto"))
+        found.change, factor = value_change(key, output, scale, bias, space, self._images.folder / file)
+        if key == "normal" and tuple(scale[:3]) == (1.0,) * 3 and not any(bias[:3]):
+            self.notices.append(
+                f"material {path}: its normal map has no scale 2 and bias -1: it is taken as if it had"
+            )
+        return found, factor
 
     def _transform(self, shader: UsdShade.Shader, path: str, name: str) -> Any:
         """image_from_primvar [2, 3] of an image; its primvar becomes that of the material."""
@@ -306,6 +316,8 @@ class Materials:
             channel, scale, bias, threshold = found.alpha
             how = f"opacity from channel {channel} x {scale:g} + {bias:g}, threshold {threshold:g},"
             file = self._images.baked(found.file, how, partial(_opacity, alpha=found.alpha))
+        if found.change is not None:
+            file = self._images.baked(found.file, found.change.words, found.change.bake)
         matrix, clamp = found.matrix, found.wraps == ("clamp", "clamp")
         if file and not clamp and found.wraps != ("repeat", "repeat"):
             file, matrix, clamp = self._unwrapped(file, found, self.coordinates(name))

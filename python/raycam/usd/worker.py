@@ -28,14 +28,10 @@ from .materials import Materials
 from .meshes import Meshes, rows
 from .point_instancer import instances
 from .skinning import Skinning
+from .unused import unused_of_camera, unused_of_light, unused_of_model
 
 __all__: list[str] = []
 
-UNSUPPORTED_TYPES = (
-    *("Capsule_1", "Points", "BasisCurves", "NurbsCurves"),
-    *("NurbsPatch", "HermiteCurves", "TetMesh", "Volume", "PointInstancer"),
-)
-"""Renderable types that raycam does not support."""
 GEOMETRY_TYPES = {"Mesh", *GPRIMS}
 """Types that become objects."""
 
@@ -78,6 +74,8 @@ class Reader:
         self.lights: list[dict[str, Any]] = []
         self.cameras: list[dict[str, Any]] = []
         self.notices: list[str] = []
+        self.unused: list[str] = []
+        """Notices of what prims say that is not used."""
         self.skipped: Counter[str] = Counter()
         self.stage = stage
         self.up = "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"
@@ -113,12 +111,14 @@ class Reader:
 
     def _read_prim(self, prim: Usd.Prim) -> None:
         kind = prim.GetTypeName()
-        geometry = kind in GEOMETRY_TYPES or kind in UNSUPPORTED_TYPES
-        if geometry and (reason := self._hidden(prim)):
+        if kind and not Usd.SchemaRegistry().FindConcretePrimDefinition(kind):
+            self.skipped[f"{kind} prims, of a type that Pixar's library does not know here,"] += 1
+        if _is_seen(prim) and (reason := self._hidden(prim)):
             self.skipped[f"{reason} prims"] += 1
             return
         if self._hidden(prim):
             return
+        self._say_unused(prim, unused_of_model(prim))
         from_local = self._places.GetLocalToWorldTransform(prim)
         if prim.IsA(UsdGeom.Xformable) and not self.moves:
             self.moves = _might_move(prim)
@@ -128,18 +128,20 @@ class Reader:
             self._read_instancer(prim, from_local)
         elif prim.IsA(UsdGeom.Camera):
             self.cameras.append(camera_spec(UsdGeom.Camera(prim), from_local, self._time))
+            self._say_unused(prim, unused_of_camera(prim, self._time))
         elif prim.HasAPI(UsdLux.LightAPI):
             light, notice = light_spec(prim, from_local, self._images.file, self.up, self._time)
             self.lights.extend([light] if light else [])
             self.notices.extend([notice] if notice else [])
-        elif kind in UNSUPPORTED_TYPES:
+            self._say_unused(prim, unused_of_light(prim, self._time) if light else [])
+        elif _is_seen(prim):
             self.skipped[f"{kind} prims"] += 1
 
     def _read_instancer(self, prim: Usd.Prim, from_local: Gf.Matrix4d) -> None:
         source = UsdGeom.PointInstancer(prim)
         for number, part, place in instances(source, from_local, self._places, self._time):
             kind = part.GetTypeName()
-            if kind not in GEOMETRY_TYPES and kind not in UNSUPPORTED_TYPES:
+            if not _is_seen(part):
                 continue
             if reason := self._hidden(part):
                 self.skipped[f"{reason} prims"] += 1
@@ -147,6 +149,12 @@ class Reader:
                 self._add(f"{prim.GetName()}.{number}", part, place)
             else:
                 self.skipped[f"{kind} prims"] += 1
+
+    def _say_unused(self, prim: Usd.Prim, words: list[str]) -> None:
+        if words:
+            self.unused.append(
+                f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}: not used: {'; '.join(words)}"
+            )
 
     def _add(self, name: str, prim: Usd.Prim, world_from_local: Gf.Matrix4d) -> None:
         matrix = self._turn @ np.array(rows(world_from_local))
@@ -162,6 +170,11 @@ class Reader:
             return "invisible"
         purpose = imageable.ComputePurpose()
         return str(purpose) if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy) else None
+
+
+def _is_seen(prim: Usd.Prim) -> bool:
+    """True for a prim of a type that a renderer shows, known to raycam or not."""
+    return bool(prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer))
 
 
 def _might_move(prim: Usd.Prim) -> bool:
@@ -186,8 +199,8 @@ def world_dict(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     confinement.check_loaded()
     left_out = [f"{count} {what} are left out" for what, count in sorted(reader.skipped.items())]
     notices = [
-        *(confinement.notices + images.notices + reader.materials.notices),
-        *(_counted(reader.meshes.notices) + reader.notices + left_out),
+        *(confinement.notices + images.notices + _counted(reader.materials.notices)),
+        *(_counted(reader.meshes.notices) + reader.notices + _counted(reader.unused) + left_out),
     ]
     if not reader.objects:
         has_lost = bool(confinement.has_lost or reader.meshes.notices or reader.notices or left_out)

@@ -12,7 +12,7 @@ from ..io import memory_limits
 from ..io.folders import check_folder
 from ..notices import collected, warn_all
 from . import World
-from .missing_files import check_exists
+from .missing_files import check_exists, recipe_named
 from .usd_files import load_usd, usd_named
 
 __all__ = ["load"]
@@ -63,7 +63,7 @@ def load(
         if folder is not None:
             check_folder(path, folder)
         limit = memory_limits.parse_size("texture_memory", texture_memory)
-        with usd_named():
+        with usd_named(), recipe_named(path):
             world = World._of(_core.World.load(os.fspath(path), folder, limit))
     if up is not None and up != world.up:
         world = _turned(world, up, path)

@@ -1,16 +1,23 @@
-"""Files that cannot be found, and the names nearest to theirs."""
+"""Files that cannot be found, and the names nearest to theirs; recipes that are taken for worlds."""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["MODELS", "check_exists"]
+from ..errors import WorldError
+
+__all__ = ["MODELS", "check_exists", "recipe_named"]
 
 MODELS = (".toml", ".gltf", ".glb", ".obj", ".ply", ".stl", ".off", ".usd", ".usda", ".usdc", ".usdz")
 """The endings of files that are worlds or models."""
 SHOWN = 3
+DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_uniform|integer|choice)\s*=", re.M)
+"""Keys and draws that recipes have, and worlds do not."""
 
 
 def check_exists(path: str | os.PathLike[str]) -> None:
@@ -22,9 +29,29 @@ def check_exists(path: str | os.PathLike[str]) -> None:
         raise IsADirectoryError(
             errno.EISDIR, f"a folder, expected a world or model{_hint(Path(path, '-'))}", os.fspath(path)
         )
-    if os.path.lexists(path):
+    if os.path.exists(path):
         return
+    if os.path.islink(path):
+        target = os.readlink(path)
+        way = ": git annex get brings it" if "annex/objects" in target else ""
+        raise FileNotFoundError(
+            errno.ENOENT, f"a symbolic link to {target}, which leads to no file{way}", os.fspath(path)
+        )
     raise FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
+
+
+@contextlib.contextmanager
+def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Adds what to do to the error of a world file that is a recipe."""
+    try:
+        yield
+    except WorldError as error:
+        if Path(path).suffix.lower() != ".toml" or not DRAWS.search(Path(path).read_text(errors="replace")):
+            raise
+        raise WorldError(
+            f"{error}; it looks like a recipe, which makes many worlds: raycam.sample({os.fspath(path)!r}, 0) is one"
+            " of them; on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR"
+        ) from None
 
 
 def _hint(path: Path) -> str:

@@ -48,6 +48,22 @@ pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_,
     Ok((array(py, pixels, &shape)?, notices))
 }
 
+/// Refuses bytes that stand for the file at a path: a Git LFS pointer, a page of HTML, none.
+#[pyfunction]
+pub(crate) fn check_stand_in(path: PathBuf, data: &[u8]) -> PyResult<()> {
+    raycam_formats::check_stand_in(&path, data).map_err(IntoPyErr::into_py_err)
+}
+
+/// float32 [height, width, 4] of an image file's numbers, those of integers in 0..1, without any decoding.
+#[pyfunction]
+pub(crate) fn read_image_numbers(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyArrayDyn<f32>>> {
+    let (image, _) = py
+        .detach(|| catch_panic(|| read_image(&path, ColorUse::Data, &Budget::default())))?
+        .map_err(IntoPyErr::into_py_err)?;
+    let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
+    array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])
+}
+
 /// Linear float32 of linear float32 [..., 3] times `scale` as a view shows them, of the same shape.
 #[pyfunction]
 pub(crate) fn shown_from_linear<'py>(

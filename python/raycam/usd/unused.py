@@ -1,0 +1,98 @@
+"""Properties of lights, cameras and models of USD that raycam does not use, as words for notices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pxr import Usd, UsdGeom, UsdLux
+
+__all__ = ["unused_of_camera", "unused_of_light", "unused_of_model"]
+
+LIGHT_INPUTS: dict[str, tuple[str, Any]] = {
+    "shaping:focus": ("its focus", 0.0),
+    "diffuse": ("its factor of diffuse reflection", 1.0),
+    "specular": ("its factor of specular reflection", 1.0),
+    "shadow:enable": ("that it casts no shadows", True),
+}
+"""Inputs of all lights: what is not used, and the value that changes nothing."""
+FORMATS = ("automatic", "latlong")
+"""Formats of a dome's image that are shown."""
+OLD_INPUTS = (
+    *("intensity", "exposure", "color", "normalize", "radius", "width", "height", "angle"),
+    *("enableColorTemperature", "colorTemperature", "texture:file", "shaping:cone:angle"),
+)
+"""Inputs that were written without "inputs:" before USD 21.05; Pixar's library no longer reads them."""
+SHAPED = ("SphereLight",)
+"""Lights whose cone is used."""
+DRAWN = ("default", "inherited", "")
+"""Draw modes that show the meshes."""
+
+
+def unused_of_light(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
+    """The words for a light's properties that raycam does not use."""
+
+    def value(key: str, default: Any) -> Any:
+        attribute = prim.GetAttribute(f"inputs:{key}")
+        found = attribute.Get(time) if attribute else None
+        return default if found is None else found
+
+    said = [words for key, (words, neutral) in LIGHT_INPUTS.items() if value(key, neutral) != neutral]
+    if profile := getattr(value("shaping:ies:file", None), "path", ""):
+        said.append(f"its profile {profile!r}")
+    kind = prim.GetTypeName()
+    if (
+        kind not in SHAPED
+        and 0 <= value("shaping:cone:angle", 180.0) <= 90
+        and prim.HasAPI(UsdLux.ShapingAPI)
+    ):
+        said.append("its cone")
+    if kind.startswith("DomeLight") and (format := value("texture:format", "automatic")) not in FORMATS:
+        said.append(f"the format {format} of its image")
+    filters = prim.GetRelationship("light:filters")
+    if filters and filters.GetTargets():
+        said.append("its filters")
+    light = UsdLux.LightAPI(prim)
+    linked = (light.GetLightLinkCollectionAPI(), light.GetShadowLinkCollectionAPI())
+    if any(_leaves_out(collection) for collection in linked):
+        said.append("its links: it lights all objects")
+    old = [
+        key
+        for key in OLD_INPUTS
+        if prim.GetAttribute(key).HasAuthoredValue()
+        and not prim.GetAttribute(f"inputs:{key}").HasAuthoredValue()
+    ]
+    if old:
+        said.append(f"{', '.join(old)} in the words before USD 21.05 (now inputs:{old[0]})")
+    return said
+
+
+def unused_of_camera(prim: Usd.Prim, time: Usd.TimeCode) -> list[str]:
+    """The words for a camera's properties that raycam does not use."""
+    source = UsdGeom.Camera(prim)
+    said = []
+    if source.GetExposureAttr().Get(time):
+        said.append("its exposure (render with exposure=)")
+    if source.GetFStopAttr().Get(time) and not (source.GetFocusDistanceAttr().Get(time) or 0) > 0:
+        said.append("its f-stop, as it has no focusDistance: all is sharp")
+    if source.GetClippingPlanesAttr().Get(time):
+        said.append("its clipping planes")
+    return said
+
+
+def unused_of_model(prim: Usd.Prim) -> list[str]:
+    """The words for a model's or a mesh's properties that raycam does not use."""
+    said = []
+    if prim.HasAPI(UsdGeom.ModelAPI):
+        mode = UsdGeom.ModelAPI(prim).GetModelDrawModeAttr().Get() or ""
+        if mode not in DRAWN:
+            said.append(f"its draw mode {mode}: its meshes are shown")
+    shining = [name for name in prim.GetAppliedSchemas() if name in ("MeshLightAPI", "VolumeLightAPI")]
+    said.extend(f"the light that it gives ({name})" for name in shining)
+    return said
+
+
+def _leaves_out(collection: Usd.CollectionAPI) -> bool:
+    """True for a collection that says itself which prims are in it, and may leave some out."""
+    root = collection.GetIncludeRootAttr()
+    excluded = collection.GetExcludesRel()
+    return bool(root and root.Get() is False) or bool(excluded and excluded.GetTargets())

@@ -1,0 +1,142 @@
+"""What USD says of lights, cameras and models and raycam does not use is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import raycam
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+from support.usd_stages import square, stage, write_image
+
+
+def sphere(made: Any) -> Any:
+    return UsdLux.SphereLight.Define(made, "/light")
+
+
+def profile(made: Any, _: Path) -> None:
+    UsdLux.ShapingAPI.Apply(sphere(made).GetPrim()).CreateShapingIesFileAttr("a.ies")
+
+
+def focus(made: Any, _: Path) -> None:
+    UsdLux.ShapingAPI.Apply(sphere(made).GetPrim()).CreateShapingFocusAttr(5.0)
+
+
+def cone(made: Any, _: Path) -> None:
+    light = UsdLux.RectLight.Define(made, "/light")
+    UsdLux.ShapingAPI.Apply(light.GetPrim()).CreateShapingConeAngleAttr(20.0)
+
+
+def mesh_light(made: Any, _: Path) -> None:
+    UsdLux.MeshLightAPI.Apply(made.GetPrimAtPath("/world/square"))
+
+
+def diffuse(made: Any, _: Path) -> None:
+    sphere(made).CreateDiffuseAttr(0.0)
+
+
+def shadows(made: Any, _: Path) -> None:
+    UsdLux.ShadowAPI.Apply(sphere(made).GetPrim()).CreateShadowEnableAttr(False)
+
+
+def links(made: Any, _: Path) -> None:
+    UsdLux.LightAPI(sphere(made).GetPrim()).GetLightLinkCollectionAPI().CreateExcludesRel().AddTarget(
+        "/world"
+    )
+
+
+def light_filter(made: Any, _: Path) -> None:
+    UsdLux.LightFilter.Define(made, "/filter")
+    sphere(made).CreateFiltersRel().AddTarget("/filter")
+
+
+def ball(made: Any, folder: Path) -> None:
+    write_image(folder / "sky.png", [[[9, 9, 9]] * 8] * 4)
+    light = UsdLux.DomeLight.Define(made, "/light")
+    light.CreateTextureFileAttr("sky.png")
+    light.CreateTextureFormatAttr("mirroredBall")
+
+
+def old_words(made: Any, _: Path) -> None:
+    sphere(made).GetPrim().CreateAttribute("intensity", Sdf.ValueTypeNames.Float).Set(500.0)
+
+
+def exposure(made: Any, _: Path) -> None:
+    UsdGeom.Camera.Define(made, "/camera").CreateExposureAttr(3.0)
+
+
+def no_focus(made: Any, _: Path) -> None:
+    UsdGeom.Camera.Define(made, "/camera").CreateFStopAttr(2.8)
+
+
+def bounds(made: Any, _: Path) -> None:
+    prim = made.GetPrimAtPath("/world")
+    Usd.ModelAPI(prim).SetKind("component")
+    UsdGeom.ModelAPI.Apply(prim).CreateModelDrawModeAttr("bounds")
+
+
+def unknown(made: Any, _: Path) -> None:
+    made.DefinePrim("/light", "PxrRectLight")
+
+
+def newer(made: Any, _: Path) -> None:
+    made.DefinePrim("/tube", "TetMesh")
+
+
+CASES: dict[Callable[[Any, Path], None], str] = {
+    profile: "/light: not used: its profile 'a.ies'",
+    focus: "/light: not used: its focus",
+    cone: "/light: not used: its cone",
+    mesh_light: "/world/square: not used: the light that it gives (MeshLightAPI)",
+    diffuse: "/light: not used: its factor of diffuse reflection",
+    shadows: "/light: not used: that it casts no shadows",
+    links: "/light: not used: its links",
+    light_filter: "/light: not used: its filters",
+    ball: "/light: not used: the format mirroredBall of its image",
+    old_words: "/light: not used: intensity in the words before USD 21.05 (now inputs:intensity)",
+    exposure: "/camera: not used: its exposure",
+    no_focus: "/camera: not used: its f-stop, as it has no focusDistance",
+    bounds: "/world: not used: its draw mode bounds",
+    unknown: "1 PxrRectLight prims, of a type that Pixar's library does not know here, are left out",
+    newer: "1 TetMesh prims are left out",
+}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+def test_what_is_not_used_is_said(tmp_path: Path, case: Callable[[Any, Path], None]) -> None:
+    made = stage(tmp_path / "a.usda", up="Y")
+    square(made)
+    case(made, tmp_path)
+    made.Save()
+    (notice,) = raycam.load(tmp_path / "a.usda").notices
+    assert CASES[case] in notice
+
+
+def test_plain_lights_and_cameras_say_nothing(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made)
+    UsdLux.ShapingAPI.Apply(sphere(made).GetPrim()).CreateShapingConeAngleAttr(30.0)
+    UsdLux.RectLight.Define(made, "/window")
+    UsdGeom.Camera.Define(made, "/camera").CreateClippingRangeAttr(Gf.Vec2f(1, 9))
+    made.Save()
+    assert not raycam.load(tmp_path / "a.usda").notices
+
+
+@pytest.mark.parametrize(("length", "stop", "focus"), [(50.0, 2.0, 4.0), (24.0, 16.0, 0.5)])
+def test_an_f_stop_is_an_aperture(tmp_path: Path, length: float, stop: float, focus: float) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made)
+    camera = UsdGeom.Camera.Define(made, "/camera")
+    camera.CreateFocalLengthAttr(length)
+    camera.CreateFStopAttr(stop)
+    camera.CreateFocusDistanceAttr(focus)
+    made.Save()
+    world = raycam.load(tmp_path / "a.usda")
+    aperture = world.cameras["camera"].aperture
+    assert aperture is not None
+    # The diameter is the focal length, which USD writes in tenths of the unit, over the f-stop.
+    assert aperture["radius"] == pytest.approx(length / 10 / stop / 2)
+    assert aperture["focus"] == focus
+    assert not world.notices
