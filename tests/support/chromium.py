@@ -107,13 +107,13 @@ class Tab:
 
 
 @contextlib.contextmanager
-def chromium(folder: Path) -> Iterator[Tab]:
-    """A fresh browser with one tab. Raises `FileNotFoundError` where there is none."""
+def chromium(folder: Path, *more: str) -> Iterator[Tab]:
+    """A fresh browser with one tab; `more` are options. Raises `FileNotFoundError` where there is none."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
         raise FileNotFoundError(f"there is no {' or '.join(NAMES)} (Debian, Ubuntu: apt install chromium)")
     with subprocess.Popen(
-        [found, *OPTIONS, f"--user-data-dir={folder}", "about:blank"],
+        [found, *OPTIONS, *more, f"--user-data-dir={folder}", "about:blank"],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     ) as process:
