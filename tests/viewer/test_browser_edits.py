@@ -78,7 +78,7 @@ def opened(tab: Tab, server: Server) -> Session:
 def rest(tab: Tab, session: Session) -> None:
     """Waits for the last sample of the view as it is now."""
     deadline = time.monotonic() + PATIENCE
-    while session.moved != session.version:
+    while session.moved != session.version or session.still is None or session.sent != session.acknowledged:
         assert time.monotonic() < deadline, "no picture of the last change"
         time.sleep(0.02)
     tab.wait(DONE)
