@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +94,12 @@ class Tab:
         for kind in ("mousePressed", "mouseReleased"):
             self.mouse(kind, x, y, button="left", clickCount=1, modifiers=modifiers)
 
+    def drop(self, x: float, y: float, paths: Sequence[Path]) -> None:
+        """Files of the disk, dropped at CSS pixels of the window."""
+        data = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.call("Input.dispatchDragEvent", type=kind, x=x, y=y, data=data)
+
     def press(self, key: str) -> None:
         """A key, pressed and released."""
         for kind in ("keyDown", "keyUp"):
@@ -101,13 +107,13 @@ class Tab:
 
 
 @contextlib.contextmanager
-def chromium(folder: Path) -> Iterator[Tab]:
-    """A fresh browser with one tab. Raises `FileNotFoundError` where there is none."""
+def chromium(folder: Path, *more: str) -> Iterator[Tab]:
+    """A fresh browser with one tab; `more` are options. Raises `FileNotFoundError` where there is none."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
         raise FileNotFoundError(f"there is no {' or '.join(NAMES)} (Debian, Ubuntu: apt install chromium)")
     with subprocess.Popen(
-        [found, *OPTIONS, f"--user-data-dir={folder}", "about:blank"],
+        [found, *OPTIONS, *more, f"--user-data-dir={folder}", "about:blank"],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     ) as process:

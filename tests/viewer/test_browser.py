@@ -17,6 +17,7 @@ from raycam.viewer import bundle as bundling
 from raycam.viewer.server import Server
 from raycam.viewer.wire import DTYPES, FILTERS, pack
 from support.chromium import Tab, chromium
+from support.viewer_page import drag, held, place_of, readout
 
 pytestmark = pytest.mark.proof
 EVIL = "</script><img src=x onerror=document.title='evil'>"
@@ -120,31 +121,6 @@ def test_six_digits_fit_their_column(client: Tab) -> None:
 
 
 # The page -------------------------------------------------------------------------------------------------
-
-
-def place_of(tab: Tab, column: int, row: int, size: tuple[int, int]) -> tuple[float, float]:
-    """The place in the window of the middle of a pixel of the fitted picture."""
-    box = tab.evaluate(
-        "(({x, y, width, height}) => [x, y, width, height])(document.getElementById('picture').getBoundingClientRect())"
-    )
-    zoom = min(box[2] / size[0], box[3] / size[1])
-    left, top = box[0] + (box[2] - zoom * size[0]) / 2, box[1] + (box[3] - zoom * size[1]) / 2
-    return left + (column + 0.5) * zoom, top + (row + 0.5) * zoom
-
-
-def readout(tab: Tab) -> dict[str, list[str]]:
-    """The values in the table, with all digits."""
-    found: dict[str, list[str]] = tab.evaluate(
-        "Object.fromEntries([...document.querySelectorAll('#values tr:not(.other)')].map((row) => "
-        "[row.querySelector('th').textContent, [...row.querySelectorAll('.number')].map((each) => each.title)]))"
-    )
-    return found
-
-
-def held(tab: Tab) -> tuple[int, int]:
-    """Column and row of the pixel in the table."""
-    words = tab.evaluate("document.getElementById('pixel-place').textContent").split()
-    return int(words[1].strip(",")), int(words[3])
 
 
 def test_a_page_tells_the_numbers_of_the_frame(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
@@ -287,10 +263,7 @@ def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None
     (session,) = server.sessions.values()
     before = session.given
     x, y = place_of(tab, 24, 16, (48, 32))
-    tab.mouse("mousePressed", x, y, button="left", clickCount=1)
-    for step in range(1, 6):
-        tab.mouse("mouseMoved", x + 8 * step, y, button="left", buttons=1)
-    tab.mouse("mouseReleased", x + 40, y, button="left", clickCount=1)
+    drag(tab, (x, y), (x + 40, y))
     tab.wait("document.getElementById('status').textContent.includes('16 samples')")
     assert session.given != before
     tab.click(x, y)
@@ -303,10 +276,7 @@ def test_a_world_is_moved_probed_and_explained(tab: Tab, server: Server) -> None
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
     tab.evaluate("document.getElementById('explained').close()")
-    tab.mouse("mousePressed", x, y, button="left", clickCount=1)
-    for step in range(1, 6):
-        tab.mouse("mouseMoved", x - 8 * step, y, button="left", buttons=1)
-    tab.mouse("mouseReleased", x - 40, y, button="left", clickCount=1)
+    drag(tab, (x, y), (x - 40, y))
     tab.wait("!document.getElementById('pixel-place').textContent.includes('held')")
     assert tab.said == []
     host, port = server.address

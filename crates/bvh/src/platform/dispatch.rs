@@ -13,11 +13,13 @@ pub enum InstructionSet {
     Avx512,
     /// aarch64.
     Neon,
+    /// wasm32, compiled with SIMD128.
+    Simd128,
 }
 
 impl InstructionSet {
     /// All instruction sets, the narrowest first.
-    pub const ALL: [InstructionSet; 4] = [Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
+    pub const ALL: [InstructionSet; 5] = [Self::Portable, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
     /// Its name, as `RAYCAM_ISA` spells it.
     pub fn name(self) -> &'static str {
@@ -26,6 +28,7 @@ impl InstructionSet {
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
             Self::Neon => "neon",
+            Self::Simd128 => "simd128",
         }
     }
 
@@ -52,6 +55,8 @@ impl InstructionSet {
             }
             #[cfg(target_arch = "aarch64")]
             Self::Neon => std::arch::is_aarch64_feature_detected!("neon"),
+            // A module with other instructions is refused as a whole, so what runs has them.
+            Self::Simd128 => cfg!(all(target_arch = "wasm32", target_feature = "simd128")),
             #[allow(unreachable_patterns)]
             _ => false,
         }
@@ -128,6 +133,10 @@ macro_rules! kernel {
                 // SAFETY: as above.
                 #[cfg(target_arch = "aarch64")]
                 $crate::platform::dispatch::InstructionSet::Neon => unsafe { neon($($arg),*) },
+                #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+                $crate::platform::dispatch::InstructionSet::Simd128 => {
+                    $generic::<$crate::simd::Simd128 $(, $g)?>($($arg),*)
+                }
                 _ => $generic::<$crate::simd::Portable $(, $g)?>($($arg),*),
             }
         }

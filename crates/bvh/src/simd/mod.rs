@@ -3,6 +3,7 @@
 //! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::platform::dispatch`] instantiates it inside a
 //! function that enables the instruction set, after run-time detection. The vector types never leave the crate, so no
 //! code uses an instruction set that the machine lacks: that is the safety argument of every intrinsic in this folder.
+//! WebAssembly has no detection: a module with instructions that the machine lacks is refused before it runs.
 //!
 //! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects contribute to a hit. All are correctly rounded, so the
 //! bits of hits do not depend on the instruction set.
@@ -16,6 +17,8 @@ pub(crate) mod f32x4;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 pub(crate) mod portable;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128;
 
 pub use crate::simd::f32x4::{F32x4, prefetch};
 pub use crate::simd::portable::Portable;
@@ -25,6 +28,8 @@ pub use avx2::Avx2;
 pub use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+pub use simd128::Simd128;
 
 /// A SIMD vector of floats.
 pub trait Vector: Copy {

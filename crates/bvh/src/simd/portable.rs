@@ -161,7 +161,7 @@ impl Isa for Portable {
 /// `a * b - c`, rounded once, without an FMA instruction: float64 holds the product exactly, and its difference rounded
 /// to odd may be rounded again (Boldo and Melquiond 2008).
 #[inline(always)]
-fn fused(a: f32, b: f32, c: f32) -> f32 {
+pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
     let sum = product - c;
     // The rounding error of the sum (Knuth's two-sum).

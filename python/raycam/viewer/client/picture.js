@@ -1,5 +1,7 @@
 // The picture on its canvas: fit, zoom to pixels, pan, the divider between A and B, values drawn into large pixels.
 
+import { inkOn } from "./image/colormap.js";
+
 /** @typedef {{ column: number, row: number }} Pixel */
 /**
  * @typedef {object} Layers
@@ -287,8 +289,8 @@ export class PictureView {
       const line = lines[lines.length - 1];
       const [u, v] = color ? line[line.length - 1] : lines[0][0];
       context.lineWidth = 3;
-      context.strokeStyle = "#000";
       context.fillStyle = color || OVERLAY_COLOR;
+      context.strokeStyle = haloOf(String(context.fillStyle));
       context.strokeText(name, left + u * zoom, top + v * zoom - 3);
       context.fillText(name, left + u * zoom, top + v * zoom - 3);
     }
@@ -326,4 +328,13 @@ export function layerOf(image) {
   if (image instanceof ImageData) context.putImageData(image, 0, 0);
   else context.drawImage(image, 0, 0);
   return canvas;
+}
+
+/**
+ * Black or white around letters of a colour, whichever they are readable on.
+ * @param {string} color as a canvas says it, "#rrggbb"
+ * @returns {string}
+ */
+function haloOf(color) {
+  return inkOn([1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16)));
 }

@@ -1,0 +1,131 @@
+"""Makes the pictures of `view.md`: the live view, a probed pixel, an explained one, A beside B, the page of a frame.
+
+    python docs/view_pictures.py
+
+Drives Chromium as the tests do. Needs Pillow.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import raycam
+from PIL import Image
+from raycam.viewer.server import Server
+from raycam.viewer.session import Session
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from support.chromium import Tab, chromium
+from support.viewer_page import drag, place_of
+
+DOCS = Path(__file__).resolve().parent
+WINDOW = (1200, 750)
+SAMPLES = 24
+MOST_BYTES = 58_000
+MOST_SIDE = 1000
+SHOWN = 0.6  # seconds that a browser needs to paint
+REST = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
+
+
+def keep(tab: Tab, name: str) -> None:
+    """Writes what the tab shows to `images/view/NAME.jpg`, small enough."""
+    time.sleep(SHOWN)
+    data = base64.b64decode(tab.call("Page.captureScreenshot", format="png")["data"])
+    with Image.open(io.BytesIO(data)) as image:
+        picture = image.convert("RGB")
+    picture.thumbnail((MOST_SIDE, MOST_SIDE), Image.Resampling.LANCZOS)
+    for quality in range(90, 40, -5):
+        file = io.BytesIO()
+        picture.save(file, "JPEG", quality=quality, optimize=True)
+        if file.tell() <= MOST_BYTES:
+            break
+    target = DOCS / "images" / "view" / f"{name}.jpg"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(file.getvalue())
+    print(f"{target.name}: {file.tell()} bytes, quality {quality}")
+
+
+def live(tab: Tab, session: Session) -> None:
+    """The live view with the handles of an object."""
+    tab.press("g")
+    tab.evaluate("document.getElementById('world-title').scrollIntoView(), null")
+    keep(tab, "live")
+    tab.press("g")
+    tab.evaluate("document.getElementById('panel').scrollTop = 0, null")
+
+
+def probe(tab: Tab, session: Session) -> None:
+    """The numbers of a held pixel, over the distances."""
+    width, height = session.size
+    tab.press("3")
+    tab.wait("!document.getElementById('scalar-controls').hidden")
+    tab.evaluate("document.getElementById('range-log').click(), null")
+    tab.click(*place_of(tab, 0.46 * width, 0.42 * height, session.size))
+    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    keep(tab, "probe")
+
+
+def explain(tab: Tab, session: Session) -> None:
+    """The light of the held pixel."""
+    tab.press("1")
+    tab.press("Enter")
+    tab.wait("document.getElementById('explained').open")
+    tab.wait("document.getElementById('explained-figure').naturalWidth > 0")
+    keep(tab, "explain")
+    tab.evaluate("document.getElementById('explained').close(), null")
+    tab.evaluate("document.getElementById('show-explained').click(), null")
+    tab.press("Escape")
+
+
+def compare(tab: Tab, session: Session) -> None:
+    """Direct light beside all light."""
+    tab.press("b")
+    tab.press("l")
+    tab.wait("document.getElementById('status').textContent.startsWith('path')")
+    tab.wait(REST)
+    tab.press("x")
+    width, height = session.size
+    middle, left = (place_of(tab, share * width, 0.9 * height, session.size) for share in (0.5, 0.62))
+    drag(tab, middle, left)
+    keep(tab, "compare")
+
+
+def page(tab: Tab, folder: Path) -> None:
+    """The page of a frame, magnified until every pixel shows its values."""
+    world = raycam.data.spot()
+    camera = world.default_camera().resized((160, 100))
+    path = folder / "spot.html"
+    raycam.render(world, camera, channels="all").save(path, world=world, explain=[(80, 50)])
+    tab.open(path.as_uri())
+    x, y = place_of(tab, 66, 25, camera.size)
+    tab.click(x, y)
+    for _ in range(11):
+        tab.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
+    keep(tab, "page")
+
+
+def main() -> None:
+    """Makes all pictures."""
+    world = raycam.data.spot()
+    camera = world.default_camera()
+    server = Server(lambda: Session(world, camera, samples=SAMPLES, title="spot.toml"), port=0)
+    steps: list[Callable[[Tab, Session], None]] = [live, probe, explain, compare]
+    with tempfile.TemporaryDirectory() as folder, chromium(Path(folder, "browser")) as tab:
+        tab.show(*WINDOW)
+        tab.open(server.url)
+        tab.wait(REST)
+        (session,) = server.sessions.values()
+        for step in steps:
+            step(tab, session)
+        server.close()
+        page(tab, Path(folder))
+
+
+if __name__ == "__main__":
+    main()

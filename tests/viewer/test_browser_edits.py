@@ -1,0 +1,249 @@
+"""Worlds changed in a browser: handles that are dragged, files that are dropped. Needs Chromium: `make proof`."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.viewer.scene.gizmo import handles
+from raycam.viewer.server import Server
+from raycam.viewer.session import Session
+from support.chromium import PATIENCE, Tab, chromium
+from support.viewer_page import Place, drag, held, place_of, readout, text_of
+
+pytestmark = pytest.mark.proof
+SAMPLES = 4
+SIZE = (48, 32)
+DONE = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
+WORLD = """[[object]]
+name = "wedge"
+category = "part"
+mesh = "wedge.obj"
+
+[[light]]
+type = "sun"
+direction = [-1, 1, -2]
+irradiance = [3, 3, 3]
+
+[camera]
+location = [3, -3, 2]
+target = [0.3, 0.3, 0.2]
+size = [48, 32]
+fov = 40
+"""
+MESH = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+Serve = Callable[..., Server]
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    with chromium(tmp_path_factory.mktemp("browser")) as made:
+        made.show(1280, 800)
+        yield made
+
+
+@pytest.fixture
+def serve(small_world: raycam.World) -> Iterator[Serve]:
+    """Starts a server of the small world."""
+    made: list[Server] = []
+
+    def start(*, allows_open: bool = False) -> Server:
+        camera = small_world.camera("front")
+        new = lambda: Session(  # noqa: E731
+            small_world, camera, samples=SAMPLES, title="small", allows_open=allows_open
+        )
+        made.append(Server(new, port=0))
+        return made[-1]
+
+    yield start
+    for each in made:
+        each.close()
+
+
+def opened(tab: Tab, server: Server) -> Session:
+    """The page of a server, at rest, and its session."""
+    tab.said.clear()
+    tab.open(server.url)
+    tab.wait(DONE)
+    (session,) = server.sessions.values()
+    return session
+
+
+def rest(tab: Tab, session: Session) -> None:
+    """Waits for the last sample of the view as it is now."""
+    deadline = time.monotonic() + PATIENCE
+    while session.moved != session.version or session.still is None or session.sent != session.acknowledged:
+        assert time.monotonic() < deadline, "no picture of the last change"
+        time.sleep(0.02)
+    tab.wait(DONE)
+
+
+def matrix_of(session: Session) -> np.ndarray:
+    return np.array(session.base.objects[0].matrix)
+
+
+def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
+    """The place in the window of the end of a handle of the first object."""
+    found = handles(matrix_of(session), np.zeros(3), session.camera, session.selection.tool)
+    (lines,) = (each["lines"] for each in found if each["handle"] == handle)
+    u, v = lines[0][-1]
+    return place_of(tab, u - 0.5, v - 0.5, session.size)
+
+
+# The gizmo ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("key", "tool"), [("g", "move"), ("r", "turn"), ("s", "scale")])
+def test_a_drag_of_a_handle_changes_the_world_in_one_step(
+    tab: Tab, serve: Serve, key: str, tool: str, small_world: raycam.World
+) -> None:
+    session = opened(tab, serve())
+    before, image = matrix_of(session), truth(session)
+    camera = session.given
+    tab.press(key)
+    tab.wait("document.getElementById('tool').value !== 'none'")
+    tab.evaluate("new Promise((done) => setTimeout(done, 300))")
+    x, y = place_on_handle(tab, session, "x")
+    drag(tab, (x, y), (x + 60, y + 35), steps=12)
+    tab.wait("!document.getElementById('undo').disabled")
+    rest(tab, session)
+    after = matrix_of(session)
+    assert session.given == camera, "the drag turned the camera"
+    moved, linear = after[:3, 3] - before[:3, 3], after[:3, :3]
+    if tool == "move":
+        assert abs(moved[0]) > 0.05
+        assert np.allclose(moved[1:], 0)
+        assert np.array_equal(linear, before[:3, :3])
+    elif tool == "turn":
+        assert np.allclose(linear @ linear.T, np.eye(3))
+        assert np.allclose(linear[:, 0], [1, 0, 0])
+        assert not np.allclose(linear, np.eye(3), atol=0.02)
+    else:
+        lengths = np.linalg.norm(linear, axis=0)
+        assert abs(lengths[0] - 1) > 0.05
+        assert np.allclose(lengths[1:], 1)
+    assert (truth(session) != image).any(), "the picture shows nothing of it"
+    assert np.array_equal(matrix_of(session), np.array(session.world.objects[0].matrix))
+    assert np.array_equal(np.array(small_world.objects[0].matrix), before), "the script's world was changed"
+    assert session.edits.about()["undo"] == 1, "a drag is one step"
+    tab.call("Input.dispatchKeyEvent", type="keyDown", key="z", modifiers=2)
+    tab.call("Input.dispatchKeyEvent", type="keyUp", key="z", modifiers=2)
+    tab.wait("document.getElementById('undo').disabled && !document.getElementById('redo').disabled")
+    assert np.array_equal(matrix_of(session), before)
+    rest(tab, session)
+    tab.evaluate("document.getElementById('redo').click()")
+    tab.wait("document.getElementById('redo').disabled")
+    assert np.array_equal(matrix_of(session), after)
+    assert tab.said == []
+
+
+def truth(session: Session) -> np.ndarray:
+    """Distances in the picture that the view shows."""
+    return np.array(raycam.render(session.world, session.camera, channels="depth", samples=1)["depth"])
+
+
+def test_a_drag_beside_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> None:
+    session = opened(tab, serve())
+    before, camera = matrix_of(session), session.given
+    tab.press("g")
+    tab.wait("document.getElementById('tool').value === 'move'")
+    x, y = place_of(tab, 3, 3, SIZE)
+    drag(tab, (x, y), (x + 60, y + 35))
+    rest(tab, session)
+    assert session.given != camera
+    assert np.array_equal(matrix_of(session), before)
+    assert tab.evaluate("document.getElementById('undo').disabled")
+
+
+def test_the_numbers_of_a_moved_object_are_those_of_its_new_place(tab: Tab, serve: Serve) -> None:
+    session = opened(tab, serve())
+    tab.press("g")
+    tab.evaluate("new Promise((done) => setTimeout(done, 300))")
+    x, y = place_on_handle(tab, session, "z")
+    drag(tab, (x, y), (x, y - 50), steps=8)
+    tab.wait("!document.getElementById('undo').disabled")
+    rest(tab, session)
+    seen = raycam.render(session.base, session.camera, channels=["position", "instance"], samples=1)
+    rows, columns = np.nonzero(seen["instance"] == 0)
+    middle = len(rows) // 2
+    tab.click(*place_of(tab, columns[middle], rows[middle], session.size))
+    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    column, row = held(tab)
+    assert seen["instance"][row, column] == 0
+    assert np.array(readout(tab)["position"], np.float64).tolist() == seen["position"][row, column].tolist()
+
+
+# Files ----------------------------------------------------------------------------------------------------
+
+
+def files(folder: Path) -> list[Path]:
+    """A world file and its mesh."""
+    paths = [folder / "dropped.toml", folder / "wedge.obj"]
+    for path, text in zip(paths, (WORLD, MESH), strict=True):
+        path.write_text(text)
+    return paths
+
+
+def test_dropped_files_are_opened_where_that_is_allowed(tab: Tab, serve: Serve, tmp_path: Path) -> None:
+    session = opened(tab, serve(allows_open=True))
+    paths = files(tmp_path)
+    tab.drop(*place_of(tab, 24, 16, SIZE), paths)
+    tab.wait("document.getElementById('title').textContent === 'dropped.toml'")
+    tab.wait("document.getElementById('about').textContent.includes('1 objects, 4 triangles')")
+    rest(tab, session)
+    expected = raycam.load(paths[0])
+    assert session.base.objects[0].name == "wedge"
+    tab.click(*place_of(tab, 24, 16, session.size))
+    tab.wait("document.querySelectorAll('#values tr').length === 17")
+    column, row = held(tab)
+    frame = raycam.render(expected, session.camera, channels=["position", "depth"], samples=1)
+    assert readout(tab)["depth"] == [str(frame["depth"][row, column])]
+    assert tab.said == []
+
+
+def test_dropped_files_are_refused_without_allow_open(
+    tab: Tab, serve: Serve, tmp_path: Path, small_world: raycam.World
+) -> None:
+    session = opened(tab, serve())
+    version = session.version
+    tab.drop(*place_of(tab, 24, 16, SIZE), files(tmp_path))
+    tab.wait("document.getElementById('message').textContent.includes('--allow-open')")
+    assert session.base is small_world
+    assert session.version == version
+    assert session.uploads._folder is None
+    assert text_of(tab, "title") == "small"
+    assert tab.evaluate("location.protocol") == "http:", "the browser went to the file"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "word"),
+    [
+        ("broken.toml", WORLD.replace("sun", "sunn"), "sunn"),
+        ("cut.glb", "glTF", "glb"),
+        ("notes.txt", "hello", "None of these files is a world"),
+        ("far.toml", WORLD.replace("wedge.obj", "../../etc/passwd"), "passwd"),
+    ],
+)
+def test_dropped_files_that_are_no_world_are_said_and_the_view_stays(
+    tab: Tab, serve: Serve, tmp_path: Path, small_world: raycam.World, name: str, text: str, word: str
+) -> None:
+    session = opened(tab, serve(allows_open=True))
+    path = tmp_path / name
+    path.write_text(text)
+    tab.drop(*place_of(tab, 24, 16, SIZE), [path])
+    tab.wait(f"document.getElementById('message').textContent.includes('{word}')")
+    tab.wait("!document.getElementById('message').hidden")
+    assert tab.evaluate("document.getElementById('message').classList.contains('error')")
+    assert session.base is small_world
+    x, y = place_of(tab, 24, 16, SIZE)
+    camera = session.given
+    for _ in itertools.repeat(None, 2):
+        drag(tab, (x, y), (x + 40, y))
+    rest(tab, session)
+    assert session.given != camera, "the view moves no more"

@@ -1,0 +1,282 @@
+"""The live view by the ways people take: flight, lenses, time, light, files, reloads, other pages.
+
+Needs Chromium: `make proof`.
+"""
+
+from __future__ import annotations
+
+import http.server
+import itertools
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.viewer.server import Server
+from raycam.viewer.session import Session
+from support.chromium import PATIENCE, Tab, chromium
+from support.viewer_page import text_of
+
+pytestmark = pytest.mark.proof
+SAMPLES = 4
+DONE = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
+WORLD = """[[object]]
+name = "ball"
+sphere = { radius = 1 }
+color = "#c83c28"
+location = [0, 0, 1]
+
+[[object]]
+name = "floor"
+plane = { size = [12, 12] }
+
+[[light]]
+type = "sun"
+direction = [-1, 1, -2]
+irradiance = [3, 3, 3]
+
+[[camera]]
+name = "plain"
+location = [5, -5, 4]
+target = [0, 0, 0.6]
+size = [96, 64]
+fov = 45
+
+[[camera]]
+name = "wide"
+location = [2, -3, 3]
+target = [0, 0, 0.6]
+size = [96, 64]
+focal = 40
+lens = "fisheye"
+distortion = [0.05, -0.01, 0.002, 0]
+
+[video]
+fps = 10
+seconds = 2
+interpolation = "linear"
+keyframe = [{ time = 0, object = "ball", location = [0, 0, 1] }, { time = 2, object = "ball", location = [2, 0, 1] }]
+"""
+
+# A page tries to talk to the server, to read its script, to run it, and to frame its page.
+TRY = """(async () => {
+  const [base, token] = ["%s", %s];
+  const socket = await new Promise((done) => {
+    const made = new WebSocket(`ws://${base}/socket`, ["raycam.view.1", `token.${token}`]);
+    made.onopen = () => done("open");
+    made.onerror = () => done("refused");
+  });
+  const read = await fetch(`http://${base}/client.js`).then(() => "read", () => "refused");
+  const load = (kind, src) => new Promise((done) => {
+    const made = Object.assign(document.createElement(kind), { src });
+    made.onload = () => done("loaded");
+    made.onerror = () => done("refused");
+    document.body.append(made);
+  });
+  const script = await load("script", `http://${base}/client.js`);
+  await load("iframe", `http://${base}/`);
+  return { socket, read, script };
+})()"""
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    with chromium(tmp_path_factory.mktemp("browser")) as made:
+        made.show(1280, 800)
+        yield made
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> raycam.World:
+    path = tmp_path / "w.toml"
+    path.write_text(WORLD)
+    return raycam.load(path)
+
+
+@pytest.fixture
+def live(world: raycam.World) -> Iterator[Server]:
+    camera = world.camera("plain")
+    made = Server(lambda: Session(world, camera, samples=SAMPLES, title="w"), port=0)
+    yield made
+    made.close()
+
+
+def opened(tab: Tab, server: Server) -> Session:
+    """The page of a server, at rest, and its session."""
+    tab.said.clear()
+    tab.open(server.url)
+    tab.wait(DONE)
+    (session,) = server.sessions.values()
+    return session
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Waits until something is so."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, "it never was so"
+        time.sleep(0.02)
+
+
+def rest(tab: Tab, session: Session) -> None:
+    """Waits for the last sample of the view as it is now."""
+    until(lambda: session.moved == session.version and session.still is not None)
+    until(lambda: session.start_refinement().samples >= SAMPLES and session.sent == session.acknowledged)
+    tab.wait(DONE)
+
+
+def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
+    """The picture at 1:1, at the places where the rounding of its middle may put it."""
+    tab.evaluate("document.getElementById('one-to-one').click()")
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    data = tab.evaluate(
+        "(() => { const c = document.getElementById('picture');"
+        "return [c.width, ...c.getContext('2d').getImageData(0, 0, c.width, c.height).data]; })()"
+    )
+    screen = np.array(data[1:], np.uint8).reshape(-1, data[0], 4)[..., :3].astype(int)
+    left, top = (screen.shape[1] - size[0]) // 2, (screen.shape[0] - size[1]) // 2
+    near = itertools.product(range(max(top - 1, 0), top + 2), range(max(left - 1, 0), left + 2))
+    return [screen[y : y + size[1], x : x + size[0]] for y, x in near]
+
+
+def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, world: raycam.World) -> None:
+    tab.show(700, 360)
+    session = opened(tab, live)
+    tab.press("c")
+    until(lambda: session.name == "wide")
+    rest(tab, session)
+    assert session.given == world.camera("wide")
+    expected = raycam.render(
+        world, session.camera, samples=SAMPLES, integrator="direct", channels=["color", "alpha", "coverage"]
+    )
+    shown = on_the_screen(tab, session.size)
+    same = [
+        np.abs(each - expected.to_srgb8().astype(int)).max()
+        for each in shown
+        if each.shape == (*session.size[::-1], 3)
+    ]
+    assert min(same) <= 1
+    tab.show(1280, 800)
+
+
+def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
+    session = opened(tab, live)
+    before = session.given
+    tab.evaluate("document.getElementById('picture').focus()")
+    tab.press("Tab")
+    tab.wait("document.getElementById('message').textContent.startsWith('Fly')")
+    tab.call("Input.dispatchKeyEvent", type="keyDown", key="w", code="KeyW")
+    until(lambda: session.given != before)
+    tab.call("Input.dispatchKeyEvent", type="keyUp", key="w", code="KeyW")
+    rest(tab, session)
+    way = session.given.location - before.location
+    assert way @ before.forward == pytest.approx(np.linalg.norm(way))
+    assert np.array_equal(session.given.R, before.R)
+
+
+def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
+    session = opened(tab, live)
+    before = np.array(session.world.objects[0].matrix)
+    tab.wait("!document.getElementById('timeline').hidden")
+    tab.evaluate(
+        "(() => { const bar = document.getElementById('time'); bar.value = String(bar.max * 0.5);"
+        "for (const kind of ['input', 'change']) bar.dispatchEvent(new Event(kind, { bubbles: true })); })()"
+    )
+    until(lambda: session.time > 0)
+    rest(tab, session)
+    moved = np.array(session.world.objects[0].matrix)[:3, 3] - before[:3, 3]
+    assert moved[0] == pytest.approx(session.time, abs=0.3)
+
+
+def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
+    session = opened(tab, live)
+    until(lambda: session.sent == session.acknowledged)
+    sent, before = session.sent, on_the_screen(tab, session.size)[0]
+    tab.evaluate("document.getElementById('picture').focus()")
+    for _ in range(3):
+        tab.press("=")
+    assert (on_the_screen(tab, session.size)[0] > before).any()
+    time.sleep(0.5)
+    assert session.sent == sent
+
+
+def test_a_snapshot_is_a_file_with_the_bytes_of_render(
+    tab: Tab, live: Server, world: raycam.World, tmp_path: Path
+) -> None:
+    session = opened(tab, live)
+    tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    tab.evaluate("document.getElementById('snapshot-png').click()")
+    until(lambda: (tmp_path / "w.png").exists() and not list(tmp_path.glob("*.crdownload")))
+    with Image.open(tmp_path / "w.png") as image:
+        found = np.array(image.convert("RGB"))
+    expected = raycam.render(world, session.camera, samples=SAMPLES, integrator="direct")
+    assert np.array_equal(found, expected.to_srgb8())
+
+
+def test_a_reload_finds_its_token(tab: Tab, live: Server) -> None:
+    opened(tab, live)
+    tab.call("Page.reload")
+    tab.wait("document.readyState === 'complete' && !!document.getElementById('status')")
+    tab.wait(DONE)
+    assert live.token not in tab.evaluate("location.href")
+    assert len([each for each in live.sessions.values() if each.send is not None]) == 1
+
+
+def test_a_page_of_another_origin_gets_nothing_even_with_the_token(tab: Tab, live: Server) -> None:
+    host, port = live.address
+
+    class Evil(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<!doctype html><title>evil</title><body>")
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    evil = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Evil)
+    threading.Thread(target=evil.serve_forever, daemon=True).start()
+    try:
+        tab.said.clear()
+        tab.call("Page.navigate", url=f"http://127.0.0.1:{evil.server_address[1]}/")
+        tab.wait("document.title === 'evil'")
+        tried = tab.evaluate(TRY % (f"{host}:{port}", json.dumps(live.token)))
+    finally:
+        evil.shutdown()
+        evil.server_close()
+    assert tried == {"socket": "refused", "read": "refused", "script": "refused"}
+    assert any("frame-ancestors" in each for each in tab.said), "it could be framed"
+    assert not live.sessions
+
+
+def test_texts_are_never_run(tab: Tab, live: Server) -> None:
+    opened(tab, live)
+    found = tab.call(
+        "Runtime.evaluate",
+        expression="(() => { try { return eval('1'); } catch (error) { return error.name; } })()",
+        returnByValue=True,
+        allowUnsafeEvalBlockedByCSP=False,
+    )
+    assert found["result"]["value"] == "EvalError"
+
+
+def test_two_clients_see_one_world_each_by_its_own_camera(
+    tab: Tab, live: Server, world: raycam.World
+) -> None:
+    session = opened(tab, live)
+    other = Session(session.edits, world.camera("wide"), samples=SAMPLES, title="w")
+    camera = session.given
+    version = session.version
+    other.edits.edit("object", 0, "color", "#00ff00")
+    until(lambda: session.version > version)
+    rest(tab, session)
+    assert session.world.objects[0].name == "ball"
+    assert session.given == camera
+    assert not tab.evaluate("document.getElementById('undo').disabled")
+    assert text_of(tab, "title") == "w"

@@ -1,0 +1,174 @@
+"""Limits of the server: time, messages a second, sessions that are kept, and worlds that one client opened."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import json
+import socket
+import stat
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import raycam
+from raycam.viewer import server as serving
+from raycam.viewer.files.uploads import Uploads
+from raycam.viewer.messages import LONGEST, MESSAGES, WIDEST
+from raycam.viewer.server import Server
+from raycam.viewer.session import LARGEST, Session
+from support.viewer_client import Client
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection
+from websockets.typing import Origin, Subprotocol
+
+Open = Callable[..., ClientConnection]
+MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Handshakes may take half a second."""
+    monkeypatch.setattr(serving, "HANDSHAKE_TIME", 0.5)
+
+
+@pytest.fixture
+def quick_server(hasty: None, server: Server) -> Server:
+    return server
+
+
+@pytest.fixture
+def opening(small_world: raycam.World) -> Iterator[Server]:
+    """A server whose clients may open files."""
+    camera = small_world.camera("front")
+    made = Server(lambda: Session(small_world, camera, samples=4, allows_open=True), port=0)
+    yield made
+    made.close()
+
+
+def parts_of(server: Server) -> dict[str, Any]:
+    """Another server's address, origin and token."""
+    place = "{}:{}".format(*server.address)
+    protocols = [Subprotocol("raycam.view.1"), Subprotocol(f"token.{server.token}")]
+    return {"uri": f"ws://{place}/socket", "origin": Origin(f"http://{place}"), "subprotocols": protocols}
+
+
+def test_limits_are_those_of_the_design() -> None:
+    assert (LONGEST, serving.QUEUED_IN, serving.MOST_CONNECTIONS, serving.MOST_SESSIONS) == (65536, 8, 32, 8)
+    assert (serving.HANDSHAKE_TIME, serving.MOST_PROBES, serving.KEPT) == (5, 60, 600)
+    assert LARGEST <= WIDEST == (1920, 1080)
+
+
+def test_a_slow_handshake_is_cut(quick_server: Server) -> None:
+    with socket.create_connection(quick_server.address, timeout=30) as made:
+        made.sendall(b"GET / HTTP/1.1\r\nHost: 127.")
+        answer = b""
+        while part := made.recv(65536):
+            answer += part
+    assert b"<html" not in answer
+
+
+def test_a_client_that_never_says_hello_is_cut(quick_server: Server, open_socket: Open) -> None:
+    made = open_socket()
+    with pytest.raises(ConnectionClosed) as closed:
+        made.recv(timeout=30)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == serving.POLICY_VIOLATION
+    assert not quick_server.sessions
+
+
+def test_nothing_is_compressed_on_the_socket(open_socket: Open) -> None:
+    made = open_socket(compression="deflate")
+    assert made.response is not None
+    assert "Sec-WebSocket-Extensions" not in made.response.headers
+
+
+def test_probes_beyond_sixty_a_second_are_left_out(
+    client: Client, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client.hear("picture", samples=16)
+    answered: list[int] = []
+    monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message["id"]))
+    for id in range(300):
+        client.say("probe", id=id, u=1, v=1)
+    client.say("copy", format="toml")
+    client.hear("copied")  # comes after all of them
+    # On a slow machine the probes may take more than one second to arrive.
+    assert serving.MOST_PROBES <= len(answered) < 300
+    assert answered[: serving.MOST_PROBES] == list(range(serving.MOST_PROBES))
+
+
+def test_a_session_is_kept_for_a_while_and_no_longer(
+    server: Server, open_socket: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def left(kept: float) -> str:
+        gone = Client(open_socket())
+        gone.socket.close()
+        deadline = time.monotonic() + 300
+        while server.sessions[gone.welcome["session"]].send and time.monotonic() < deadline:
+            time.sleep(0.02)
+        monkeypatch.setattr(serving, "KEPT", kept)
+        return str(gone.welcome["session"])
+
+    first = left(600.0)
+    assert Client(open_socket(), first).welcome["session"] == first
+    second = left(0.0)
+    time.sleep(0.1)
+    assert Client(open_socket()).welcome["session"] != second
+    assert second not in server.sessions
+
+
+def test_sizes_that_a_client_asks_for_are_limited(client: Client, server: Server) -> None:
+    session = server.sessions[client.welcome["session"]]
+    client.say("size", width=10000, height=10000, ratio=1)
+    client.say("copy", format="toml")
+    client.hear("copied")
+    assert all(mine <= most for mine, most in zip(session.size, LARGEST, strict=True))
+    client.say("size", width=10001, height=1, ratio=1)
+    assert "out of range" in client.hear("error")[0]["text"]
+    assert not MESSAGES["probe"]["u"](WIDEST[0])
+
+
+def test_an_opened_file_is_shown_to_its_client_alone(
+    opening: Server, open_socket: Open, small_world: raycam.World
+) -> None:
+    first, second = (Client(open_socket(**parts_of(opening))) for _ in range(2))
+    data = base64.b64encode(MESH).decode()
+    first.say("upload", name="a.obj", bytes=len(MESH), offset=0, data=data)
+    first.say("open", name="a.obj")
+    assert first.hear("welcome")[0]["title"] == "a.obj"
+    sessions = [opening.sessions[each.welcome["session"]] for each in (first, second)]
+    assert sessions[0].base.counts["triangles"] == 1
+    assert sessions[1].base is small_world
+    first.say("edit", kind="object", number=0, key="color", value="#00ff00")
+    first.hear("contents", undo=1)
+    assert sessions[1].base is small_world
+    first.say("open", name="../a.obj")
+    assert "names have letters" in first.hear("error")[0]["text"]
+
+
+def test_the_folder_of_uploads_is_the_users_alone() -> None:
+    made = Uploads()
+    made.add("a.obj", len(MESH), 0, base64.b64encode(MESH).decode())
+    assert stat.S_IMODE(made._path().stat().st_mode) == 0o700
+    made.close()
+
+
+def test_a_thousand_junk_connections_leave_a_page(server: Server) -> None:
+    for number in range(1000):
+        with socket.create_connection(server.address) as made:
+            made.sendall(json.dumps({"type": "nav", "number": number}).encode() + b"\r\n\r\n")
+    deadline = time.monotonic() + 60  # as many as there may be are being closed still
+    while not (answer := page(server)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert answer.startswith(b"HTTP/1.1 200")
+    assert not server.sessions
+
+
+def page(server: Server) -> bytes:
+    """The begin of the answer to a request for the page; nothing where the connection is cut."""
+    with contextlib.suppress(ConnectionResetError), socket.create_connection(server.address) as made:
+        made.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        return made.recv(65536)
+    return b""
