@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from raycam.viewer.server import Server
+from raycam.viewer.session import Session
+
 from .chromium import Tab
 
 Place = tuple[float, float]
@@ -47,3 +50,12 @@ def held(tab: Tab) -> tuple[int, int]:
 def text_of(tab: Tab, element: str) -> Any:
     """The text of an element, by its id."""
     return tab.evaluate(f"document.getElementById('{element}').textContent")
+
+
+def opened(tab: Tab, server: Server, samples: int) -> Session:
+    """Opens the page of a server, waits for its last sample, and returns its session."""
+    tab.said.clear()
+    tab.open(server.url)
+    tab.wait(f"document.getElementById('status').textContent.includes('{samples} samples')")
+    (session,) = server.sessions.values()
+    return session

@@ -10,6 +10,7 @@ import pytest
 import raycam
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
+from support.chromium import Tab, chromium
 from support.viewer_client import Client
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
@@ -24,6 +25,14 @@ def small_world() -> raycam.World:
     for name, eye in {"front": [4, -3, 2], "side": [-4, -3, 2]}.items():
         world.add_camera(raycam.Camera.look_at(eye, [0, 0, 0], size=(48, 32), fov=40), name)
     return world
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    """A browser's tab of 1280 x 800."""
+    with chromium(tmp_path_factory.mktemp("browser")) as made:
+        made.show(1280, 800)
+        yield made
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import itertools
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +15,12 @@ from raycam.render.frame import VIEWS
 from raycam.viewer import bundle as bundling
 from raycam.viewer.server import Server
 from raycam.viewer.wire import DTYPES, FILTERS, pack
-from support.chromium import Tab, chromium
+from support.chromium import Tab
 from support.viewer_page import drag, held, place_of, readout
 
 pytestmark = pytest.mark.proof
 EVIL = "</script><img src=x onerror=document.title='evil'>"
 SCHEMES_AND_WIDTHS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 360)]
-
-
-@pytest.fixture(scope="module")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
-    with chromium(tmp_path_factory.mktemp("browser")) as made:
-        made.show(1280, 800)
-        yield made
 
 
 @pytest.fixture

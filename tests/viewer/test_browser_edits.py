@@ -13,8 +13,8 @@ import raycam
 from raycam.viewer.scene.gizmo import handles
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
-from support.chromium import PATIENCE, Tab, chromium
-from support.viewer_page import Place, drag, held, place_of, readout, text_of
+from support.chromium import PATIENCE, Tab
+from support.viewer_page import Place, drag, held, opened, place_of, readout, text_of
 
 pytestmark = pytest.mark.proof
 SAMPLES = 4
@@ -41,13 +41,6 @@ MESH = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n
 Serve = Callable[..., Server]
 
 
-@pytest.fixture(scope="module")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
-    with chromium(tmp_path_factory.mktemp("browser")) as made:
-        made.show(1280, 800)
-        yield made
-
-
 @pytest.fixture
 def serve(small_world: raycam.World) -> Iterator[Serve]:
     """Starts a server of the small world."""
@@ -64,15 +57,6 @@ def serve(small_world: raycam.World) -> Iterator[Serve]:
     yield start
     for each in made:
         each.close()
-
-
-def opened(tab: Tab, server: Server) -> Session:
-    """The page of a server, at rest, and its session."""
-    tab.said.clear()
-    tab.open(server.url)
-    tab.wait(DONE)
-    (session,) = server.sessions.values()
-    return session
 
 
 def rest(tab: Tab, session: Session) -> None:
@@ -103,7 +87,7 @@ def place_on_handle(tab: Tab, session: Session, handle: str) -> Place:
 def test_a_drag_of_a_handle_changes_the_world_in_one_step(
     tab: Tab, serve: Serve, key: str, tool: str, small_world: raycam.World
 ) -> None:
-    session = opened(tab, serve())
+    session = opened(tab, serve(), SAMPLES)
     before, image = matrix_of(session), truth(session)
     camera = session.given
     tab.press(key)
@@ -149,7 +133,7 @@ def truth(session: Session) -> np.ndarray:
 
 
 def test_a_drag_beside_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> None:
-    session = opened(tab, serve())
+    session = opened(tab, serve(), SAMPLES)
     before, camera = matrix_of(session), session.given
     tab.press("g")
     tab.wait("document.getElementById('tool').value === 'move'")
@@ -162,7 +146,7 @@ def test_a_drag_beside_the_handles_turns_the_camera(tab: Tab, serve: Serve) -> N
 
 
 def test_the_numbers_of_a_moved_object_are_those_of_its_new_place(tab: Tab, serve: Serve) -> None:
-    session = opened(tab, serve())
+    session = opened(tab, serve(), SAMPLES)
     tab.press("g")
     tab.evaluate("new Promise((done) => setTimeout(done, 300))")
     x, y = place_on_handle(tab, session, "z")
@@ -191,7 +175,7 @@ def files(folder: Path) -> list[Path]:
 
 
 def test_dropped_files_are_opened_where_that_is_allowed(tab: Tab, serve: Serve, tmp_path: Path) -> None:
-    session = opened(tab, serve(allows_open=True))
+    session = opened(tab, serve(allows_open=True), SAMPLES)
     paths = files(tmp_path)
     tab.drop(*place_of(tab, 24, 16, SIZE), paths)
     tab.wait("document.getElementById('title').textContent === 'dropped.toml'")
@@ -210,7 +194,7 @@ def test_dropped_files_are_opened_where_that_is_allowed(tab: Tab, serve: Serve, 
 def test_dropped_files_are_refused_without_allow_open(
     tab: Tab, serve: Serve, tmp_path: Path, small_world: raycam.World
 ) -> None:
-    session = opened(tab, serve())
+    session = opened(tab, serve(), SAMPLES)
     version = session.version
     tab.drop(*place_of(tab, 24, 16, SIZE), files(tmp_path))
     tab.wait("document.getElementById('message').textContent.includes('--allow-open')")
@@ -233,7 +217,7 @@ def test_dropped_files_are_refused_without_allow_open(
 def test_dropped_files_that_are_no_world_are_said_and_the_view_stays(
     tab: Tab, serve: Serve, tmp_path: Path, small_world: raycam.World, name: str, text: str, word: str
 ) -> None:
-    session = opened(tab, serve(allows_open=True))
+    session = opened(tab, serve(allows_open=True), SAMPLES)
     path = tmp_path / name
     path.write_text(text)
     tab.drop(*place_of(tab, 24, 16, SIZE), [path])

@@ -19,8 +19,8 @@ import raycam
 from PIL import Image
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
-from support.chromium import PATIENCE, Tab, chromium
-from support.viewer_page import text_of
+from support.chromium import PATIENCE, Tab
+from support.viewer_page import opened, text_of
 
 pytestmark = pytest.mark.proof
 SAMPLES = 4
@@ -84,13 +84,6 @@ TRY = """(async () => {
 })()"""
 
 
-@pytest.fixture(scope="module")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
-    with chromium(tmp_path_factory.mktemp("browser")) as made:
-        made.show(1280, 800)
-        yield made
-
-
 @pytest.fixture
 def world(tmp_path: Path) -> raycam.World:
     path = tmp_path / "w.toml"
@@ -104,15 +97,6 @@ def live(world: raycam.World) -> Iterator[Server]:
     made = Server(lambda: Session(world, camera, samples=SAMPLES, title="w"), port=0)
     yield made
     made.close()
-
-
-def opened(tab: Tab, server: Server) -> Session:
-    """The page of a server, at rest, and its session."""
-    tab.said.clear()
-    tab.open(server.url)
-    tab.wait(DONE)
-    (session,) = server.sessions.values()
-    return session
 
 
 def until(condition: Callable[[], object]) -> None:
@@ -146,7 +130,7 @@ def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
 
 def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, world: raycam.World) -> None:
     tab.show(700, 360)
-    session = opened(tab, live)
+    session = opened(tab, live, SAMPLES)
     tab.press("c")
     until(lambda: session.name == "wide")
     rest(tab, session)
@@ -165,7 +149,7 @@ def test_the_view_through_a_real_lens_is_that_of_render(tab: Tab, live: Server, 
 
 
 def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
-    session = opened(tab, live)
+    session = opened(tab, live, SAMPLES)
     before = session.given
     tab.evaluate("document.getElementById('picture').focus()")
     tab.press("Tab")
@@ -180,7 +164,7 @@ def test_a_flight_moves_the_camera_ahead(tab: Tab, live: Server) -> None:
 
 
 def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
-    session = opened(tab, live)
+    session = opened(tab, live, SAMPLES)
     before = np.array(session.world.objects[0].matrix)
     tab.wait("!document.getElementById('timeline').hidden")
     tab.evaluate(
@@ -194,7 +178,7 @@ def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
 
 
 def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
-    session = opened(tab, live)
+    session = opened(tab, live, SAMPLES)
     until(lambda: session.sent == session.acknowledged)
     sent, before = session.sent, on_the_screen(tab, session.size)[0]
     tab.evaluate("document.getElementById('picture').focus()")
@@ -208,7 +192,7 @@ def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
 def test_a_snapshot_is_a_file_with_the_bytes_of_render(
     tab: Tab, live: Server, world: raycam.World, tmp_path: Path
 ) -> None:
-    session = opened(tab, live)
+    session = opened(tab, live, SAMPLES)
     tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     tab.evaluate("document.getElementById('snapshot-png').click()")
     until(lambda: (tmp_path / "w.png").exists() and not list(tmp_path.glob("*.crdownload")))
@@ -219,7 +203,7 @@ def test_a_snapshot_is_a_file_with_the_bytes_of_render(
 
 
 def test_a_reload_finds_its_token(tab: Tab, live: Server) -> None:
-    opened(tab, live)
+    opened(tab, live, SAMPLES)
     tab.call("Page.reload")
     tab.wait("document.readyState === 'complete' && !!document.getElementById('status')")
     tab.wait(DONE)
@@ -256,7 +240,7 @@ def test_a_page_of_another_origin_gets_nothing_even_with_the_token(tab: Tab, liv
 
 
 def test_texts_are_never_run(tab: Tab, live: Server) -> None:
-    opened(tab, live)
+    opened(tab, live, SAMPLES)
     found = tab.call(
         "Runtime.evaluate",
         expression="(() => { try { return eval('1'); } catch (error) { return error.name; } })()",
@@ -269,7 +253,7 @@ def test_texts_are_never_run(tab: Tab, live: Server) -> None:
 def test_two_clients_see_one_world_each_by_its_own_camera(
     tab: Tab, live: Server, world: raycam.World
 ) -> None:
-    session = opened(tab, live)
+    session = opened(tab, live, SAMPLES)
     other = Session(session.edits, world.camera("wide"), samples=SAMPLES, title="w")
     camera = session.given
     version = session.version
