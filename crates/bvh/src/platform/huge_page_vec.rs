@@ -10,9 +10,6 @@ use rayon::prelude::*;
 /// The size of a huge page on Linux, in bytes.
 const HUGE_PAGE: usize = 2 << 20;
 
-/// A multiple of the size of a small page, in bytes.
-const PAGE: usize = 1 << 16;
-
 /// A vector of plain values on huge pages if available. Traversal visits a tree all over, and would miss the TLB at
 /// nearly every step on small pages.
 pub struct HugePageVec<T: Copy> {
@@ -191,6 +188,8 @@ fn madvise_hugepage(start: *mut u8, size: usize) {
         fn madvise(start: *mut std::ffi::c_void, size: usize, advice: std::ffi::c_int) -> std::ffi::c_int;
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
+    // A multiple of the size of a small page, in bytes.
+    const PAGE: usize = 1 << 16;
     let skipped = start.align_offset(PAGE);
     if size < HUGE_PAGE {
         return;
