@@ -153,3 +153,9 @@ impl Pose {
         Some(given)
     }
 }
+
+/// The quaternion with length 1; unchanged where it has that nearly.
+pub(crate) fn normalized(quaternion: [f64; 4]) -> [f64; 4] {
+    let length = quaternion.iter().map(|value| value * value).sum::<f64>().sqrt();
+    if (length - 1.0).abs() < 1e-6 { quaternion } else { quaternion.map(|value| value / length) }
+}

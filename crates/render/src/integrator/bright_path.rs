@@ -41,7 +41,7 @@ impl BrightPath {
 
 /// A path on its way, and the instances that it has met.
 #[derive(Clone, Debug, Default)]
-struct Traveller {
+struct PathRecord {
     instances: Vec<u32>,
     position: DVec3,
 }
@@ -53,7 +53,7 @@ struct Recorder<'a, 'b> {
     /// By camera ray.
     bright: Vec<BrightPath>,
     /// By path.
-    travellers: Vec<Traveller>,
+    records: Vec<PathRecord>,
 }
 
 /// Traces the paths of a batch as [`path::radiance`](crate::integrator::path::radiance) does; returns the radiance along
@@ -68,8 +68,8 @@ pub(crate) fn bright_paths(
     let count = batch.hits.len();
     let tracer = PathTracer::new(world, settings, batch.samplers);
     scratch.generate_camera_paths(&tracer, batch);
-    let travellers = vec![Traveller::default(); count];
-    let mut recorder = Recorder { tracer, batch, bright: vec![BrightPath::default(); count], travellers };
+    let records = vec![PathRecord::default(); count];
+    let mut recorder = Recorder { tracer, batch, bright: vec![BrightPath::default(); count], records };
     let (mut radiance, mut is_background) = (vec![Vec3::ZERO; count], vec![false; count]);
     while !scratch.active.is_empty() {
         control.check()?;
@@ -93,7 +93,7 @@ impl Recorder<'_, '_> {
     fn note_ends(&mut self, scratch: &PathScratch) {
         for (&index, hit) in scratch.active.iter().zip(&scratch.hits) {
             let path = &scratch.paths[index as usize];
-            let traveller = &mut self.travellers[index as usize];
+            let record = &mut self.records[index as usize];
             let distance = if is_miss(hit) { f64::INFINITY } else { f64::from(hit.t) };
             let start = path.prev_context.position;
             self.tracer.lights.intersect_visible(
@@ -104,15 +104,15 @@ impl Recorder<'_, '_> {
                 |at, radiance, pdf| {
                     let light = path.throughput * radiance * self.tracer.mis_weight(path, pdf);
                     let ray = (start, path.direction, at);
-                    self.bright[path.ray_index].note(light.max_element(), &traveller.instances, ray);
+                    self.bright[path.ray_index].note(light.max_element(), &record.instances, ray);
                 },
             );
             let light = self.tracer.light_at_end(path, hit, distance);
             let ray = (start, path.direction, distance);
-            self.bright[path.ray_index].note(light.max_element(), &traveller.instances, ray);
+            self.bright[path.ray_index].note(light.max_element(), &record.instances, ray);
             if !is_miss(hit) {
-                traveller.instances.push(hit.instance);
-                traveller.position = start + path.direction.as_dvec3() * distance;
+                record.instances.push(hit.instance);
+                record.position = start + path.direction.as_dvec3() * distance;
             }
         }
     }
@@ -135,24 +135,24 @@ impl Recorder<'_, '_> {
                 continue;
             };
             let ray = (origin, direction.normalize_or_zero(), distance);
-            self.bright[index].note(seen[0].max_element(), &self.travellers[path].instances, ray);
+            self.bright[index].note(seen[0].max_element(), &self.records[path].instances, ray);
         }
     }
 
     /// Gives the paths that began at a split the surfaces of those that they began from.
     fn follow_splits(&mut self, scratch: &PathScratch, lit: &[u32]) {
-        for index in self.travellers.len()..scratch.paths.len() {
+        for index in self.records.len()..scratch.paths.len() {
             let PathState { ray_index, prev_context, .. } = scratch.paths[index];
             let from = self.path_at(scratch, lit, ray_index, prev_context.position);
-            let traveller = from.map(|path| self.travellers[path].clone());
-            self.travellers.push(traveller.unwrap_or_default());
+            let record = from.map(|path| self.records[path].clone());
+            self.records.push(record.unwrap_or_default());
         }
     }
 
     /// The path of a camera ray whose surface is nearest to a point.
     fn path_at(&self, scratch: &PathScratch, lit: &[u32], ray_index: usize, point: DVec3) -> Option<usize> {
         let own = lit.iter().map(|&index| index as usize).filter(|&path| scratch.paths[path].ray_index == ray_index);
-        let far = |path: usize| self.travellers[path].position.distance_squared(point);
+        let far = |path: usize| self.records[path].position.distance_squared(point);
         own.min_by(|&a, &b| far(a).total_cmp(&far(b)))
     }
 }

@@ -10,7 +10,7 @@ use raycam_scene::PixelCenter;
 use crate::calibration::document::number_format::joined;
 use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::pose::{Pose, Rotation, normalized};
 use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::body::place_on_body;
 use crate::error::FormatError;
@@ -56,12 +56,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     Ok(calibration)
 }
 
-/// The quaternion with length 1; unchanged where it has that nearly.
-pub(crate) fn unit(quaternion: [f64; 4]) -> [f64; 4] {
-    let length = quaternion.iter().map(|value| value * value).sum::<f64>().sqrt();
-    if (length - 1.0).abs() < 1e-6 { quaternion } else { quaternion.map(|value| value / length) }
-}
-
 pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let mut text = String::from(
         "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []\n",
@@ -83,8 +77,12 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
             }
         };
         let (rotation, c) = record.require_pose()?.world_r_c();
-        let _ =
-            writeln!(text, "{stamp:019},{},{}", joined(&c.to_array(), ","), joined(&unit(rotation.quaternion()), ","));
+        let _ = writeln!(
+            text,
+            "{stamp:019},{},{}",
+            joined(&c.to_array(), ","),
+            joined(&normalized(rotation.quaternion()), ",")
+        );
     }
     let notice = "EuRoC's csv holds times and poses, here those of the cameras; size, K and lens are not written, and \
                   readers take the poses for those of the body: their T_BS is then the identity";

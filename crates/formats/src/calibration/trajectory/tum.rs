@@ -10,9 +10,8 @@ use crate::calibration::document::number_lines::{data_lines, looks_like, numbers
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation};
+use crate::calibration::pose::{Pose, Rotation, normalized};
 use crate::calibration::record::CameraRecord;
-use crate::calibration::trajectory::euroc::unit;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -109,7 +108,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
             })?,
         };
         let (rotation, c) = record.require_pose()?.world_r_c();
-        let [w, x, y, z] = unit(rotation.quaternion());
+        let [w, x, y, z] = normalized(rotation.quaternion());
         // The name is the time as it was written.
         let time = if record.name.parse() == Ok(time) { record.name.clone() } else { yaml_float(time) };
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
