@@ -122,8 +122,8 @@ def main() -> None:
     )
     parser.add_argument("--only", choices=["references", "ladders"], help="make and keep these alone")
     options = parser.parse_args()
-    if (options.further or options.hard) and options.cycles:
-        parser.error("Cycles has neither the further nor the hard scenes: leave out --cycles")
+    if options.further and options.cycles:
+        parser.error("Cycles has not the further scenes: leave out --cycles")
     plan: list[tuple[str, str, dict[str, Any]]] = [("raycam", "", {})]
     plan += [("mitsuba", options.mitsuba, settings) for settings in MITSUBA if options.mitsuba]
     plan += [("cycles", options.cycles, settings) for settings in CYCLES if options.cycles]

@@ -1,11 +1,13 @@
-"""Light beside another build of raycam, or beside Mitsuba 3, in turn: processor time x variance.
+"""Light beside another build of raycam, or beside Mitsuba 3 and Cycles, in turn: processor time x variance.
 
-    python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--hard] [--scenes NAME ...]
+    python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--hard]
+        [--scenes NAME ...]
 
-FOLDER holds the package `raycam` of the other build, PYTHON has Mitsuba. Time is that of the processor, all threads
+FOLDER holds the package `raycam` of the other build, a PYTHON has Mitsuba or `bpy`. Time is that of the processor, all threads
 together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared mean
 plus 0.01, which needs no reference: everyone here is unbiased. The gain is the ratio of their products, that of the
-times to the same error. Mitsuba's better sampler counts.
+times to the same error. The better sampler of Mitsuba counts, and the better of Cycles with and without path guiding,
+which is charged for its samples alone.
 """
 
 from __future__ import annotations
@@ -30,7 +32,11 @@ from path_scenes import DEPTH, scenes
 
 SIZE = (48, 36)
 TURNS = 2
-SAMPLERS = ("independent", "multijitter")
+# The renderers that others' Pythons have, with the module of each and its settings.
+OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
+    f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
+    for sampler in ("independent", "multijitter")
+} | {"cycles": ("path_cycles", {}), "cycles guided": ("path_cycles", {"use_guiding": True})}
 
 Found = dict[str, float]
 
@@ -38,15 +44,17 @@ Found = dict[str, float]
 def measure(options: argparse.Namespace) -> Found:
     """Processor time of a picture, variance of its pixels, share of it in the worst 1 %, and mean, by what is here."""
     scene = json.loads(options.one.read_text(encoding="utf-8"))
-    settings = {"variant": "llvm_ad_rgb", "sampler": options.sampler} if options.sampler else {}
-    module: Any = importlib.import_module("path_mitsuba" if options.sampler else "path_raycam")
-    picture = module.picture(scene, SIZE, **settings)
+    name, settings = OTHERS.get(options.other, ("path_raycam", {}))
+    module: Any = importlib.import_module(name)
+    own = {"clock": time.process_time} if name == "path_cycles" else {}
+    picture = module.picture(scene, SIZE, **settings, **own)
     picture(options.samples, 999)  # Mitsuba compiles for each number of samples
     pictures, times = [], []
     for seed in range(options.seeds):
         start = time.process_time()
-        pictures.append(np.asarray(picture(options.samples, seed + 1)[0], np.float64))
-        times.append(time.process_time() - start)
+        image, seconds = picture(options.samples, seed + 1)
+        times.append(seconds if own else time.process_time() - start)
+        pictures.append(np.asarray(image, np.float64))
     mean = np.mean(pictures, axis=0)
     variance = (np.var(pictures, axis=0, ddof=1) / (mean**2 + 0.01)).mean(axis=2).ravel()
     worst = np.sort(variance)[-max(1, variance.size // 100) :].sum() / variance.sum()
@@ -66,8 +74,10 @@ def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | N
     now = {"raycam": (this, str(Path(raycam.__file__).parents[1]))}
     if options.before:
         now["before"] = (this, str(options.before.resolve()))
-    if options.mitsuba:
-        now |= {sampler: ([options.mitsuba, __file__, "--sampler", sampler], None) for sampler in SAMPLERS}
+    pythons = {"path_mitsuba": options.mitsuba, "path_cycles": options.cycles}
+    for other, (module, _) in OTHERS.items():
+        if pythons[module]:
+            now[other] = ([pythons[module], __file__, "--other", other], None)
     return now
 
 
@@ -82,7 +92,7 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
             if package:
                 environment["PYTHONPATH"] = package
             done = subprocess.run(asked, check=True, capture_output=True, text=True, env=environment)
-            # Mitsuba prints besides, also on the same line.
+            # Others print besides, also on the same line.
             one, _ = json.JSONDecoder().raw_decode(done.stdout[done.stdout.index('{"seconds"') :])
             best[rival] = {**one, "seconds": min(one["seconds"], best.get(rival, one)["seconds"])}
     return best
@@ -106,18 +116,19 @@ def main() -> None:
     )
     parser.add_argument("--before", type=Path, help="the folder of another build's package")
     parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
+    parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
     parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--one", type=Path, help=argparse.SUPPRESS)
-    parser.add_argument("--sampler", help=argparse.SUPPRESS)
+    parser.add_argument("--other", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
         print(json.dumps(measure(options)))
         return
-    if not (options.before or options.mitsuba):
-        parser.error("nothing to compare with: give --before or --mitsuba")
+    if not (options.before or options.mitsuba or options.cycles):
+        parser.error("nothing to compare with: give --before, --mitsuba or --cycles")
     rows, gains = [], []
     depth = HARD_DEPTH if options.hard else DEPTH
     with tempfile.TemporaryDirectory() as folder:
@@ -135,7 +146,7 @@ def main() -> None:
         f"{SIZE[0]} x {SIZE[1]} pixels, {options.samples} samples, paths of at most {depth} segments; "
         f"best of {TURNS} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
     ]
-    name = f"light_in_turn{'_hard' if options.hard else ''}{'_mitsuba' if options.mitsuba else ''}"
+    name = f"light_in_turn{'_hard' if options.hard else ''}{'_others' if options.mitsuba or options.cycles else ''}"
     report.write(name, "Light, in turn", notes, [*head, "mean", "gain"], rows)
 
 

@@ -1,4 +1,4 @@
-"""`path_scenes.py` in Cycles (`pip install bpy`), with all that biases a picture switched off.
+"""`path_scenes.py` and `hard_scenes.py` in Cycles (`pip install bpy`), with all that biases a picture switched off.
 
 That is: no clamping, no blurring of glossy bounces, no threshold below which light is left out, no adaptive sampling,
 no denoising; caustics on; a box filter one pixel wide. Cycles' lamps do not block light, as raycam's do not.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +32,10 @@ SETTINGS = {
     "min_light_bounces": 0,
     "min_transparent_bounces": 0,
     "transparent_max_bounces": 64,
-    # A bounce beyond the first hit; the light is one more segment.
-    "max_bounces": DEPTH - 2,
-    "diffuse_bounces": DEPTH - 2,
-    "glossy_bounces": DEPTH - 2,
-    "transmission_bounces": DEPTH - 2,
     "sampling_pattern": "TABULATED_SOBOL",
     "use_auto_tile": False,
 }
+BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
 def material(bpy: Any, style: dict[str, Any]) -> Any:
@@ -69,11 +66,17 @@ def material(bpy: Any, style: dict[str, Any]) -> Any:
         return new.outputs[0]
 
     if "gold" in style:
-        surface = node("BsdfMetallic", Roughness=0.0)
+        surface = node("BsdfMetallic", Roughness=style.get("roughness", 0.0))
         surface.fresnel_type = "PHYSICAL_CONDUCTOR"
         surface.inputs["IOR"].default_value, surface.inputs["Extinction"].default_value = GOLD
     elif "glass" in style:
-        surface = node("BsdfGlass", Roughness=0.0, IOR=style["glass"], Color=[1, 1, 1, 1])
+        rough = style.get("roughness", 0.0)
+        surface = node("BsdfGlass", Roughness=rough, IOR=style["glass"], Color=[1, 1, 1, 1])
+    elif "shines" in style:
+        surface = node("Emission", Color=[*style["shines"], 1], Strength=1.0)
+    elif "principled" in style:
+        named = {"Roughness": style["roughness"], "Metallic": style["metallic"], "IOR": 1.5}
+        surface = node("BsdfPrincipled", Base_Color=[*style["principled"], 1], **named)
     elif "pane" in style:
         # All reflections between both sides: 2 F / (1 + F). From behind, the node `Fresnel` would look out of glass.
         back = tree.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
@@ -158,16 +161,20 @@ def along(direction: list[float]) -> Array:
     return np.stack([right, np.cross(back, right), back], axis=1)
 
 
-def picture(scene: Scene, size: tuple[int, int], **settings: Any) -> Any:
-    """A function of samples and seed to (picture, seconds). Seconds are those of the samples: what a picture of one
-    sample costs on top of its sample, which is Blender's own preparation, is taken off: the least that it was until
-    now, of one picture before each. Of a large mesh it is seconds, and not the same at every time."""
+def picture(
+    scene: Scene, size: tuple[int, int], clock: Callable[[], float] = time.perf_counter, **settings: Any
+) -> Any:
+    """A function of samples and seed to (picture, seconds). Seconds are those of the samples, by the clock: what a
+    picture of one sample costs on top of its sample, which is Blender's own preparation, is taken off: the least that
+    it was until now, of one picture before each. Of a large mesh it is seconds, and not the same at every time."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     world = bpy.context.scene
     world.render.engine = "CYCLES"
-    for name, value in (SETTINGS | settings).items():
+    # A bounce beyond the first hit; the light is one more segment.
+    bounces = dict.fromkeys(BOUNCES, scene.get("depth", DEPTH) - 2)
+    for name, value in (SETTINGS | bounces | settings).items():
         setattr(world.cycles, name, value)
     world.render.use_persistent_data = True
     world.render.resolution_x, world.render.resolution_y = size
@@ -199,9 +206,9 @@ def picture(scene: Scene, size: tuple[int, int], **settings: Any) -> Any:
         world.cycles.samples, world.cycles.seed = samples, seed
         with tempfile.TemporaryDirectory() as folder:
             world.render.filepath = str(Path(folder) / "picture.exr")
-            start = time.perf_counter()
+            start = clock()
             bpy.ops.render.render(write_still=True)
-            took = time.perf_counter() - start
+            took = clock() - start
             image = bpy.data.images.load(world.render.filepath)
             image.colorspace_settings.name = "Non-Color"
             pixels = np.empty(size[0] * size[1] * image.channels, np.float32)
