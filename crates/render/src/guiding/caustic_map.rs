@@ -7,6 +7,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::guiding::caustic_casters::CausticCaster;
+use crate::soa::{Vec3xN, lane_vec3, set_lane};
 
 /// Cells on a side of the square of octahedral directions.
 const CELLS_PER_SIDE: usize = 32;
@@ -27,6 +28,12 @@ pub(crate) struct GuideTarget {
     pub center: [f32; 3],
     /// 0 without photons.
     pub radius: f32,
+}
+
+/// The targets of many points.
+pub(crate) struct GuideTargets<const N: usize> {
+    pub center: Vec3xN<f32, N>,
+    pub radius: [f32; N],
 }
 
 /// The targets of all cells around a caster.
@@ -59,7 +66,7 @@ impl CausticMap {
         let mut sums = vec![CellStats::default(); CELL_COUNT];
         for PhotonDeposit { exit_point, landing_point, power } in deposits {
             let exit = relative(exit_point);
-            sums[cell_index(relative(landing_point).as_vec3())].add(&CellStats {
+            sums[cell_index(relative(landing_point).as_vec3()) as usize].add(&CellStats {
                 count: 1,
                 power,
                 exit: exit * power,
@@ -90,11 +97,28 @@ impl CausticMap {
         Self(targets)
     }
 
-    /// The target of a point, given relative to the caster's centre and in units of its radius.
+    /// The targets of points, given relative to the caster's centre and in units of its radius.
     #[inline(always)]
+    pub fn lookup_lanes<const N: usize>(&self, points: &Vec3xN<f32, N>) -> GuideTargets<N> {
+        let mut cells = [0; N];
+        for (lane, cell) in cells.iter_mut().enumerate() {
+            *cell = cell_index(lane_vec3(points, lane));
+        }
+        let mut targets = GuideTargets { center: [[0.0; N]; 3], radius: [0.0; N] };
+        for (lane, cell) in cells.into_iter().enumerate() {
+            // The power of two replaces the bounds check.
+            let GuideTarget { center, radius } = self.0[cell as usize % CELL_COUNT];
+            set_lane(&mut targets.center, lane, center);
+            targets.radius[lane] = radius;
+        }
+        targets
+    }
+
+    /// The target of one point.
+    #[cfg(test)]
     pub fn lookup(&self, point: Vec3) -> GuideTarget {
-        // The power of two replaces the bounds check.
-        self.0[cell_index(point) % CELL_COUNT]
+        let targets = self.lookup_lanes(&point.to_array().map(|x| [x]));
+        GuideTarget { center: targets.center.map(|[x]| x), radius: targets.radius[0] }
     }
 }
 
@@ -119,7 +143,7 @@ impl CellStats {
 /// The cell of a point: octahedral directions (Q. Meyer et al., "On Floating-Point Normal Vectors", 2010) and layers of
 /// distance.
 #[inline(always)]
-fn cell_index(point: Vec3) -> usize {
+fn cell_index(point: Vec3) -> u32 {
     let sum = point.x.abs() + point.y.abs() + point.z.abs();
     let (x, y) = (point.x / sum, point.y / sum);
     let folded = ((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y));
@@ -127,7 +151,7 @@ fn cell_index(point: Vec3) -> usize {
     let along = |x: f32, cells: usize| (x * cells as f32).clamp(0.0, cells as f32 - 1.0) as u32;
     let [x, y] = [x, y].map(|x| along(0.5 * x + 0.5, CELLS_PER_SIDE));
     let layer = along(1.0 / point.length(), DISTANCE_LAYERS);
-    ((layer * CELLS_PER_SIDE as u32 + y) * CELLS_PER_SIDE as u32 + x) as usize
+    (layer * CELLS_PER_SIDE as u32 + y) * CELLS_PER_SIDE as u32 + x
 }
 
 #[cfg(test)]
@@ -199,7 +223,7 @@ pub(crate) mod tests {
         for x in [0.0, -0.0, 1.0, -1.0, 1e-30, 1e30, f32::INFINITY, f32::NAN] {
             for y in [0.0, 2.0, -1e-30, -1e30] {
                 for z in [0.0, -3.0, 1e-38] {
-                    assert!(cell_index(Vec3::new(x, y, z)) < CELL_COUNT);
+                    assert!((cell_index(Vec3::new(x, y, z)) as usize) < CELL_COUNT);
                 }
             }
         }

@@ -8,7 +8,7 @@ use crate::guiding::caustic_map::CausticMap;
 use crate::guiding::cones::GuidingCones;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::shading_frame::{sincos_turns, to_world_around};
-use crate::soa::{Vec3xN, get_lane, lane_dvec3, set_lane};
+use crate::soa::{Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
 
 /// Fraction of a surface's samples that casters may have, at most.
 const MAX_GUIDED_WEIGHT: f32 = 0.2;
@@ -125,13 +125,18 @@ impl<const N: usize> GuidingCones<N> {
             }
         }
         for (caster, map) in casters.iter().zip(maps) {
-            for (lane, max_casters) in max_casters.iter_mut().enumerate() {
+            // One loop for each step: the lookup is a gather, which the other two would not be vectorised with.
+            let mut points = [[0.0; N]; 3];
+            for lane in 0..N {
                 let position = lane_dvec3(interactions.positions(), lane);
                 let point = ((position - caster.center) / caster.radius).as_vec3();
-                let target = map.lookup(point);
-                let direction = Vec3::from(target.center) - point;
+                set_lane(&mut points, lane, point.to_array());
+            }
+            let targets = map.lookup_lanes(&points);
+            for (lane, max_casters) in max_casters.iter_mut().enumerate() {
+                let direction = lane_vec3(&targets.center, lane) - lane_vec3(&points, lane);
                 let normal = interactions.shading_normal(lane);
-                let cone = TargetCone::new(direction, target.radius, normal);
+                let cone = TargetCone::new(direction, targets.radius[lane], normal);
                 self.set_cone(self.count, lane, &cone, MAX_MAP_DENSITY_RATIO, caster.weight);
                 let beside = max_casters.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
                 *max_casters = if cone.max_fraction > 0.0 { beside } else { *max_casters };
