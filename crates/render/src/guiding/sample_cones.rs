@@ -48,12 +48,31 @@ impl TargetCone {
 }
 
 impl<const N: usize> GuidingCones<N> {
-    /// Sets the cone of a lane, and the weight that it would have alone, times `weight`.
+    /// Sets the cones of all lanes, and the weights that they would have alone, times `weight`; returns each
+    /// [`TargetCone::max_fraction`]. The arrays are local until they are full: loops that write into `self` while they read
+    /// the interactions are not vectorised.
     #[inline(always)]
-    fn set_cone(&mut self, k: usize, lane: usize, cone: &TargetCone, density_ratio: f32, weight: f32) {
-        set_lane(&mut self.axis[k], lane, cone.axis.to_array());
-        self.one_minus_cos[k][lane] = cone.one_minus_cos;
-        self.weight[k][lane] = weight * (density_ratio * cone.max_fraction).min(1.0);
+    fn set_cones(
+        &mut self,
+        k: usize,
+        (directions, radii): (&Vec3xN<f32, N>, &[f32; N]),
+        normals: &Vec3xN<f32, N>,
+        density_ratio: f32,
+        weight: f32,
+    ) -> [f32; N] {
+        let mut axis = [[0.0; N]; 3];
+        let [mut one_minus_cos, mut weights, mut max_fractions] = [[0.0; N]; 3];
+        for lane in 0..N {
+            let cone = TargetCone::new(lane_vec3(directions, lane), radii[lane], lane_vec3(normals, lane));
+            set_lane(&mut axis, lane, cone.axis.to_array());
+            one_minus_cos[lane] = cone.one_minus_cos;
+            weights[lane] = weight * (density_ratio * cone.max_fraction).min(1.0);
+            max_fractions[lane] = cone.max_fraction;
+        }
+        self.axis[k] = axis;
+        self.one_minus_cos[k] = one_minus_cos;
+        self.weight[k] = weights;
+        max_fractions
     }
 
     /// Scales the weights of some cones down to this sum, and reduces the cosine's weight by the result.
@@ -114,32 +133,34 @@ impl<const N: usize> GuidingCones<N> {
     ) {
         let mut max_casters = active.map(|active| if active { MAX_GUIDED_WEIGHT } else { 0.0 });
         let max_maps = active.map(|active| if active { MAX_MAP_WEIGHT } else { 0.0 });
+        let (positions, normals) = (interactions.positions(), interactions.shading_normals());
         self.count = casters.len();
         for (k, caster) in casters.iter().enumerate() {
+            let mut directions = [[0.0; N]; 3];
             for lane in 0..N {
-                let position = lane_dvec3(interactions.positions(), lane);
-                let direction = (caster.center - position).as_vec3();
-                let normal = interactions.shading_normal(lane);
-                let cone = TargetCone::new(direction, caster.radius as f32, normal);
-                self.set_cone(k, lane, &cone, MAX_DENSITY_RATIO, caster.weight);
+                let direction = (caster.center - lane_dvec3(positions, lane)).as_vec3();
+                set_lane(&mut directions, lane, direction.to_array());
             }
+            let radii = [caster.radius as f32; N];
+            self.set_cones(k, (&directions, &radii), normals, MAX_DENSITY_RATIO, caster.weight);
         }
         for (caster, map) in casters.iter().zip(maps) {
-            // One loop for each step: the lookup is a gather, which the other two would not be vectorised with.
             let mut points = [[0.0; N]; 3];
             for lane in 0..N {
-                let position = lane_dvec3(interactions.positions(), lane);
-                let point = ((position - caster.center) / caster.radius).as_vec3();
+                let point = ((lane_dvec3(positions, lane) - caster.center) / caster.radius).as_vec3();
                 set_lane(&mut points, lane, point.to_array());
             }
             let targets = map.lookup_lanes(&points);
-            for (lane, max_casters) in max_casters.iter_mut().enumerate() {
+            let mut directions = [[0.0; N]; 3];
+            for lane in 0..N {
                 let direction = lane_vec3(&targets.center, lane) - lane_vec3(&points, lane);
-                let normal = interactions.shading_normal(lane);
-                let cone = TargetCone::new(direction, targets.radius[lane], normal);
-                self.set_cone(self.count, lane, &cone, MAX_MAP_DENSITY_RATIO, caster.weight);
+                set_lane(&mut directions, lane, direction.to_array());
+            }
+            let cones = (&directions, &targets.radius);
+            let fractions = self.set_cones(self.count, cones, normals, MAX_MAP_DENSITY_RATIO, caster.weight);
+            for (max_casters, fraction) in max_casters.iter_mut().zip(fractions) {
                 let beside = max_casters.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
-                *max_casters = if cone.max_fraction > 0.0 { beside } else { *max_casters };
+                *max_casters = if fraction > 0.0 { beside } else { *max_casters };
             }
             self.count += 1;
         }
