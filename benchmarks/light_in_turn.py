@@ -3,11 +3,11 @@
     python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--hard]
         [--scenes NAME ...]
 
-FOLDER holds the package `raycam` of the other build, a PYTHON has Mitsuba or `bpy`. Time is that of the processor, all threads
-together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared mean
-plus 0.01, which needs no reference: everyone here is unbiased. The gain is the ratio of their products, that of the
-times to the same error. The better sampler of Mitsuba counts, and the better of Cycles with and without path guiding,
-which is charged for its samples alone.
+FOLDER holds the package `raycam` of the other build, a PYTHON has Mitsuba or `bpy`. Time is that of the processor, all
+threads together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared
+mean plus 0.01, which needs no reference: everyone here is unbiased. The gain is the ratio of their products, that of
+the times to the same error. The better sampler of Mitsuba counts, and the better of Cycles with and without path
+guiding, which is charged for its samples alone.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
     for sampler in ("independent", "multijitter")
 } | {"cycles": ("path_cycles", {}), "cycles guided": ("path_cycles", {"use_guiding": True})}
+FAMILIES = ("before", "mitsuba", "cycles")
 
 Found = dict[str, float]
 
@@ -101,13 +102,17 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
 def row_of(name: str, found: dict[str, Found]) -> tuple[list[str], float]:
     """The row of a scene, and the gain over the best of the others."""
     mine = found.pop("raycam")
-    cost = {rival: one["seconds"] * one["variance"] for rival, one in found.items()}
-    rival = min(cost, key=lambda one: cost[one])
-    other, gain = found[rival], cost[rival] / (mine["seconds"] * mine["variance"])
-    pair = (mine, other)
+    cost = mine["seconds"] * mine["variance"]
+    gains = {rival: one["seconds"] * one["variance"] / cost for rival, one in found.items()}
+    rival = min(gains, key=lambda one: gains[one])
+    pair = (mine, found[rival])
     row = [name, rival, *(f"{1e3 * one['seconds']:.0f}" for one in pair)]
     row += [f"{one['variance']:.2e}" for one in pair] + [f"{100 * one['worst']:.0f}" for one in pair]
-    return [*row, f"{mine['mean'] / other['mean']:.4f}", f"{gain:.2f}"], gain
+    row.append(f"{mine['mean'] / found[rival]['mean']:.4f}")
+    for family in FAMILIES:
+        own = [gain for other, gain in gains.items() if other.startswith(family)]
+        row.append(f"{min(own):.2f}" if own else "")
+    return row, gains[rival]
 
 
 def main() -> None:
@@ -141,13 +146,25 @@ def main() -> None:
             rows.append(row)
             gains.append(gain)
     mean = math.exp(sum(map(math.log, gains)) / len(gains))
-    head = ["scene", "beside", "raycam ms", "its ms", "raycam's variance", "its", "in the worst 1 %", "its"]
+    head = [
+        "scene",
+        "best other",
+        "raycam ms",
+        "its ms",
+        "raycam's variance",
+        "its",
+        "in the worst 1 %",
+        "its",
+    ]
     notes = [
         f"{SIZE[0]} x {SIZE[1]} pixels, {options.samples} samples, paths of at most {depth} segments; "
         f"best of {TURNS} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
     ]
     name = f"light_in_turn{'_hard' if options.hard else ''}{'_others' if options.mitsuba or options.cycles else ''}"
-    report.write(name, "Light, in turn", notes, [*head, "mean", "gain"], rows)
+    head += ["mean", *(f"gain over {family}" for family in FAMILIES)]
+    shown = [at for at in range(len(head)) if any(row[at] for row in rows)]
+    table = [[row[at] for at in shown] for row in [head, *rows]]
+    report.write(name, "Light, in turn", notes, table[0], table[1:])
 
 
 if __name__ == "__main__":
