@@ -123,6 +123,7 @@ def main() -> None:
     parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
     parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
     parser.add_argument("--hard", action="store_true", help="the scenes of hard light")
+    parser.add_argument("--unlimited", action="store_true", help="paths of any number of segments")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--samples", type=int, default=256)
@@ -136,6 +137,7 @@ def main() -> None:
         parser.error("nothing to compare with: give --before, --mitsuba or --cycles")
     rows, gains = [], []
     depth = HARD_DEPTH if options.hard else DEPTH
+    depth = None if options.unlimited else depth
     with tempfile.TemporaryDirectory() as folder:
         known = hard_scenes(Path(folder)) if options.hard else scenes(Path(folder))
         for name in options.scenes or known:
@@ -157,10 +159,16 @@ def main() -> None:
         "its",
     ]
     notes = [
-        f"{SIZE[0]} x {SIZE[1]} pixels, {options.samples} samples, paths of at most {depth} segments; "
+        f"{SIZE[0]} x {SIZE[1]} pixels, {options.samples} samples, "
+        f"paths of {f'at most {depth}' if depth else 'any number of'} segments; "
         f"best of {TURNS} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
     ]
-    name = f"light_in_turn{'_hard' if options.hard else ''}{'_others' if options.mitsuba or options.cycles else ''}"
+    kinds = {
+        "hard": options.hard,
+        "unlimited": options.unlimited,
+        "others": options.mitsuba or options.cycles,
+    }
+    name = "_".join(["light_in_turn", *(kind for kind, asked in kinds.items() if asked)])
     head += ["mean", *(f"gain over {family}" for family in FAMILIES)]
     shown = [at for at in range(len(head)) if any(row[at] for row in rows)]
     table = [[row[at] for at in shown] for row in [head, *rows]]

@@ -172,8 +172,8 @@ def picture(
     bpy.ops.wm.read_factory_settings(use_empty=True)
     world = bpy.context.scene
     world.render.engine = "CYCLES"
-    # A bounce beyond the first hit; the light is one more segment.
-    bounces = dict.fromkeys(BOUNCES, scene.get("depth", DEPTH) - 2)
+    # A bounce beyond the first hit; the light is one more segment. 1024 bounces are the most.
+    bounces = dict.fromkeys(BOUNCES, (scene.get("depth", DEPTH) or 1026) - 2)
     for name, value in (SETTINGS | bounces | settings).items():
         setattr(world.cycles, name, value)
     world.render.use_persistent_data = True

@@ -73,7 +73,8 @@ def picture(
     view = scene["camera"]
     world: dict[str, Any] = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": scene.get("depth", DEPTH)},
+        # -1 for any number of segments.
+        "integrator": {"type": "path", "max_depth": scene.get("depth", DEPTH) or -1},
         "sensor": {
             "type": "perspective",
             "fov": view["fov"],
