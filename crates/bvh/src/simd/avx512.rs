@@ -165,14 +165,10 @@ impl Isa for Avx512 {
     unsafe fn load_transposed(rows: [*const f32; 16]) -> [Zmm; 4] {
         // SAFETY: as the caller vouches.
         unsafe {
-            // Rows k, 4 + k, 8 + k and 12 + k.
-            let four = |k: usize| {
-                let v = _mm512_castps128_ps512(_mm_loadu_ps(rows[k]));
-                let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(rows[4 + k]));
-                let v = _mm512_insertf32x4::<2>(v, _mm_loadu_ps(rows[8 + k]));
-                _mm512_insertf32x4::<3>(v, _mm_loadu_ps(rows[12 + k]))
-            };
-            let (a, b, c, d) = (four(0), four(1), four(2), four(3));
+            let a = join4([rows[0], rows[4], rows[8], rows[12]]);
+            let b = join4([rows[1], rows[5], rows[9], rows[13]]);
+            let c = join4([rows[2], rows[6], rows[10], rows[14]]);
+            let d = join4([rows[3], rows[7], rows[11], rows[15]]);
             let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
             let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
             [
@@ -187,4 +183,20 @@ impl Isa for Avx512 {
     fn prefetch(at: *const u8) {
         on_avx512!(_mm_prefetch::<_MM_HINT_T0>(at.cast()))
     }
+}
+
+/// One row in each quarter of a register.
+///
+/// # Safety
+///
+/// As of [`Isa::load_transposed`].
+#[inline(always)]
+unsafe fn join4([a, b, c, d]: [*const f32; 4]) -> __m512 {
+    // No closure: rustc does not inline one that is called more than once, nor the intrinsics into it.
+    on_avx512!({
+        let v = _mm512_castps128_ps512(_mm_loadu_ps(a));
+        let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(b));
+        let v = _mm512_insertf32x4::<2>(v, _mm_loadu_ps(c));
+        _mm512_insertf32x4::<3>(v, _mm_loadu_ps(d))
+    })
 }
