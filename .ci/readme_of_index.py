@@ -1,5 +1,5 @@
-"""README.md for the package index, which shows it without the files beside it: relative links and pictures become addresses
-of this commit.
+"""README.md for the package index, which shows it without the files beside it: relative links become addresses of this
+commit.
 
     GITHUB_REPOSITORY=OWNER/NAME GITHUB_SHA=COMMIT python .ci/readme_of_index.py     rewrites README.md in place
 """

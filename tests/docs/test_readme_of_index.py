@@ -15,7 +15,8 @@ ROOT = Path(__file__).parents[2]
 
 def script() -> ModuleType:
     spec = importlib.util.spec_from_file_location("readme_of_index", ROOT / ".ci" / "readme_of_index.py")
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -46,19 +47,13 @@ def test_every_link_of_the_readme_is_an_address() -> None:
             continue
         address = urlsplit(where)
         parts = address.path.strip("/").split("/")
-        if tag == "img":
-            assert address.netloc == "raw.githubusercontent.com" and parts[:3] == [
-                "someone",
-                "raycam",
-                "v1.2.3",
-            ]
-            assert (ROOT.joinpath(*parts[3:])).is_file()
-        else:
-            assert (
-                address.netloc == "github.com" and parts[:2] == ["someone", "raycam"] and parts[3] == "v1.2.3"
-            )
-            inside = ROOT.joinpath(*parts[4:])
-            assert inside.is_file() if parts[2] == "blob" else parts[2] == "tree" and inside.is_dir()
+        host = "raw.githubusercontent.com" if tag == "img" else "github.com"
+        inside = ROOT / urlsplit(was).path
+        kind = [] if tag == "img" else ["tree" if inside.is_dir() else "blob"]
+        assert (address.scheme, address.netloc) == ("https", host)
+        assert parts[: 3 + len(kind)] == ["someone", "raycam", *kind, "v1.2.3"]
+        assert ROOT.joinpath(*parts[3 + len(kind) :]) == inside
+        assert inside.exists()
 
 
 def test_code_and_anchors_stay_and_missing_files_are_errors() -> None:
