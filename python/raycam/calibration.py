@@ -11,7 +11,7 @@ from . import _core
 from .arrays import size_of
 from .camera import Camera
 from .camera._arguments import Model, Size, Up
-from .errors import CameraError, FormatError, nearest
+from .errors import CameraError, FormatError, SettingsError, nearest
 from .io.atomic_files import write
 from .io.html_form import html_table
 from .notices import understands, warn_all
@@ -193,6 +193,8 @@ def load_cameras(
     with file, line and key for a malformed file, `CameraError` for an invalid camera, and
     `OSError`.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise SettingsError(f"path must be the path of a calibration, not {type(path).__name__}")
     pair = None if size is None else size_of(size, error=CameraError)
     if not isinstance(intrinsics, Camera | None):
         raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")

@@ -220,3 +220,22 @@ def test_dir_has_the_public_names_alone() -> None:
     assert not {"TYPE_CHECKING", "Any", "_core", "annotations", "PAGES", "OPENERS"} & set(names)
     for name in names:
         getattr(raycam, name)
+
+
+@pytest.mark.parametrize("given", ["front", b"a", 3, None, [1, 2], raycam.World()])
+def test_what_is_no_camera_and_no_path_is_said(given: Any) -> None:
+    with pytest.raises(raycam.SettingsError, match=r"camera must be a raycam\.Camera"):
+        raycam.World().add_camera(given)
+    if given is not None:
+        with pytest.raises(raycam.SettingsError, match=r"camera must be a raycam\.Camera"):
+            raycam.selfcheck(given)
+    if not isinstance(given, str):
+        with pytest.raises(raycam.SettingsError, match="path must be the path of a calibration"):
+            raycam.load_cameras(given)
+        with pytest.raises(raycam.SettingsError, match="recipe must be a path or a mapping"):
+            raycam.sample(given)
+
+
+def test_a_camera_after_its_name_is_said() -> None:
+    with pytest.raises(raycam.SettingsError, match=r"add_camera\(camera, name\)"):
+        raycam.World().add_camera("left", raycam.Camera.look_at([0, 0, 3], [0, 0, 0], "y"))  # type: ignore[arg-type]

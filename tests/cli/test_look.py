@@ -202,3 +202,19 @@ def test_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith("autoload")
     assert run("completion fish") == 0
     assert "complete -c raycam" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("-o a.png --channels color depth", "depth would be lost"),
+        ("-o a.jpg --background transparent", "no opacity"),
+        ("-o a.hdr --transparent-background", "no opacity"),
+    ],
+)
+def test_what_a_picture_cannot_hold_is_refused_before_rendering(
+    folder: Path, capsys: pytest.CaptureFixture[str], options: str, words: str
+) -> None:
+    assert run(f"render ball.glb {options} {SMALL}") == 2
+    assert words in capsys.readouterr().err
+    assert sorted(path.suffix for path in folder.iterdir()) == [".glb"]

@@ -202,3 +202,57 @@ def test_emission_does_not_take_the_place_of_light(tmp_path: Path) -> None:
     dark = raycam.render(world, camera, samples=16)["color"]
     assert (dark[:, 3] < 1e-3).all(), "unless it is given light, be it none"
     assert (dark[:, 0] > [3, 1.5, -1]).all()
+
+
+@pytest.mark.parametrize(
+    ("lists", "words"),
+    [
+        ({"textures": [{"source": 9}]}, "textures[0].source: 9, but there are 1 (UNRESOLVED_REFERENCE)"),
+        ({"textures": []}, "baseColorTexture.index: 0, but there are 0 (UNRESOLVED_REFERENCE)"),
+        (
+            {"images": [{"bufferView": 99, "mimeType": "image/png"}]},
+            "images[0]: left out: images[0].bufferView",
+        ),
+        ({"images": [{"name": "nothing"}]}, "ONE_OF_MISMATCH"),
+        ({"images": [{"uri": "wood.%3CUDIM%3E.png"}]}, "UDIM"),
+    ],
+)
+def test_a_wrong_reference_to_an_image_costs_the_image_alone(
+    tmp_path: Path, lists: dict[str, Any], words: str
+) -> None:
+    document = Document()
+    textured(document, np.full((2, 2, 3), 200, np.uint8))
+    document.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = [1, 0.25, 0.5, 1]
+    document.json.update(lists)
+    world = load(document, tmp_path)
+    assert any(words in notice for notice in world.notices), world.notices
+    shown = seen(world, size=2)[0, 0] / 255
+    linear = np.where(shown > 0.04045, ((shown + 0.055) / 1.055) ** 2.4, shown / 12.92)
+    np.testing.assert_allclose(linear, [1, 0.25, 0.5], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "usual"), [("wrapS", 1, 10497), ("wrapT", 10496, 10497), ("magFilter", 0, 9729)]
+)
+def test_a_wrong_value_of_a_sampler_is_the_usual_one(
+    tmp_path: Path, key: str, value: int, usual: int
+) -> None:
+    pictures = []
+    for code in (value, usual):
+        document = Document()
+        textured(document, np.arange(48).reshape(4, 4, 3).astype(np.uint8) * 5, sampler={key: code})
+        world = load(document, tmp_path)
+        pictures.append(seen(world))
+        assert any(f"samplers[0].{key}: {value} (VALUE_NOT_IN_LIST)" in n for n in world.notices) == (
+            code == value
+        )
+    np.testing.assert_array_equal(*pictures)
+
+
+def test_a_texture_of_a_sampler_that_is_not_there_is_shown(tmp_path: Path) -> None:
+    document = Document()
+    textured(document, np.full((2, 2, 3), 200, np.uint8))
+    document.json["samplers"] = []
+    world = load(document, tmp_path)
+    assert any("textures[0].sampler: 0, but there are 0" in notice for notice in world.notices)
+    np.testing.assert_array_equal(seen(world, size=2), 200)

@@ -308,7 +308,22 @@ def test_an_image_without_kd_shows_as_it_is(tmp_path: Path) -> None:
         assert any("it is black" in notice for notice in world.notices) == (factor == 0)
 
 
-@pytest.mark.parametrize("name", ["a.MTL", "a.obj.mtl"])
+@pytest.mark.parametrize("value", ["inf 0 0", "nan 0 0", "0 -inf 0"])
+@pytest.mark.parametrize("key", ["Kd", "Ke", "Ks"])
+def test_colours_that_are_not_finite_are_ignored(tmp_path: Path, key: str, value: str) -> None:
+    """As if the line were not there."""
+    worlds = []
+    for line in (f"{key} {value}\n", ""):
+        (tmp_path / "a.mtl").write_text(f"newmtl m\n{line}")
+        (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+        worlds.append(raycam.load(tmp_path / "a.obj"))
+    assert any(f"{key} is" in notice and "ignored" in notice for notice in worlds[0].notices)
+    camera = raycam.Camera.look_at([0.3, 0.3, 3], [0.3, 0.3, 0], [0, 1, 0], size=(8, 8), fov=5)
+    with_line, without = (raycam.render(world, camera, samples=1, integrator="direct") for world in worlds)
+    np.testing.assert_array_equal(with_line["color"], without["color"])
+
+
+@pytest.mark.parametrize("name", ["a.MTL", "a.obj.mtl", "A.mtl", "A.Mtl"])
 def test_a_library_beside_may_be_named_otherwise(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("newmtl m\nKd 0.1 0.2 0.3\n")
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -235,6 +236,44 @@ def test_check_save_asks_before_the_work(tmp_path: Path) -> None:
     check_save(tmp_path / "a.png", ["depth"], SIZE)
     with pytest.raises(raycam.SettingsError, match="choose one"):
         check_save(tmp_path / "a.png", ["depth", "uv"], SIZE)
+
+
+@pytest.mark.parametrize("ending", [".png", ".jpg", ".jpeg", ".hdr"])
+def test_a_picture_that_cannot_hold_all_is_refused_before_the_work(tmp_path: Path, ending: str) -> None:
+    for others in (["depth"], ["alpha"], ["instance", "uv"]):
+        with pytest.raises(raycam.SettingsError, match=f"{', '.join(others)} would be lost"):
+            check_save(tmp_path / f"a{ending}", ["color", *others], SIZE)
+        check_save(tmp_path / "a.exr", ["color", *others], SIZE)
+    if ending == ".png":
+        check_save(tmp_path / "a.png", ["color", "alpha"], SIZE, transparent=True)
+        return
+    with pytest.raises(raycam.SettingsError, match="no opacity"):
+        check_save(tmp_path / f"a{ending}", ["color"], SIZE, transparent=True)
+
+
+@pytest.mark.parametrize("ending", [".jpg", ".hdr"])
+def test_opacity_that_a_file_does_not_hold_is_said(tmp_path: Path, ending: str) -> None:
+    channels = {"color": np.ones((2, 3, 3), np.float32), "alpha": np.ones((2, 3), np.float32)}
+    with pytest.warns(raycam.Notice, match="no opacity"):
+        raycam.Frame(channels, camera=None, size=(3, 2), transparent=True).save(tmp_path / f"a{ending}")
+    raycam.Frame(channels, camera=None, size=(3, 2), transparent=True).save(tmp_path / "a.png")
+    raycam.Frame(channels, camera=None, size=(3, 2)).save(tmp_path / f"a{ending}")
+
+
+@pytest.mark.parametrize("value", [65504.0, 65519.0, 65520.0, 1e6, np.inf])
+def test_numbers_beyond_half_precision_are_counted(tmp_path: Path, value: float) -> None:
+    """As many as NumPy's float16 cannot hold."""
+    depth = np.full((2, 3), 2, np.float32)
+    depth[0, :2] = value
+    frame = raycam.Frame({"depth": depth}, camera=None, size=(3, 2))
+    with np.errstate(over="ignore"):
+        count = int((np.isinf(depth.astype(np.float16)) & np.isfinite(depth)).sum())
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        frame.save(tmp_path / "a.exr", half=True)
+    assert [f"infinite: {count} of depth;" in str(each.message) for each in heard] == [True] * (count > 0)
+    stored = OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True).channels()["depth.Z"].pixels
+    assert int(np.isinf(stored).sum()) == count + int(np.isinf(depth).sum())
 
 
 def test_frames_can_be_pickled() -> None:

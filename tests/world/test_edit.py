@@ -381,6 +381,12 @@ for i in range(20):
     raycam.render(world, camera, channels=["depth", "instance"])
     world.cast_rays([0, 0, 9], [0, 0, -1])
     world.occluded([0, 0, 9], [0, 0, -1])
+    world.intersections([0, 0, 9], [0, 0, -1])
+    world.count_intersections([0, 0, 9], [0, 0, -1])
+    world.visible([0, 0, 9], [0, 0, 1])
+    world.closest_points([[0, 0, 2], [0, 1, 2]])
+    world.distance([0, 0, 2])
+    world.inside([0, 0, 2], objects=["box"])
 print(len(set(os.listdir("/proc/self/task")) - before))
 """
     env = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

@@ -93,6 +93,14 @@ def camera_of(world: World, camera: Any) -> Camera:
     )
 
 
+def only_camera(camera: Any, hint: str = "") -> Camera:
+    """The camera itself; raises `SettingsError` for anything else, where no world can name one."""
+    if hasattr(camera, "_core") and hasattr(camera, "project"):
+        found: Camera = camera
+        return found
+    raise SettingsError(f"camera must be a raycam.Camera, not {type(camera).__name__}{hint}")
+
+
 def _refuse_other_words(name: str) -> None:
     """Raises `WorldError` for the word of a side, and `FileNotFoundError` for the name of a file of cameras."""
     if name in SIDES:

@@ -96,11 +96,12 @@ def _run(options: argparse.Namespace) -> None:
     streamed = output.stem == "-" and output.parent == Path()
     if streamed:
         output = output if output.suffix else Path("-.png")
-    names, paired = _names(options, output)
-    if names or not paired:
-        check_save(output, names, (1, 1), bits=options.bits, half=options.half)
     if options.background == "transparent":
         options.transparent_background, options.background = True, None
+    names, paired = _names(options, output)
+    transparent = bool(options.transparent_background)
+    if names or not paired:
+        check_save(output, names, (1, 1), bits=options.bits, half=options.half, transparent=transparent)
     world = load_world(options)
     world, camera, rig = _moment(world, options)
     if rig is not None and not streamed:

@@ -22,7 +22,7 @@ import numpy as np
 from .. import _core
 from ..arrays import Floats, product, whole
 from ..camera import Background, Camera
-from ..errors import FormatError, WorldError
+from ..errors import FormatError, SettingsError, WorldError
 from ..io.html_form import html_table
 from ..progress import bar
 from ..world import World
@@ -89,6 +89,8 @@ class Recipe:
             self.folder = Path(folder).absolute()
             self._source = ""
         else:
+            if not isinstance(recipe, str | os.PathLike):
+                raise SettingsError(f"recipe must be a path or a mapping, not {type(recipe).__name__}")
             self._source = f"{os.fspath(recipe)}: "
             self.description, self.folder = _read(Path(recipe))
         given = self.description.pop("seed", 0)

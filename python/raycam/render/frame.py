@@ -16,6 +16,7 @@ from ..camera import Camera
 from ..errors import FormatError, SettingsError, nearest
 from ..io import atomic_files
 from ..io.npz import npz_bytes
+from ..notices import warn_all
 from .channel_picture import channel_picture, encode_jpeg
 
 __all__ = ["CHANNELS", "VIEWS", "Frame", "check_save", "encoded"]
@@ -204,6 +205,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         target = Path(path)
         options = _options(bits=bits, half=half, exposure=exposure, view=view, channel=channel, **page)
         _check(target, self._channels, options)
+        warn_all(_losses(target, self, options))
         atomic_files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
     def show(self, **options: Any) -> Any:
@@ -373,6 +375,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
 PICTURES = (".png", ".jpg", ".jpeg")
 """Endings of pictures for looking at."""
+OPAQUE = (".jpg", ".jpeg", ".hdr")
+"""Endings of pictures without opacity."""
 
 # File formats by ending: the encoder and its options.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
@@ -393,6 +397,7 @@ def encoded(frame: Frame, name: str | os.PathLike[str], **options: Any) -> bytes
     """The bytes of a file of this name, as `Frame.save` writes it; raises its errors."""
     target, given = Path(name), _options(**options)
     _check(target, frame.channels, given)
+    warn_all(_losses(target, frame, given))
     return SAVERS[target.suffix.lower()][0](frame, **given)
 
 
@@ -403,18 +408,53 @@ def check_save(
     *,
     bits: int | None = None,
     half: bool | None = None,
+    transparent: bool = False,
 ) -> None:
-    """Checks, before rendering, that a frame of `size` with `channels` can be saved to `path`.
+    """Checks, before rendering, that a file at `path` holds all of a frame of `size` with `channels`.
 
-    Raises the errors of `Frame.save`.
+    Raises the errors of `Frame.save`, and `SettingsError` for what would be lost: other channels beside the colour of a
+    picture, and the opacity of a `transparent` frame.
     """
     target = Path(path)
     names = list(channels)
     _check(target, names, _options(bits=bits, half=half))
+    ending = target.suffix.lower()
+    if ending in (*PICTURES, ".hdr") and "color" in names:
+        held = ("color", "alpha") if transparent and ending == ".png" else ("color",)
+        others = [name for name in names if name not in held]
+        if others:
+            raise SettingsError(
+                f"{target}: a {ending} file holds the channel color alone, and {', '.join(others)} would be lost: save"
+                " it as .exr or .npz"
+            )
+    if transparent and ending in OPAQUE:
+        raise SettingsError(f"{target}: a {ending} file has no opacity: take .png or .exr")
     if target.suffix.lower() in (*PICTURES, ".hdr"):
         names = ["color"] if "color" in names else names[:1]
     each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
     atomic_files.check_writable(target, each * size[0] * size[1])
+
+
+def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[str]:
+    """Yields what the file of a frame does not hold of the channels that it has."""
+    ending = target.suffix.lower()
+    shows_color = options.get("channel", "color") == "color" and "color" in frame.channels
+    if frame.transparent and ending in OPAQUE and shows_color:
+        yield f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
+    if ending == ".exr" and options.get("half"):
+        lost = {}
+        for name, values in frame.items():
+            if np.issubdtype(values.dtype, np.floating):
+                with np.errstate(over="ignore"):
+                    lost[name] = int(
+                        np.count_nonzero(np.isfinite(values) & np.isinf(values.astype(np.float16)))
+                    )
+        counts = ", ".join(f"{count} of {name}" for name, count in lost.items() if count)
+        if counts:
+            yield (
+                f"{target}: values beyond 65504, the largest of half precision, are written as infinite: {counts};"
+                " half=False holds them"
+            )
 
 
 def _options(**options: Any) -> dict[str, Any]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .. import _core
 from ..arrays import Floats, floats, size_of, thread_count, whole
 from ..camera import Camera
+from ..camera.asked import only_camera
 from ..errors import WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
@@ -257,7 +258,8 @@ class World(RayQueries, PointQueries):
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
-        self._core.add_camera(name, camera._core)
+        hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
+        self._core.add_camera(name, only_camera(camera, hint)._core)
 
     def add_rig(self, rig: Rig) -> None:
         """Adds a rig under its name; its cameras are appended under the names rig/camera."""

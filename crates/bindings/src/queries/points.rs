@@ -48,8 +48,9 @@ pub(crate) fn world_closest_points<'py>(
     query: PointArguments<'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let found =
-        answer(py, &world, threads, |prepared, control| points::closest_points(prepared, &arrays, threads, control))?;
+    let found = answer(py, &world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
+        points::closest_points(prepared, &arrays, threads, control)
+    })?;
     let n = found.distance.len();
     let dict = PyDict::new(py);
     dict.set_item("distance", array(py, found.distance, &[n])?)?;
@@ -69,7 +70,9 @@ pub(crate) fn world_distance<'py>(
     query: PointArguments<'py>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let found = answer(py, &world, threads, |prepared, control| points::distance(prepared, &arrays, threads, control))?;
+    let found = answer(py, &world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
+        points::distance(prepared, &arrays, threads, control)
+    })?;
     array(py, found, &[arrays.points.len()])
 }
 
@@ -88,7 +91,7 @@ pub(crate) fn world_signed_distance<'py>(
         "pseudonormal" => Sign::Pseudonormal,
         name => return Err(settings_error(format!("unknown sign {name:?}"))),
     };
-    let found = answer(py, &world, threads, |prepared, control| {
+    let found = answer(py, &world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
         signed_distance::signed_distance(prepared, &arrays, sign, threads, control)
     })?;
     array(py, found, &[arrays.points.len()])
@@ -104,8 +107,9 @@ pub(crate) fn world_inside<'py>(
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
     let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
-    let found =
-        answer(py, &world, threads, |prepared, control| inside::inside(prepared, rows, chosen, threads, control))?;
+    let found = answer(py, &world, threads, points::is_brief(rows.len()), |prepared, control| {
+        inside::inside(prepared, rows, chosen, threads, control)
+    })?;
     array(py, found, &[rows.len()])
 }
 
@@ -119,7 +123,7 @@ pub(crate) fn world_winding_number<'py>(
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let (rows, chosen) = (rows(&points, "points")?, mask(objects.as_ref())?);
-    let found = answer(py, &world, threads, |prepared, control| {
+    let found = answer(py, &world, threads, points::is_brief(rows.len()), |prepared, control| {
         winding::winding_number(prepared, rows, chosen, threads, control)
     })?;
     array(py, found, &[rows.len()])
@@ -141,7 +145,9 @@ pub(crate) fn world_visible<'py>(
     let selection =
         Selection { objects: mask(objects.as_ref())?, surface: surface(surface_name)?, ..Selection::default() };
     let pairs = PointPairs { from: rows(&a, "a")?, to: rows(&b, "b")?, margin, selection };
-    let found = answer(py, &world, threads, |prepared, control| visible::visible(prepared, &pairs, threads, control))?;
+    let found = answer(py, &world, threads, points::is_brief(pairs.from.len()), |prepared, control| {
+        visible::visible(prepared, &pairs, threads, control)
+    })?;
     array(py, found, &[pairs.from.len()])
 }
 

@@ -158,7 +158,7 @@ pub(crate) fn world_intersections<'py>(
     names: Vec<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
-    let found = answer(py, &world, threads, |prepared, control| {
+    let found = answer(py, &world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
         crossings::intersections(prepared, &arrays, max_hits, &fields, threads, control)
     })?;
     let dict = PyDict::new(py);
@@ -178,7 +178,7 @@ pub(crate) fn world_count_intersections<'py>(
     signed: bool,
 ) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
     let (arrays, threads) = (query.arrays()?, query.threads);
-    let counts = answer(py, &world, threads, |prepared, control| {
+    let counts = answer(py, &world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
         crossings::count_intersections(prepared, &arrays, signed, threads, control)
     })?;
     array(py, counts, &[arrays.origins.len()])

@@ -29,6 +29,11 @@ pub(crate) fn single_image(from: &Path, name: &[u8], assets: &AssetRoot) -> Resu
     }
 }
 
+/// The reason why the image of a name is not read, if it is one of tiles.
+pub(crate) fn reason(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<String> {
+    single_image(from, name, assets).err()
+}
+
 /// The notice about an image `..1001..` beside which other tiles lie.
 pub(crate) fn notice(from: &Path, name: &[u8], assets: &AssetRoot) -> Option<String> {
     let at = name.windows(4).rposition(|window| window == FIRST)?;

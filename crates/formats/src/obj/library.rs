@@ -48,8 +48,9 @@ impl Library {
         }
         let names = [path.file_stem(), path.file_stem(), path.file_name()];
         let names = names.into_iter().zip([b".mtl", b".MTL", b".mtl"]);
-        let mut names = names.filter_map(|(name, end)| Some([name?.as_encoded_bytes(), end].concat()));
-        if let Some(own) = names.find(|own| assets.is_file(path, own))
+        let names: Vec<_> = names.filter_map(|(name, end)| Some([name?.as_encoded_bytes(), end].concat())).collect();
+        let there = names.iter().find(|own| assets.is_file(path, own)).cloned();
+        if let Some(own) = there.or_else(|| assets.in_other_case(path, names.first()?))
             && let Some(source) = companion::optional_file(path, &own, assets, notices)?
         {
             let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is not there" };

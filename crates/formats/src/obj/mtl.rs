@@ -313,9 +313,9 @@ impl Statement<'_> {
     /// One number for all, or three; beyond 1 where `bright`. Values outside are clamped, and whole numbers up to 255 are
     /// taken as those of bytes.
     fn color(&self, bright: bool, odd: &mut Diagnostics) -> Option<Rgb> {
-        let expected = format!("1 or 3 numbers in 0..=1{}", if bright { " or more" } else { "" });
+        let expected = format!("1 or 3 numbers {}", if bright { "of 0 or more" } else { "in 0..=1" });
         let values: Option<Vec<f64>> = Words(self.rest).map(lexer::number).collect();
-        let values = values.filter(|values| matches!(values.len(), 1 | 3 | 4) && !values.iter().any(|v| v.is_nan()));
+        let values = values.filter(|values| matches!(values.len(), 1 | 3 | 4) && values.iter().all(|v| v.is_finite()));
         let values = match values.as_deref() {
             // "If only r is specified, then g, and b are assumed to be equal to r."
             Some(&[grey]) => [grey; 3],

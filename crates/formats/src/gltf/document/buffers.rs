@@ -250,7 +250,7 @@ pub(crate) fn read_uri(
 }
 
 /// RFC 3986, section 2.1. A percent sign without two digits stands for itself.
-fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
+pub(crate) fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
     if !text.contains('%') {
         return text.as_bytes().into();
     }

@@ -1,4 +1,5 @@
-//! ImportedTextures: which image, how it is looked up, and where on it.
+//! ImportedTextures: which image, how it is looked up, and where on it. An index or a value that is wrong costs the image,
+//! never the model.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,13 +8,13 @@ use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
 use raycam_scene::{Image, Texture, Wrap};
 
 use crate::error::FormatError;
-use crate::gltf::document::Document;
 use crate::gltf::document::buffers;
 use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 use crate::image::decode_image;
 use crate::image::decoder::ColorUse;
+use crate::image::udim;
 use crate::io::companion;
 
 impl Builder<'_, '_> {
@@ -35,7 +36,9 @@ impl Builder<'_, '_> {
     /// A texture for a use; `None` where it has no image.
     fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>, FormatError> {
         let document = self.document;
-        let texture = document.get(&document.root.textures, index, place)?;
+        let Some(texture) = self.item_or_notice(&document.root.textures, index, place) else {
+            return Ok(None);
+        };
         let key = (index, color_use == ColorUse::Color);
         if let Some(&known) = self.textures.textures.get(&key) {
             return Ok(Some(known));
@@ -61,21 +64,33 @@ impl Builder<'_, '_> {
             return Ok(None);
         };
         let sampler = match texture.sampler {
-            Some(sampler) => {
-                let place = &format!("{place}.sampler");
-                let json = document.get(&document.root.samplers, sampler, place)?;
-                sampler_from_json(document, &format!("samplers[{sampler}]"), json)?
-            }
-            None => TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() },
+            Some(sampler) => self
+                .item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"))
+                .map(|json| self.texture_sampler(&format!("samplers[{sampler}]"), json)),
+            None => None,
         };
+        let usual = TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() };
+        let sampler = sampler.unwrap_or(usual);
         let added = self.world.add_texture(Texture { image, sampler });
         self.textures.textures.insert(key, added);
         Ok(Some(added))
     }
 
+    /// The item at an index that is written at `place`; `None`, with a notice, where it leads nowhere.
+    fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str) -> Option<&'b T> {
+        let found = all.get(index);
+        if found.is_none() {
+            let message = format!("{index}, but there are {} (UNRESOLVED_REFERENCE): left out", all.len());
+            self.diagnostics.note(place.to_owned(), message);
+        }
+        found
+    }
+
     /// The image of an index; `None`, with a notice, where it is missing, cut off or of an unknown kind.
     fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>, FormatError> {
-        self.document.get(&self.document.root.images, index, place)?;
+        if self.item_or_notice(&self.document.root.images, index, place).is_none() {
+            return Ok(None);
+        }
         let key = (index, color_use == ColorUse::Color);
         if let Some(known) = self.textures.images.get(&key) {
             return Ok(known.clone());
@@ -104,6 +119,9 @@ impl Builder<'_, '_> {
         let (bytes, name) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let uri_place = format!("{place}.uri");
+                if let Some(reason) = udim::reason(document.path, &buffers::percent_decoded(uri), self.assets) {
+                    return Err(document.fault(format!("{uri_place}: {reason}")));
+                }
                 let notices = &mut self.world.notices;
                 let fetched = buffers::read_uri(document.source, uri, &uri_place, self.assets, notices)?;
                 let named = !uri.starts_with("data:");
@@ -131,35 +149,44 @@ impl Builder<'_, '_> {
         };
         Ok(decoded)
     }
-}
 
-fn sampler_from_json(document: &Document<'_>, place: &str, sampler: &Sampler) -> Result<TextureSampler, FormatError> {
-    let unknown = |name: &str, code: u32| document.fault(format!("{place}.{name}: {code} (VALUE_NOT_IN_LIST)"));
-    let wrap = |name, code| match code {
-        None | Some(10497) => Ok(Wrap::Repeat),
-        Some(33071) => Ok(Wrap::Clamp),
-        Some(33648) => Ok(Wrap::Mirror),
-        Some(code) => Err(unknown(name, code)),
-    };
-    use TexelFilter::{Linear, Nearest};
-    let magnification = match sampler.mag_filter {
-        None | Some(9729) => Linear,
-        Some(9728) => Nearest,
-        Some(code) => return Err(unknown("magFilter", code)),
-    };
-    let (minification, mip) = match sampler.min_filter {
-        None | Some(9987) => (Linear, Some(Linear)),
-        Some(9728) => (Nearest, None),
-        Some(9729) => (Linear, None),
-        Some(9984) => (Nearest, Some(Nearest)),
-        Some(9985) => (Linear, Some(Nearest)),
-        Some(9986) => (Nearest, Some(Linear)),
-        Some(code) => return Err(unknown("minFilter", code)),
-    };
-    Ok(TextureSampler {
-        wrap: [wrap("wrapS", sampler.wrap_s)?, wrap("wrapT", sampler.wrap_t)?],
-        magnification,
-        minification,
-        mip,
-    })
+    /// How an image is looked up. A value that is none of the list is said, and the usual one stands for it.
+    fn texture_sampler(&mut self, place: &str, sampler: &Sampler) -> TextureSampler {
+        use TexelFilter::{Linear, Nearest};
+        let mut unknown = |name: &str, code: u32, usual: &str| {
+            let message = format!("{code} (VALUE_NOT_IN_LIST): taken as {usual}");
+            self.diagnostics.note(format!("{place}.{name}"), message);
+        };
+        let mut wrap = |name, code| match code {
+            None | Some(10497) => Wrap::Repeat,
+            Some(33071) => Wrap::Clamp,
+            Some(33648) => Wrap::Mirror,
+            Some(code) => {
+                unknown(name, code, "10497, repeat");
+                Wrap::Repeat
+            }
+        };
+        let wrap = [wrap("wrapS", sampler.wrap_s), wrap("wrapT", sampler.wrap_t)];
+        let magnification = match sampler.mag_filter {
+            None | Some(9729) => Linear,
+            Some(9728) => Nearest,
+            Some(code) => {
+                unknown("magFilter", code, "9729, linear");
+                Linear
+            }
+        };
+        let (minification, mip) = match sampler.min_filter {
+            None | Some(9987) => (Linear, Some(Linear)),
+            Some(9728) => (Nearest, None),
+            Some(9729) => (Linear, None),
+            Some(9984) => (Nearest, Some(Nearest)),
+            Some(9985) => (Linear, Some(Nearest)),
+            Some(9986) => (Nearest, Some(Linear)),
+            Some(code) => {
+                unknown("minFilter", code, "9987, linear");
+                (Linear, Some(Linear))
+            }
+        };
+        TextureSampler { wrap, magnification, minification, mip }
+    }
 }

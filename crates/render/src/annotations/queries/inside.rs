@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use raycam_bvh::ExactRay;
 
-use crate::annotations::queries::tasks::in_tasks;
+use crate::annotations::queries::tasks::{RAY_THROUGH, in_tasks};
 use crate::annotations::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
 use crate::control::Control;
 use crate::error::RenderError;
@@ -58,6 +58,12 @@ impl<'a> Bodies<'a> {
         };
         let bodies = chosen_objects(geometry, objects)?.into_iter().map(body).collect();
         Ok(Self { geometry, bodies })
+    }
+
+    /// Estimated time of a point in nanoseconds; infinity where winding numbers are summed.
+    fn work_of_point(&self) -> f64 {
+        let sums = self.bodies.iter().any(|body| body.rule == Rule::Winding);
+        if sums { f64::INFINITY } else { RAY_THROUGH * self.bodies.len() as f64 }
     }
 
     /// True for each point inside of any of the objects.
@@ -124,6 +130,6 @@ pub fn inside(
     world.geometry.rebraid_if_worth(points.len());
     let mut found = Vec::with_capacity(points.len());
     let work = |range: Range<usize>| bodies.contain(&points[range]);
-    in_tasks(points.len(), threads, control, work, |mut more| found.append(&mut more))?;
+    in_tasks((points.len(), bodies.work_of_point()), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
 }

@@ -10,12 +10,14 @@ use crate::ground_truth::convert::signed_id;
 use crate::interaction::vector::unit_normal;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::with_pool;
+use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
 /// Points whose order is found at once.
 const PER_BLOCK: usize = 1 << 20;
 /// Points of one task, neighbours along the Morton curve.
 const PER_TASK: usize = 1024;
+/// Estimated time of a point on one thread, in nanoseconds: one far from a fine surface.
+const POINT: f64 = 20_000.0;
 
 /// Points of a query, in world coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +85,8 @@ pub struct ClosestPoints {
 /// the smaller (instance, triangle). Points that are not finite have none.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of
+/// [`crate::thread_pool::with_pool`].
 pub fn closest_points(
     world: &PreparedWorld,
     query: &PointArrays,
@@ -92,14 +95,32 @@ pub fn closest_points(
 ) -> Result<ClosestPoints, RenderError> {
     let geometry = &world.geometry;
     let found = search(world, query, threads, control)?;
-    with_pool(threads, || ClosestPoints {
-        distance: found.par_iter().map(|found| found.distance).collect(),
-        position: found.par_iter().map(|found| found.position).collect(),
-        instance: found.par_iter().map(|found| signed_id(found.instance)).collect(),
-        triangle: found.par_iter().map(|found| signed_id(found.triangle)).collect(),
-        barycentric: found.par_iter().map(|found| found.weights).collect(),
-        normal: found.par_iter().map(|found| outward_normal(geometry, found)).collect(),
-    })
+    let workers = Workers::for_work(threads, POINT * found.len() as f64, true)?;
+    Ok(workers.run(|| ClosestPoints {
+        distance: column(&workers, &found, |found| found.distance),
+        position: column(&workers, &found, |found| found.position),
+        instance: column(&workers, &found, |found| signed_id(found.instance)),
+        triangle: column(&workers, &found, |found| signed_id(found.triangle)),
+        barycentric: column(&workers, &found, |found| found.weights),
+        normal: column(&workers, &found, |found| outward_normal(geometry, found)),
+    }))
+}
+
+/// True if the calling thread alone answers for this many points, in a fraction of a millisecond.
+pub fn is_brief(points: usize) -> bool {
+    POINT * points as f64 <= MAX_WORK_HERE
+}
+
+/// A value of each closest point.
+fn column<T: Send>(
+    workers: &Workers,
+    found: &[ClosestPoint],
+    value: impl Fn(&ClosestPoint) -> T + Sync + Send,
+) -> Vec<T> {
+    match workers {
+        Workers::Here => found.iter().map(value).collect(),
+        Workers::Pool(..) => found.par_iter().map(value).collect(),
+    }
 }
 
 /// Distance of each point to the chosen objects; +inf beyond `max_distance`.
@@ -130,10 +151,14 @@ pub(super) fn search(
     let filter = chosen.as_ref().map(|chosen| chosen as &(dyn HitFilter + Sync));
     let mut found = vec![ClosestPoint::MISS; n];
     control.start(n.div_ceil(PER_TASK));
-    with_pool(threads, || {
+    let workers = Workers::for_work(threads, POINT * n as f64, true)?;
+    workers.run(|| {
         for first in (0..n).step_by(PER_BLOCK) {
             let end = n.min(first + PER_BLOCK);
-            let order = morton_order(&query.points[first..end]);
+            let order: Vec<u32> = match workers {
+                Workers::Here => (0..(end - first) as u32).collect(),
+                Workers::Pool(..) => morton_order(&query.points[first..end]),
+            };
             let task = |indices: &[u32]| {
                 control.check()?;
                 let at = indices.iter().map(|&i| first + i as usize);
@@ -148,13 +173,16 @@ pub(super) fn search(
                 control.advance();
                 Ok(found)
             };
-            let sorted: Result<Vec<Vec<ClosestPoint>>, RenderError> = order.par_chunks(PER_TASK).map(task).collect();
+            let sorted: Result<Vec<Vec<ClosestPoint>>, RenderError> = match workers {
+                Workers::Here => order.chunks(PER_TASK).map(task).collect(),
+                Workers::Pool(..) => order.par_chunks(PER_TASK).map(task).collect(),
+            };
             for (&i, point) in order.iter().zip(sorted?.iter().flatten()) {
                 found[first + i as usize] = *point;
             }
         }
         Ok(())
-    })??;
+    })?;
     Ok(found)
 }
 

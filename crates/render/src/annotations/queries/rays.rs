@@ -7,12 +7,12 @@ use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray}
 
 use crate::annotations::queries::fields::{Columns, Field, columns};
 use crate::annotations::queries::selection::Selection;
-use crate::annotations::queries::tasks::in_tasks_by;
+use crate::annotations::queries::tasks::{RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::{MAX_WORK_HERE, Workers};
+use crate::thread_pool::MAX_WORK_HERE;
 
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +118,7 @@ pub fn cast_rays(
         columns(geometry, fields, local.iter().zip(&hits))
     };
     world.geometry.note_exact_rays(n as u64);
-    in_tasks_by(&Workers::for_work(threads, work_of(n), true)?, n, control, work, |more| found.append(more))?;
+    in_tasks((n, RAY), threads, control, work, |more| found.append(more))?;
     Ok(found)
 }
 
@@ -152,18 +152,13 @@ pub fn occluded(
         occluded
     };
     world.geometry.note_exact_rays(n as u64);
-    in_tasks_by(&Workers::for_work(threads, work_of(n), true)?, n, control, work, |mut more| found.append(&mut more))?;
+    in_tasks((n, RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
-}
-
-/// Estimated time of this many rays on one thread, in nanoseconds.
-fn work_of(rays: usize) -> f64 {
-    300.0 * rays as f64
 }
 
 /// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
 pub fn is_brief(rays: usize) -> bool {
-    work_of(rays) <= MAX_WORK_HERE
+    RAY * rays as f64 <= MAX_WORK_HERE
 }
 
 /// Nearest hits.

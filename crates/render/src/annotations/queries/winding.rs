@@ -138,7 +138,7 @@ pub fn winding_number(
         sums.iter_mut().zip(points).filter(|(_, point)| !is_finite(point)).for_each(|(sum, _)| *sum = 0.0);
         sums
     };
-    in_tasks(points.len(), threads, control, work, |mut more| found.append(&mut more))?;
+    in_tasks((points.len(), f64::INFINITY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
 }
 
