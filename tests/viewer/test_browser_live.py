@@ -13,10 +13,12 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from raycam.viewer.files import film
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import PATIENCE, Tab
@@ -200,6 +202,53 @@ def test_a_snapshot_is_a_file_with_the_bytes_of_render(
         found = np.array(image.convert("RGB"))
     expected = raycam.render(world, session.camera, samples=SAMPLES, integrator="direct")
     assert np.array_equal(found, expected.to_srgb8())
+
+
+def downloaded(tab: Tab, folder: Path, button: str, name: str) -> Path:
+    """The file that a button gives to the browser, when it is complete."""
+    tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+    tab.evaluate(f"document.getElementById('{button}').click()")
+    until(lambda: (folder / name).exists() and not list(folder.glob("*.crdownload")))
+    return folder / name
+
+
+@pytest.mark.parametrize(
+    ("button", "name", "count"), [("film", "w_turntable.mp4", 96), ("film-time", "w_animation.mp4", 48)]
+)
+def test_a_film_is_a_file_that_plays(
+    tab: Tab, live: Server, tmp_path: Path, button: str, name: str, count: int
+) -> None:
+    opened(tab, live, SAMPLES)
+    with av.open(str(downloaded(tab, tmp_path, button, name))) as video:
+        stream = video.streams.video[0]
+        assert stream.average_rate == 24
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in video.decode(stream)]
+    assert [each.shape for each in frames] == [(64, 96, 3)] * count
+    assert np.abs(frames[count // 2] - frames[0]).mean() > 1, "it moves"
+    tab.wait("document.getElementById('film-stop').hidden && !document.getElementById('film').disabled")
+
+
+def test_a_film_without_pyav_is_a_gif(
+    tab: Tab, live: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(film, "has_av", lambda: False)
+    opened(tab, live, SAMPLES)
+    with Image.open(downloaded(tab, tmp_path, "film-time", "w_animation.gif")) as image:
+        assert (image.n_frames, image.size) == (24, (96, 64))
+
+
+def test_a_film_is_stopped_by_its_button(tab: Tab, live: Server, tmp_path: Path) -> None:
+    session = opened(tab, live, SAMPLES)
+    session.receive({"type": "quality", "integrator": "path"})
+    tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    tab.evaluate("document.getElementById('film').click()")
+    tab.wait("!document.getElementById('film-stop').hidden")
+    assert text_of(tab, "film-stop").startswith("Stop the film: ")
+    assert tab.evaluate("document.getElementById('film-time').disabled")
+    tab.evaluate("document.getElementById('film-stop').click()")
+    tab.wait("document.getElementById('message').textContent === 'The film was stopped.'")
+    tab.wait("document.getElementById('film-stop').hidden && !document.getElementById('film').disabled")
+    assert [each.name for each in tmp_path.iterdir()] == ["w.toml"]
 
 
 def test_a_reload_finds_its_token(tab: Tab, live: Server) -> None:
