@@ -144,6 +144,10 @@ def test_a_server_with_another_token_is_told_apart_from_none(
         assert tab.evaluate(SHOWN) == before
         assert not other.sessions
         assert tab.evaluate(LOST)
+        tab.call("Page.navigate", url=f"http://127.0.0.1:{relay.port}/#t={other.token}")
+        tab.wait(DONE)
+        assert len(other.sessions) == 1
+        assert "#" not in tab.evaluate("location.href")
     finally:
         other.close()
 

@@ -33,6 +33,8 @@ export class SocketTransport {
     this.live = true;
     this.size = size;
     this.token = takeToken();
+    // A new address of the same port in this tab changes the fragment alone.
+    addEventListener("hashchange", () => location.hash && location.reload());
     this.session = "";
     this.version = "";
     this.retry = FIRST_RETRY;
