@@ -195,12 +195,16 @@ class Session:
         }
 
     def about(self) -> dict[str, Any]:
-        """The camera as text, and the world's notices."""
-        counts = self.world.counts
-        text = f"{counts['objects']:,} objects, {counts['triangles']:,} triangles\n\n{self.given!r}"
+        """The camera as text, and the notices of the world and of its picture."""
+        counts, still = self.world.counts, self.still
+        number = " and ".join(
+            f"{counts[name]:,} {name if counts[name] != 1 else name[:-1]}"
+            for name in ("objects", "triangles")
+        )
+        notices = [*self.world.notices, *(() if still is None else still.notices)]
         return {
-            "about": text,
-            "notices": self.world.notices,
+            "about": f"{number}\n\n{self.given!r}",
+            "notices": list(dict.fromkeys(notices)),
             "camera": self.name,
             "lens": lens_of(self.given),
             "pose": pose_of(self.given),
