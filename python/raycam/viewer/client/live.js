@@ -94,8 +94,8 @@ export class LiveView {
     if (message.type === "closing") this.client.say(message.text, "error");
   }
 
-  /** @param {{ done?: number, total?: number }} progress of the film; 0 of 0 is its end */
-  showFilming({ done = 0, total = 0 }) {
+  /** @param {Record<string, any>} progress of the film; 0 of 0 is its end */
+  showFilming({ done, total }) {
     const stop = byId("film-stop", HTMLButtonElement);
     stop.hidden = !total;
     stop.textContent = `Stop the film: ${done} of ${total}`;
