@@ -22,6 +22,7 @@ from raycam.viewer.files import film
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import PATIENCE, Tab
+from support.gltf_document import Document
 from support.viewer_page import opened, text_of
 
 pytestmark = pytest.mark.proof
@@ -177,6 +178,46 @@ def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
     rest(tab, session)
     moved = np.array(session.world.objects[0].matrix)[:3, 3] - before[:3, 3]
     assert moved[0] == pytest.approx(session.time, abs=0.3)
+
+
+def variants_file(folder: Path) -> Path:
+    """A green square that may be red, as glTF."""
+    document = Document()
+    document.use("KHR_materials_variants")
+    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
+    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
+    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
+    mappings = [{"material": red, "variants": [0]}]
+    primitive = document.json["meshes"][mesh]["primitives"][0]
+    primitive["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
+    document.node(mesh=mesh)
+    return document.save(folder / "v.glb")
+
+
+def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
+    world = raycam.load(variants_file(tmp_path))
+    server = Server(lambda: Session(world, world.default_camera(), samples=SAMPLES, title="v"), port=0)
+    try:
+        session = opened(tab, server, SAMPLES)
+        names = tab.evaluate("[...document.getElementById('variant').options].map((each) => each.value)")
+        assert names == ["", *world.variants]
+        assert not tab.evaluate("document.getElementById('variants').hidden")
+        tab.evaluate(
+            "(() => { const list = document.getElementById('variant'); list.value = 'red';"
+            "list.dispatchEvent(new Event('change', { bubbles: true })); })()"
+        )
+        until(lambda: session.variant == "red")
+        rest(tab, session)
+        expected = raycam.render(
+            world.with_variant("red"), session.camera, samples=SAMPLES, integrator="direct"
+        ).to_srgb8()
+        shown = on_the_screen(tab, session.size)
+        assert (
+            min(np.abs(each - expected.astype(int)).max() for each in shown if each.shape == expected.shape)
+            <= 1
+        )
+    finally:
+        server.close()
 
 
 def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
