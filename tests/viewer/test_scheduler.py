@@ -68,7 +68,7 @@ def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
         pass
     about = [each for each in heard if each["type"] == "about"][-1]
     assert about["notices"] == [str(told[0].message)]
-    assert about["about"].startswith("1 object and 12 triangles")
+    assert about["about"].startswith("1 object, 12 triangles")
 
 
 def test_nothing_is_rendered_for_who_does_not_look(small_world: raycam.World) -> None:

@@ -197,7 +197,7 @@ class Session:
     def about(self) -> dict[str, Any]:
         """The camera as text, and the notices of the world and of its picture."""
         counts, still = self.world.counts, self.still
-        number = " and ".join(
+        number = ", ".join(
             f"{counts[name]:,} {name if counts[name] != 1 else name[:-1]}"
             for name in ("objects", "triangles")
         )
