@@ -27,8 +27,10 @@ PATIENCE = 180.0  # seconds
 class Tab:
     """A page in the browser."""
 
-    def __init__(self, socket: ClientConnection) -> None:
+    def __init__(self, socket: ClientConnection, pid: int = 0) -> None:
         self._socket = socket
+        self.pid = pid
+        """The process of the browser."""
         self._numbers = itertools.count(1)
         self.said: list[str] = []
         """The lines that the page wrote to its console, errors included."""
@@ -129,7 +131,7 @@ def chromium(folder: Path, *more: str) -> Iterator[Tab]:
             with connect(
                 tab["webSocketDebuggerUrl"], max_size=None, proxy=None, ping_interval=None
             ) as socket:
-                yield Tab(socket)
+                yield Tab(socket, process.pid)
         finally:
             process.terminate()
             process.wait(PATIENCE)

@@ -179,7 +179,7 @@ def test_dropped_files_are_opened_where_that_is_allowed(tab: Tab, serve: Serve, 
     paths = files(tmp_path)
     tab.drop(*place_of(tab, 24, 16, SIZE), paths)
     tab.wait("document.getElementById('title').textContent === 'dropped.toml'")
-    tab.wait("document.getElementById('about').textContent.includes('1 objects, 4 triangles')")
+    tab.wait("document.getElementById('about').textContent.includes('1 object, 4 triangles')")
     rest(tab, session)
     expected = raycam.load(paths[0])
     assert session.base.objects[0].name == "wedge"

@@ -13,13 +13,16 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from raycam.viewer.files import film
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import PATIENCE, Tab
+from support.gltf_document import Document
 from support.viewer_page import opened, text_of
 
 pytestmark = pytest.mark.proof
@@ -177,6 +180,46 @@ def test_time_is_scrubbed(tab: Tab, live: Server) -> None:
     assert moved[0] == pytest.approx(session.time, abs=0.3)
 
 
+def variants_file(folder: Path) -> Path:
+    """A green square that may be red, as glTF."""
+    document = Document()
+    document.use("KHR_materials_variants")
+    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}]}}
+    red = document.add("materials", pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]})
+    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
+    mappings = [{"material": red, "variants": [0]}]
+    primitive = document.json["meshes"][mesh]["primitives"][0]
+    primitive["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
+    document.node(mesh=mesh)
+    return document.save(folder / "v.glb")
+
+
+def test_a_variant_is_chosen(tab: Tab, tmp_path: Path) -> None:
+    world = raycam.load(variants_file(tmp_path))
+    server = Server(lambda: Session(world, world.default_camera(), samples=SAMPLES, title="v"), port=0)
+    try:
+        session = opened(tab, server, SAMPLES)
+        names = tab.evaluate("[...document.getElementById('variant').options].map((each) => each.value)")
+        assert names == ["", *world.variants]
+        assert not tab.evaluate("document.getElementById('variants').hidden")
+        tab.evaluate(
+            "(() => { const list = document.getElementById('variant'); list.value = 'red';"
+            "list.dispatchEvent(new Event('change', { bubbles: true })); })()"
+        )
+        until(lambda: session.variant == "red")
+        rest(tab, session)
+        expected = raycam.render(
+            world.with_variant("red"), session.camera, samples=SAMPLES, integrator="direct"
+        ).to_srgb8()
+        shown = on_the_screen(tab, session.size)
+        assert (
+            min(np.abs(each - expected.astype(int)).max() for each in shown if each.shape == expected.shape)
+            <= 1
+        )
+    finally:
+        server.close()
+
+
 def test_exposure_asks_for_no_picture(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     until(lambda: session.sent == session.acknowledged)
@@ -200,6 +243,53 @@ def test_a_snapshot_is_a_file_with_the_bytes_of_render(
         found = np.array(image.convert("RGB"))
     expected = raycam.render(world, session.camera, samples=SAMPLES, integrator="direct")
     assert np.array_equal(found, expected.to_srgb8())
+
+
+def downloaded(tab: Tab, folder: Path, button: str, name: str) -> Path:
+    """The file that a button gives to the browser, when it is complete."""
+    tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+    tab.evaluate(f"document.getElementById('{button}').click()")
+    until(lambda: (folder / name).exists() and not list(folder.glob("*.crdownload")))
+    return folder / name
+
+
+@pytest.mark.parametrize(
+    ("button", "name", "count"), [("film", "w_turntable.mp4", 96), ("film-time", "w_animation.mp4", 48)]
+)
+def test_a_film_is_a_file_that_plays(
+    tab: Tab, live: Server, tmp_path: Path, button: str, name: str, count: int
+) -> None:
+    opened(tab, live, SAMPLES)
+    with av.open(str(downloaded(tab, tmp_path, button, name))) as video:
+        stream = video.streams.video[0]
+        assert stream.average_rate == 24
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in video.decode(stream)]
+    assert [each.shape for each in frames] == [(64, 96, 3)] * count
+    assert np.abs(frames[count // 2] - frames[0]).mean() > 1, "it moves"
+    tab.wait("document.getElementById('film-stop').hidden && !document.getElementById('film').disabled")
+
+
+def test_a_film_without_pyav_is_a_gif(
+    tab: Tab, live: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(film, "has_av", lambda: False)
+    opened(tab, live, SAMPLES)
+    with Image.open(downloaded(tab, tmp_path, "film-time", "w_animation.gif")) as image:
+        assert (image.n_frames, image.size) == (24, (96, 64))
+
+
+def test_a_film_is_stopped_by_its_button(tab: Tab, live: Server, tmp_path: Path) -> None:
+    session = opened(tab, live, SAMPLES)
+    session.receive({"type": "quality", "integrator": "path"})
+    tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    tab.evaluate("document.getElementById('film').click()")
+    tab.wait("!document.getElementById('film-stop').hidden")
+    assert text_of(tab, "film-stop").startswith("Stop the film: ")
+    assert tab.evaluate("document.getElementById('film-time').disabled")
+    tab.evaluate("document.getElementById('film-stop').click()")
+    tab.wait("document.getElementById('message').textContent === 'The film was stopped.'")
+    tab.wait("document.getElementById('film-stop').hidden && !document.getElementById('film').disabled")
+    assert [each.name for each in tmp_path.iterdir()] == ["w.toml"]
 
 
 def test_a_reload_finds_its_token(tab: Tab, live: Server) -> None:

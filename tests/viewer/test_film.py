@@ -1,8 +1,10 @@
-"""A turn around the pivot as a film."""
+"""Films of a live view: a turn around the pivot, and the world's own movement."""
 
 from __future__ import annotations
 
 import io
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from PIL import Image, ImageSequence
 from raycam.errors import Cancelled
 from raycam.viewer.files import film
 from raycam.viewer.outputs import film as saved
+from raycam.viewer.server import answer
 from raycam.viewer.session import Session
 
 
@@ -41,3 +44,62 @@ def test_it_ends_with_its_client(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     with pytest.raises(Cancelled):
         saved(session, 1, 360)
+
+
+def test_it_is_stopped_and_says_so(small_world: raycam.World) -> None:
+    session = Session(small_world, small_world.camera("front"))
+    heard = []
+
+    def hear(message: dict[str, Any], buffers: object) -> None:
+        heard.append(message)
+        if message["type"] == "filming":
+            session.receive({"type": "stop"})
+
+    session.send = hear
+    answer(session, {"type": "film", "seconds": 20, "degrees": 360})
+    assert [each["type"] for each in heard] == ["filming", "filming", "notice"]
+    assert heard[0]["total"] == 480
+    assert heard[1]["total"] == 0
+    assert heard[2]["text"] == "The film was stopped."
+
+
+def moving_world(folder: Path) -> raycam.World:
+    path = folder / "moving.toml"
+    path.write_text(
+        "[[object]]\nname = 'ball'\nsphere = { radius = 1 }\n"
+        "[[camera]]\nname = 'rides'\nlocation = [0, -4, 1]\ntarget = [0, 0, 0]\nsize = [48, 32]\nfov = 40\n"
+        "[video]\nfps = 10\nseconds = 1\ninterpolation = 'linear'\n"
+        "keyframe = [{ time = 0, object = 'ball', location = [-1, 0, 0] },"
+        " { time = 1, object = 'ball', location = [1, 0, 0] },"
+        " { time = 0, location = [0, -4, 1], target = [0, 0, 0] },"
+        " { time = 1, location = [0, -3, -1], target = [0, 0, 0] }]\n"
+    )
+    return raycam.load(path)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_the_movement_of_a_world_as_a_film(tmp_path: Path, named: bool) -> None:
+    av = pytest.importorskip("av")
+    world = moving_world(tmp_path)
+    rides = world.camera("rides")
+    free = rides.at_pose(rides.R, [0, -5, 0])
+    session = Session(world, rides if named else free, title="moving.toml")
+    session.send = lambda message, buffers: None
+    name, media, data = saved(session, 60, 0)
+    assert (name, media) == ("moving_animation.mp4", "video/mp4")
+    with av.open(io.BytesIO(data)) as film_:
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in film_.decode(video=0)]
+    assert len(frames) == 24
+    for i in (0, 12, 23):
+        at = world.at(i / 24)
+        seen = world.camera_at(rides, i / 24) if named else free
+        wanted = raycam.render(at, seen, integrator="direct", samples=8, frame=i).to_srgb8()
+        assert np.abs(frames[i] - wanted).mean() < 2  # lossy
+    assert np.abs(frames[23] - frames[0]).mean() > 8
+
+
+def test_a_world_that_stands_still_has_no_film_of_its_own(small_world: raycam.World) -> None:
+    session = Session(small_world, small_world.camera("front"))
+    session.send = lambda message, buffers: None
+    with pytest.raises(raycam.SettingsError, match="nothing moves in this world"):
+        saved(session, 1, 0)

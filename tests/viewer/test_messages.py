@@ -25,6 +25,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "select": {"number": 0, "tool": "move"},
     "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
     "film": {"seconds": 2, "degrees": 360},
+    "stop": {},
     "upload": {"name": "a.glb", "bytes": 3, "offset": 0, "data": "AAAA"},
     "open": {"name": "a.glb"},
     "edit": {"kind": "object", "number": 3, "key": "visible", "value": False},

@@ -53,6 +53,24 @@ def test_refinement_ends_at_the_samples_asked_for(small_world: raycam.World) -> 
     assert session.sent >= 1
 
 
+def test_notices_of_the_picture_are_shown(small_world: raycam.World) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    camera = small_world.camera("front")
+    with pytest.warns(raycam.Notice, match="no lights") as told:
+        raycam.render(world, camera)
+    session = Session(world, camera, samples=4)
+    session.receive({"type": "size", "width": 48, "height": 32, "ratio": 1})
+    session.moved, session.touched, heard = session.version, 0.0, []
+    session.send = lambda message, buffers: heard.append(message)
+    scheduler = Scheduler(lambda: [session])
+    while step(scheduler):
+        pass
+    about = [each for each in heard if each["type"] == "about"][-1]
+    assert about["notices"] == [str(told[0].message)]
+    assert about["about"].startswith("1 object, 12 triangles")
+
+
 def test_nothing_is_rendered_for_who_does_not_look(small_world: raycam.World) -> None:
     hidden, gone, behind = (ready(small_world) for _ in range(3))
     hidden.visible = False

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import raycam
 from raycam.render.frame import CHANNELS
+from raycam.viewer import stills
 from raycam.viewer.stills import COLORS, TRUTH, FromScratch, Slices, refinement, truth
 
 
@@ -63,3 +64,31 @@ def test_truth_is_that_of_the_picture(small_world: raycam.World) -> None:
     assert {name: array.tobytes() for name, array in found.items()} == {
         name: array.tobytes() for name, array in expected.items()
     }
+
+
+@pytest.mark.parametrize(("showing", "most_frames"), [(0.01, 12), (1.0, 4)])
+def test_showing_takes_a_quarter_of_the_time_at_most(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch, showing: float, most_frames: int
+) -> None:
+    now, added = 0.0, 0
+
+    class Slow:
+        def add_for(self, seconds: float, cancel: raycam.Cancel) -> int:
+            nonlocal now, added
+            now, added = now + seconds, added + 1
+            return added // 10  # 190 slices, 5.7 seconds, until all samples are there
+
+        def frame(self) -> str:
+            return "frame"
+
+    monkeypatch.setattr(stills.time, "monotonic", lambda: now)
+    monkeypatch.setattr(stills, "Progressive", lambda *_, **__: Slow())
+    refinement = Slices(small_world, small_world.camera("front"), "path", 19, 1)
+    told = []
+    while refinement.samples < 19:
+        if refinement.refine(raycam.Cancel()):
+            told.append(refinement.samples)
+            now += showing
+    assert told[0] == 1
+    assert told[-1] == 19
+    assert 3 <= len(told) <= most_frames + 1

@@ -136,8 +136,9 @@ MESSAGES: dict[str, dict[str, Check]] = {
     "probe": {"id": _seq, **_pixel},
     "explain": {"id": _seq, **_pixel},
     "snapshot": {"format": _one_of("png", "html", "npz", "glb", "toml")},
-    # A turn around the pivot.
-    "film": {"seconds": _number(0.5, 20), "degrees": _number(-720, 720)},
+    # A turn around the pivot; of 0 degrees the world's own movement. Then its end before that.
+    "film": {"seconds": _number(0.1, 60), "degrees": _number(-720, 720)},
+    "stop": {},
     # A piece of a file that is dropped on the page, in order; then its opening.
     "upload": {
         "name": _text(100),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .._core import world_to_gltf
 from ..errors import SettingsError
 from ..render.frame import Frame
-from .files.film import turntable
+from .files.film import filmed
 from .page import page
 from .scene.world_file import world_file
 from .session import Session
@@ -58,13 +58,17 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
 
 
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of a film that turns around the pivot."""
+    """Name, media type and bytes of a film that turns around the pivot; of 0 degrees, of the world's movement."""
 
     def report(done: int, total: int) -> None:
-        session.send_message({"type": "notice", "text": f"Film: {done} of {total} pictures."})
+        session.send_message({"type": "filming", "done": done, "total": total})
 
-    ending, media, data = turntable(session, seconds, degrees, report)
-    return f"{_stem(session.title)}_turntable{ending}", media, data
+    try:
+        ending, media, data = filmed(session, seconds, degrees, report)
+    finally:
+        report(0, 0)
+    kind = "turntable" if degrees else "animation"
+    return f"{_stem(session.title)}_{kind}{ending}", media, data
 
 
 def _stem(title: str) -> str:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Sequence
 from http import HTTPStatus
 from typing import Any
 
-from ..errors import Error, SettingsError
+from ..errors import Cancelled, Error, SettingsError
 from . import gate
 from .messages import LONGEST, BadMessage, message_of, packed
 from .outputs import film, snapshot
@@ -319,6 +319,8 @@ def answer(session: Session, message: dict[str, Any]) -> None:
             else:
                 name, media, data = snapshot(session, message["format"])
             session.send_message({"type": "file", "name": name, "media": media}, [data])
+    except Cancelled as error:
+        session.send_message({"type": "notice", "text": f"{str(error).capitalize()}."})
     except (Error, MemoryError, OSError) as error:
         session.send_message({"type": "error", "text": str(error) or "out of memory"})
 

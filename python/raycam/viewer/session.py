@@ -96,6 +96,8 @@ class Session:
         self.pace = Pace()
         self.send: Send | None = None
         """Sends a message to the client; None while none is connected."""
+        self.film_stop = threading.Event()
+        """Ends the film that is made."""
         self.visible = True
         self.shows_cameras = False
         """True if the world's cameras are drawn over the picture."""
@@ -185,7 +187,7 @@ class Session:
             "integrator": self.integrator,
             "explanations": [],
             "opens": self.allows_open,
-            "time": {"now": self.time, "seconds": self._seconds(), "animation": self.animation},
+            "time": {"now": self.time, "seconds": self.seconds, "animation": self.animation},
             "animations": [each.name for each in self.base.animations],
             "variants": self.base.variants,
             "variant": self.variant,
@@ -193,12 +195,16 @@ class Session:
         }
 
     def about(self) -> dict[str, Any]:
-        """The camera as text, and the world's notices."""
-        counts = self.world.counts
-        text = f"{counts['objects']:,} objects, {counts['triangles']:,} triangles\n\n{self.given!r}"
+        """The camera as text, and the notices of the world and of its picture."""
+        counts, still = self.world.counts, self.still
+        number = ", ".join(
+            f"{counts[name]:,} {name if counts[name] != 1 else name[:-1]}"
+            for name in ("objects", "triangles")
+        )
+        notices = [*self.world.notices, *(() if still is None else still.notices)]
         return {
-            "about": text,
-            "notices": self.world.notices,
+            "about": f"{number}\n\n{self.given!r}",
+            "notices": list(dict.fromkeys(notices)),
             "camera": self.name,
             "lens": lens_of(self.given),
             "pose": pose_of(self.given),
@@ -228,6 +234,7 @@ class Session:
             "quality": self._quality,
             "ack": self._ack,
             "visible": self._visible,
+            "stop": lambda said: self.film_stop.set(),
         }
         act[message["type"]](message)
 
@@ -255,7 +262,8 @@ class Session:
             return self.base.camera_at(self.base.camera(name), self.time)
         return self.world.camera(name)
 
-    def _seconds(self) -> float:
+    @property
+    def seconds(self) -> float:
         """The duration of the video and the animations; 0 for a world that does not move."""
         video = self.base.video
         return max(
@@ -265,7 +273,7 @@ class Session:
     def _time(self, message: dict[str, Any]) -> None:
         if message["animation"] and message["animation"] not in [each.name for each in self.base.animations]:
             raise WorldError("there is no animation of this name")
-        self.time, self.animation = min(float(message["t"]), self._seconds()), message["animation"]
+        self.time, self.animation = min(float(message["t"]), self.seconds), message["animation"]
         self._evaluate()
 
     def _variant(self, message: dict[str, Any]) -> None:
@@ -274,15 +282,20 @@ class Session:
         self.variant = message["name"]
         self._evaluate()
 
-    def _evaluate(self) -> None:
-        """The world of the time and the variant that are chosen, and the camera that is looked through."""
+    def moment(self, time: float) -> tuple[World, Camera]:
+        """The world of a time and the variant that is chosen, and the camera that is looked through then."""
         world = self.base.with_variant(self.variant) if self.variant else self.base
-        if self._seconds() > 0:
-            world = world.at(self.time, self.animation or None)
+        if self.seconds > 0:
+            world = world.at(time, self.animation or None)
+        if self.name and self.base.video is not None:
+            return world, self.base.camera_at(self.base.camera(self.name), time)
+        return world, world.camera(self.name) if self.name else self.given
+
+    def _evaluate(self) -> None:
+        """Shows the world of the time and the variant that are chosen."""
+        world, camera = self.moment(self.time)
         with self.lock:
-            self.world = world
-            if self.name:
-                self.given = self._named(self.name)
+            self.world, self.given = world, camera
         self.changed()
 
     def rebase(self) -> None:
@@ -467,7 +480,7 @@ class Session:
             f"--integrator {self.integrator}",
             f"--samples {self.most_samples()}",
         ]
-        if self._seconds() > 0:
+        if self.seconds > 0:
             options.append(f"--at {self.time!r}")
         if self.name:
             options.append(f"--camera {shlex.quote(self.name)}")

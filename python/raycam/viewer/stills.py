@@ -23,7 +23,8 @@ TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "erro
 """The channels of the exact ray through the pixel's centre."""
 FIRST, GROWTH = 4, 4
 SLICE = 0.03  # seconds that anybody else waits at most
-LONGEST_WAIT = 0.5  # seconds until a picture is shown although some of its pixels have no more samples
+LONGEST_WAIT = 0.5  # seconds of samples until a picture is shown although they have not doubled
+SHOWING = 0.25  # of the time goes into showing pictures, at most, until the last one
 
 
 @dataclass(eq=False)
@@ -54,21 +55,40 @@ class Slices(Refinement):
     """A refinement by slices of a progressive picture: no sample is thrown away, and nobody waits for long."""
 
     _picture: Progressive | None = field(default=None, init=False)
-    _told: float = field(default_factory=time.monotonic, init=False)
+    _told: int = field(default=0, init=False)
+    """The samples of the last frame."""
+    _given: float | None = field(default=None, init=False)
+    """The time when the last step ended in a frame; None where it did not."""
+    _showing: float = field(default=0.0, init=False)
+    """Seconds that the last frame took to be shown, as far as the next step knows."""
+    _spent: float = field(default=0.0, init=False)
+    """Seconds of samples since the last frame."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """Adds samples for a slice; returns a frame of another number of samples, or of this one after a while."""
+        """Adds samples for a slice; returns a frame where they have doubled or are all there, or after a while."""
         if self.samples >= self.most:
             return None
+        started = time.monotonic()
+        if self._given is not None:
+            self._showing, self._given = started - self._given, None
         if self._picture is None:  # not before: it may have to build a world's trees
             self._picture = Progressive(self.world, self.camera, samples=self.most, **self.settings)
-        before = self.samples
         self.samples = self._picture.add_for(SLICE, cancel=cancel)
-        now = time.monotonic()
-        if self.samples == before and (before == 0 or now - self._told < LONGEST_WAIT):
+        self._spent += time.monotonic() - started
+        if not self._is_worth_showing():
             return None
-        self._told = now
-        return self._picture.frame()
+        frame = self._picture.frame()
+        self._told, self._spent, self._given = self.samples, 0.0, time.monotonic()
+        return frame
+
+    def _is_worth_showing(self) -> bool:
+        """True if a frame is due: pictures that cost more than their samples would hold up the last one."""
+        if self.samples >= self.most or self.samples > self._told == 0:
+            return True
+        affordable = self._spent >= self._showing / SHOWING
+        if self.samples >= 2 * self._told > 0:
+            return affordable
+        return self._told > 0 and affordable and self._spent >= LONGEST_WAIT
 
 
 class FromScratch(Refinement):

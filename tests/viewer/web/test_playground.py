@@ -153,7 +153,7 @@ PLY = (
 )
 def test_a_model_that_is_dropped_is_shown(tab: Tab, files: dict[str, bytes], triangles: int) -> None:
     drop(tab, files)
-    tab.wait(f"document.getElementById('about').textContent.includes(', {triangles} triangles')")
+    tab.wait(f"document.getElementById('about').textContent.includes(', {triangles} triangle')")
     assert next(iter(files)) in tab.evaluate("document.getElementById('world-text').value")
     assert problem(tab) == ""
 

@@ -84,8 +84,11 @@ export class Client {
     this.names = welcome.names;
     this.origin = { column: welcome.origin[0], row: welcome.origin[1] };
     fillSelect(byId("channel", HTMLSelectElement), this.channels.map((name) => [name, name]));
-    this.controls.setExposure(welcome.exposure);
-    this.controls.setView(welcome.view);
+    if (welcome.resumed) this.controls.onDisplay(this.controls.display);
+    else {
+      this.controls.setExposure(welcome.exposure);
+      this.controls.setView(welcome.view);
+    }
     this.showAbout(welcome);
     this.picture.layers.marks = welcome.explanations;
     byId("explanations", HTMLElement).hidden = !welcome.explanations.length;

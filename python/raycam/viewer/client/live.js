@@ -19,6 +19,7 @@ export const LIVE_MOUSE =
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
 const FLY_STEP = 1; // hundredths of the world's size
 const FLY_TICK = 50; // ms
+const LONGEST_FILM = 60; // seconds
 const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
 });
@@ -53,6 +54,10 @@ export class LiveView {
       byId(`copy-${format}`, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "copy", format }));
     }
     byId("film", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "film", seconds: 4, degrees: 360 }));
+    byId("film-time", HTMLButtonElement).addEventListener("click", () => {
+      client.transport.send({ type: "film", seconds: Math.min(Math.max(this.timeline.seconds, 0.1), LONGEST_FILM), degrees: 0 });
+    });
+    byId("film-stop", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "stop" }));
     document.addEventListener("keydown", (event) => this.pressed(event), true);
     document.addEventListener("keyup", (event) => this.down.delete(event.code));
     addEventListener("blur", () => this.down.clear());
@@ -84,7 +89,17 @@ export class LiveView {
     if (message.type === "contents") this.world.show(message);
     if (message.type === "values" && this.client.held) this.world.choose(message.values.instance?.numbers[0]);
     if (message.type === "copied") this.copied(message.text);
+    if (message.type === "filming") this.showFilming(message);
+    if (message.type === "status" && message.text !== "connected") this.showFilming({ done: 0, total: 0 });
     if (message.type === "closing") this.client.say(message.text, "error");
+  }
+
+  /** @param {Record<string, any>} progress of the film; 0 of 0 is its end */
+  showFilming({ done, total }) {
+    const stop = byId("film-stop", HTMLButtonElement);
+    stop.hidden = !total;
+    stop.textContent = `Stop the film: ${done} of ${total}`;
+    for (const id of ["film", "film-time"]) byId(id, HTMLButtonElement).disabled = total > 0;
   }
 
   /** @param {import("./client.js").Message} message */

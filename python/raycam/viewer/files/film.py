@@ -1,4 +1,4 @@
-"""A turn of the camera around the pivot, as the bytes of a video."""
+"""Films of a live view as the bytes of a video: a turn around the pivot, or the world's own movement."""
 
 from __future__ import annotations
 
@@ -10,49 +10,64 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...errors import Cancelled
+from ...errors import Cancelled, SettingsError
 from ...render import render
 from ...video.files import has_av, open_video
 from ..scene.navigation import turned_around
 
 if TYPE_CHECKING:
+    from ...camera import Camera
+    from ...world import World
     from ..session import Session
 
-__all__ = ["turntable"]
+__all__ = ["filmed"]
 
 LARGEST = (640, 480)
 FPS = {".mp4": 24.0, ".gif": 12.0}
 SAMPLES = 8
-TELL = 1.0  # seconds between two notices
+Shots = Callable[[int], tuple["World", "Camera"]]
+"""The world and the camera of a picture by its number."""
+TELL = 0.5  # seconds between two reports
 
 
-def turntable(
+def filmed(
     session: Session, seconds: float, degrees: float, tell: Callable[[int, int], None]
 ) -> tuple[str, str, bytes]:
     """Ending, media type and bytes of the film: MP4 where PyAV is there, else GIF. `tell(done, total)` is progress.
 
-    Raises `Cancelled` where the client has left.
+    Of 0 degrees it begins at the world's time 0 and shows it moving, for its duration at most. Raises `SettingsError`
+    where nothing moves, `Cancelled` where the client has left or stops it.
     """
     ending, media = (".mp4", "video/mp4") if has_av() else (".gif", "image/gif")
+    if degrees == 0 and session.seconds == 0:
+        raise SettingsError("nothing moves in this world: a film of it needs a turn")
+    if degrees == 0:
+        seconds = min(seconds, session.seconds)
     with session.lock:
-        world, camera, pivot = session.world, session.given, session.pivot
-        view, exposure, integrator = session.view, session.exposure, session.integrator
+        camera, view, exposure, integrator = (
+            session.given,
+            session.view,
+            session.exposure,
+            session.integrator,
+        )
     width, height = camera.size
     scale = min(LARGEST[0] / width, LARGEST[1] / height, 1.0)
     size = max(2, round(width * scale) // 2 * 2), max(2, round(height * scale) // 2 * 2)
-    camera = camera.resized(size)
     count = max(2, round(seconds * FPS[ending]))
+    shots = _turn(session, degrees, count) if degrees else _movement(session, FPS[ending])
+    session.film_stop.clear()
+    tell(0, count)
     told = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="raycam-film-") as folder:
         path = Path(folder) / f"film{ending}"
         with open_video(path, size, FPS[ending], lossless=False, alpha=False, audio=None) as add:
             for i in range(count):
-                if session.send is None:
-                    raise Cancelled("the client has left")
-                seen = turned_around(camera, pivot, np.radians(degrees * i / count))
+                if session.send is None or session.film_stop.is_set():
+                    raise Cancelled("the film was stopped")
+                world, seen = shots(i)
                 frame = render(
                     world,
-                    seen,
+                    seen.resized(size),
                     integrator="path" if integrator == "path" else "direct",
                     samples=SAMPLES,
                     channels=["color"],
@@ -64,3 +79,15 @@ def turntable(
                     told = time.monotonic()
                     tell(i + 1, count)
         return ending, media, path.read_bytes()
+
+
+def _turn(session: Session, degrees: float, count: int) -> Shots:
+    """The pictures of a turn around the pivot."""
+    with session.lock:
+        world, camera, pivot = session.world, session.given, session.pivot
+    return lambda i: (world, turned_around(camera, pivot, np.radians(degrees * i / count)))
+
+
+def _movement(session: Session, fps: float) -> Shots:
+    """The pictures of the world as it moves."""
+    return lambda i: session.moment(min(i / fps, session.seconds))

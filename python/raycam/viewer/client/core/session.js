@@ -78,7 +78,8 @@ export class Session {
   /** @param {string[]} notices */
   described(notices) {
     const { size, K, C } = this.given;
-    const counts = `${this.about.objects.length} objects, ${this.about.triangles} triangles, rendered in this page`;
+    const number = (/** @type {number} */ count, /** @type {string} */ what) => `${count} ${what}${count === 1 ? "" : "s"}`;
+    const counts = `${number(this.about.objects.length, "object")}, ${number(this.about.triangles, "triangle")}, rendered in this page`;
     const text = `${counts}\n\ncamera of ${size[0]} x ${size[1]}\nK = [${[...K].join(", ")}]\nC = [${[...C].join(", ")}]`;
     return { about: text, notices: [...this.about.notices, ...notices], camera: this.name };
   }

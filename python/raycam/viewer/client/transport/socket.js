@@ -9,6 +9,13 @@ const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 4000;
 const TOO_MANY = 1013;
 const MISBEHAVED = 1008;
+/** What is not missed where it is not said: it is said again after a welcome, or when it is needed. */
+const UNMISSED = ["hello", "ack", "probe", "size", "visible", "display", "channel"];
+const NOT_SAID = "The server is not connected: this was not done. The page connects by itself when it is back.";
+const OTHER_TOKEN =
+  "A live view answers here, but not to this page: it was started anew. Open the address that it printed. The last " +
+  "picture and its values stay.";
+const NEW_SESSION = "The server is back, with a new session: its world, camera and exposure begin anew. Saved files stay.";
 
 /** Takes the token out of the address, where others could read it, and keeps it for reloads of this tab. */
 function takeToken() {
@@ -26,10 +33,14 @@ export class SocketTransport {
     this.live = true;
     this.size = size;
     this.token = takeToken();
+    // A new address of the same port in this tab changes the fragment alone.
+    addEventListener("hashchange", () => location.hash && location.reload());
     this.session = "";
     this.version = "";
     this.retry = FIRST_RETRY;
     this.closing = false;
+    /** True from the first failed try until the next welcome. */
+    this.told = false;
     /** Messages are decoded one after the other, so that pictures keep their order. */
     this.decoding = Promise.resolve();
   }
@@ -47,7 +58,9 @@ export class SocketTransport {
     const socket = new WebSocket(address, [PROTOCOL, `token.${this.token}`]);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    let opened = false;
     socket.addEventListener("open", () => {
+      opened = true;
       this.send({ type: "hello", ...this.size(), session: this.session });
     });
     socket.addEventListener("message", ({ data }) => {
@@ -55,7 +68,19 @@ export class SocketTransport {
         this.say?.({ type: "error", text: `A message of the server is damaged: ${error}` });
       });
     });
-    socket.addEventListener("close", ({ code, reason }) => this.closed(code, reason));
+    socket.addEventListener("close", ({ code, reason }) => {
+      this.closed(code, reason);
+      if (!opened) this.askWhy();
+    });
+  }
+
+  /** Says, once, where a server answers that refuses this page. */
+  async askWhy() {
+    if (this.told) return;
+    const answers = await fetch("client.js", { method: "GET", cache: "no-store" }).then(({ ok }) => ok, () => false);
+    if (!answers || this.told || this.socket?.readyState === WebSocket.OPEN) return;
+    this.told = true;
+    this.say?.({ type: "error", text: OTHER_TOKEN });
   }
 
   /**
@@ -77,6 +102,7 @@ export class SocketTransport {
   /** @param {Message} message */
   send(message) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    else if (!UNMISSED.includes(message.type)) this.say?.({ type: "notice", text: NOT_SAID });
   }
 
   /** @param {ArrayBuffer} data */
@@ -95,9 +121,12 @@ export class SocketTransport {
   /** @param {Message} message */
   welcomed(message) {
     if (this.version && this.version !== message.version) location.reload();
+    message.resumed = this.session === message.session;
+    if (this.session && !message.resumed) this.say?.({ type: "notice", text: NEW_SESSION });
     this.version = message.version;
     this.session = message.session;
     this.retry = FIRST_RETRY;
+    this.told = false;
     this.say?.({ type: "status", text: "connected" });
   }
 }

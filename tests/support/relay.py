@@ -1,0 +1,61 @@
+"""A relay of TCP connections, which can be cut: what stands between a browser and a server that is far away."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+
+
+class Relay:
+    """Listens on a port of this machine, and relays to `target` until it is cut or closed."""
+
+    def __init__(self, target: tuple[str, int]) -> None:
+        self.target: tuple[str, int] | None = target
+        """Where new connections go; None refuses them."""
+        self._open: list[socket.socket] = []
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                near, _ = self._listener.accept()
+            except OSError:
+                return
+            if self.target is None:
+                near.close()
+                continue
+            try:
+                far = socket.create_connection(self.target)
+            except OSError:
+                near.close()
+                continue
+            self._open += [near, far]
+            for source, sink in ((near, far), (far, near)):
+                threading.Thread(target=_pump, args=(source, sink), daemon=True).start()
+
+    def cut(self, target: tuple[str, int] | None) -> None:
+        """Cuts every connection, without a farewell; new ones go to `target`."""
+        self.target = target
+        for each in self._open:
+            with contextlib.suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+            each.close()
+        self._open.clear()
+
+    def close(self) -> None:
+        """Ends it."""
+        self._listener.close()
+        self.cut(None)
+
+
+def _pump(source: socket.socket, sink: socket.socket) -> None:
+    """Passes bytes on, until either end is closed."""
+    with contextlib.suppress(OSError):
+        while data := source.recv(1 << 16):
+            sink.sendall(data)
+    for each in (source, sink):
+        with contextlib.suppress(OSError):
+            each.shutdown(socket.SHUT_RDWR)
