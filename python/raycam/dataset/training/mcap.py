@@ -108,9 +108,11 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
 def baseline(plan: Plan, number: int) -> float:
     """Metres from the leftmost camera of a view's rig with which it is a rectified pair; 0 for that one, and alone."""
     view = plan.shots[number]
-    found = 0.0
-    for other in plan.shots if view.rig is not None else []:
-        if other.rig is not None and (other.rig[0], other.world) == (view.rig[0], view.world):
+    if view.rig is None:
+        return 0.0
+    frame, found = (view.rig[0], view.world), 0.0
+    for other in plan.shots:
+        if other.rig is not None and (other.rig[0], other.world) == frame:
             with suppress(CameraError):
                 check_rectified(other.camera, view.camera)
                 found = max(found, float(np.linalg.norm(view.camera.C - other.camera.C)))
