@@ -291,10 +291,7 @@ fn decode_in(
     known: &ReadHints,
     assets: &mut AssetRoot,
 ) -> Result<Calibration, FormatError> {
-    if zip_members::is_gzip(&source.bytes) {
-        let unpacked = zip_members::gunzip(&source.bytes, &source.path, &mut assets.budget)?;
-        source = InputFile::new(&source.path, unpacked);
-    }
+    source = zip_members::unpacked(source, &mut assets.budget)?;
     source.bytes = lexer::without_utf16(source.bytes);
     let named = format.is_some();
     let Some(format) = format.or_else(|| detected(&source)) else {
