@@ -119,7 +119,9 @@ def test_what_is_written_is_read(tmp_path: Path, format: str, kind: str) -> None
     path = tmp_path / f"out{ENDINGS.get(format, '')}"
     times = {name: 1.4e9 + i for i, name in enumerate(cameras)}
     if kind not in HOLDS[format]:
-        with pytest.raises(FormatError, match=r"lens|distortion|skew|thin prism|square pixels|middle|panorama"):
+        with pytest.raises(
+            FormatError, match=r"lens|distortion|skew|thin prism|square pixels|middle|panorama"
+        ):
             raycam.save_cameras(path, cameras, format, times=times)
         assert not list(tmp_path.iterdir())
         return
