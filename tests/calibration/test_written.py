@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import subprocess
 import sys
@@ -42,12 +43,28 @@ KINDS: dict[str, dict[str, Any]] = {
         "distortion": (0.02, -0.01, 0.004, -0.001, 0.0002, 0.0001, 0.001, -0.002, *PRISM),
         "model": "rad_tan_thin_prism_fisheye",
     },
+    "division": {"distortion": (-0.12,), "model": "division"},
+    "eucm": {"distortion": (0.6, 1.1), "model": "eucm"},
+    "double sphere": {"distortion": (-0.2, 0.55), "model": "ds"},
+    "equirectangular": {"model": "equirectangular"},
+    "cylindrical": {"model": "cylindrical"},
 }
 PLAIN = ("pinhole", "off", "half")
 HOLDS = {
-    "colmap": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "fov", "prism", "aria"),
-    "colmap-binary": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "fov", "prism", "aria"),
-    "kalibr": (*PLAIN, "opencv", "fisheye", "omni", "fov"),
+    "colmap": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "fov", "prism", "aria", "division", "eucm"),
+    "colmap-binary": (
+        *PLAIN,
+        "opencv",
+        "opencv5",
+        "opencv8",
+        "fisheye",
+        "fov",
+        "prism",
+        "aria",
+        "division",
+        "eucm",
+    ),
+    "kalibr": (*PLAIN, "opencv", "fisheye", "omni", "fov", "eucm", "double sphere"),
     "ros": (*PLAIN, "skew", "opencv", "opencv5", "opencv8", "fisheye"),
     "orb-slam": (*PLAIN, "opencv", "opencv5", "fisheye"),
     "camodocal": (*PLAIN, "opencv", "opencv5", "opencv8", "fisheye", "omni"),
@@ -102,8 +119,11 @@ def test_what_is_written_is_read(tmp_path: Path, format: str, kind: str) -> None
     path = tmp_path / f"out{ENDINGS.get(format, '')}"
     times = {name: 1.4e9 + i for i, name in enumerate(cameras)}
     if kind not in HOLDS[format]:
-        with pytest.raises(FormatError, match=r"lens|distortion|skew|thin prism|square pixels|middle"):
+        with pytest.raises(
+            FormatError, match=r"lens|distortion|skew|thin prism|square pixels|middle|panorama"
+        ):
             raycam.save_cameras(path, cameras, format, times=times)
+        assert not list(tmp_path.iterdir())
         return
     raycam.save_cameras(path, cameras, format, times=times)
     known: dict[str, Any] = {}
@@ -116,6 +136,50 @@ def test_what_is_written_is_read(tmp_path: Path, format: str, kind: str) -> None
     for found, expected in zip(back.values(), cameras.values(), strict=True):
         same(found, expected, posed=not alone)
         assert found.size == SIZE
+
+
+FILES = tuple(
+    format for format in HOLDS if format not in ("colmap", "colmap-binary", "kitti", "blender-splits")
+)
+"""Formats that write one file, which is all that a folder has of them."""
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("format", FILES)
+def test_a_folder_opens_as_the_only_file_in_it(tmp_path: Path, format: str, packed: bool) -> None:
+    cameras = {f"train/{i}": camera("pinhole", i) for i in range(1 if format in ALONE else 3)}
+    times = {name: 1.4e9 + i for i, name in enumerate(cameras)}
+    path = tmp_path / "of some day" / f"mine{ENDINGS.get(format, '.txt' if format != 'kalibr' else '.yaml')}"
+    path.parent.mkdir()
+    raycam.save_cameras(path, cameras, format, times=times)
+    (written,) = path.parent.iterdir()
+    if packed:
+        (path.parent / f"{written.name}.gz").write_bytes(gzip.compress(written.read_bytes()))
+        written.unlink()
+        (written,) = path.parent.iterdir()
+    known: dict[str, Any] = {"intrinsics": camera("pinhole", 0).at_pose(np.eye(3), np.zeros(3))}
+    if format not in ("poses", "kitti-poses", "euroc", "tum"):
+        known = {"size": SIZE}
+    alone, folder = (raycam.load_cameras(given, **known) for given in (written, path.parent))
+    assert list(folder) == list(alone)
+    for name in alone:
+        assert folder[name] == alone[name]
+
+
+def test_a_folder_of_packed_files_of_a_pair(tmp_path: Path) -> None:
+    turn, shift = cv2.Rodrigues(np.array([0.01, -0.02, 0.005]))[0], np.array([[-0.12], [0.001], [0.002]])
+    for name, matrices in {
+        "intrinsics": {"M1": K, "D1": np.zeros((1, 5)), "M2": K, "D2": np.zeros((1, 5))},
+        "extrinsics": {"R": turn, "T": shift},
+    }.items():
+        storage = cv2.FileStorage(str(tmp_path / f"{name}.yml.gz"), cv2.FILE_STORAGE_WRITE)
+        for key, matrix in matrices.items():
+            storage.write(key, matrix)
+        storage.release()
+    left, right = raycam.load_cameras(tmp_path, size=SIZE).values()
+    np.testing.assert_allclose(left.R, np.eye(3))
+    np.testing.assert_allclose(right.R, turn, atol=1e-12)
+    np.testing.assert_allclose(right.C, (-turn.T @ shift)[:, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize("lens", ["opencv", "fisheye"])

@@ -184,3 +184,51 @@ def test_tensors_and_files(tmp_path: Path) -> None:
     scene = compat.t.geometry.RaycastingScene()
     scene.add_triangles(compat.t.geometry.TriangleMesh.from_legacy(mesh.translate([0, 0, 1])))
     assert scene.cast_rays([[0.2, 0.3, -1, 0, 0, 1]])["t_hit"].numpy().tolist() == [2.0]
+
+
+SOLID = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
+FACES = np.array([[0, 1, 2], [0, 1, 3]], np.uint32)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "words"),
+    [
+        # Numbers of quads would be read as those of other triangles, and parts of numbers cut off.
+        (SOLID, [[0, 1, 2, 3]] * 3, r"triangle_indices must be whole numbers .* \[n, 3\], not \[3, 4\]"),
+        (SOLID, [0, 1, 2], r"not \[3\]"),
+        (SOLID, FACES + 0.5, "of dtype float64"),
+        (SOLID, [[0, 1, 9]], "indices are 0..=3"),
+        (SOLID.ravel(), FACES, r"vertex_positions must be numbers of the shape \[n, 3\], not \[12\]"),
+        (SOLID * 1j, FACES, "complex"),
+        (SOLID * np.nan, FACES, "finite"),
+        ([[0, 1], [2]], FACES, "several lengths"),
+    ],
+)
+def test_triangles_of_wrong_shapes_and_kinds_raise(vertices: Any, faces: Any, words: str) -> None:
+    scene = compat.t.geometry.RaycastingScene()
+    with pytest.raises(RuntimeError, match=words) as caught:
+        scene.add_triangles(vertices, faces)
+    assert isinstance(caught.value, raycam.SettingsError)
+    assert scene.add_triangles(SOLID, FACES) == 0
+
+
+def test_matrices_sizes_and_threads_are_checked() -> None:
+    scene = compat.t.geometry.RaycastingScene
+    one, four = np.eye(3), np.eye(4)
+    looking = {"center": [0, 0, 1], "eye": [0, 0, 0], "up": [0, 1, 0], "width_px": 4, "height_px": 3}
+    for arguments, words in (
+        ((four, four, 4, 3), r"intrinsic_matrix must be numbers of the shape \[3, 3\]"),
+        ((one, one, 4, 3), r"extrinsic_matrix must be numbers of the shape \[4, 4\]"),
+        ((one * 0, four, 4, 3), "inverse"),
+        ((one, four, 0, 3), "width_px is 0"),
+        ((one, four, 4, 2.5), "height_px is 2.5"),
+    ):
+        with pytest.raises(RuntimeError, match=words):
+            scene.create_rays_pinhole(*arguments)
+    for given in ({"fov_deg": 190}, {"fov_deg": 60, "eye": [0, 0, 1]}, {"fov_deg": 60, "up": [0, 0, 2]}):
+        with pytest.raises(RuntimeError, match=r"fov_deg is 190|center .* up"):
+            scene.create_rays_pinhole(**(looking | given))
+    with pytest.raises(RuntimeError, match="nthreads is -1"):
+        scene().cast_rays(np.zeros((1, 6), np.float32), nthreads=-1)
+    with pytest.raises(RuntimeError, match="positions"):
+        scene().add_triangles(compat.t.geometry.TriangleMesh())

@@ -7,6 +7,7 @@ import io
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import raycam
@@ -105,6 +106,38 @@ def test_a_folder_is_a_bag_of_ros_2(tmp_path: Path) -> None:
         np.testing.assert_array_equal([pose.position.x, pose.position.y, pose.position.z], camera.C)
         (depth,) = (value for topic, value in found.items() if name in topic and "depth" in topic)
         assert (depth.encoding, depth.step, depth.is_bigendian) == ("32FC1", 4 * SIZE[0], 0)
+
+
+def test_p_of_a_rectified_pair_is_opencvs(tmp_path: Path) -> None:
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = importlib.import_module("rosbags.typesys")
+    raw = cameras()[0]
+    turned = cv2.Rodrigues(np.array([0.004, -0.01, 0.006]))[0]
+    rig = raycam.Rig(
+        {"left": raw, "right": raw.at_pose(turned @ raw.R, raw.C + raw.R.T @ [0.12, 0.002, -0.003])}
+    )
+    k, lens = raw.K, np.array([-0.2, 0.05, 0.001, 0.002])
+    between = rig["right"].R @ (raw.C - rig["right"].C)[:, None]
+    _, _, p1, p2, *_ = cv2.stereoRectify(
+        k, lens, k, lens, SIZE, turned, between, flags=cv2.CALIB_ZERO_DISPARITY
+    )
+    assert p2[0, 3] < -1
+    pair = rig.rectified(K=p1[:, :3])
+    three = dict(pair.items()) | {"nose": pair["left"].replace(K=p1[:, :3] * [[2], [2], [1]])}
+    for name, cams, count in (("pair", pair, 2), ("three", raycam.Rig(three), 3), ("raw", rig, 2)):
+        write(world(), tmp_path / name, "mcap", cameras={"body": cams}, samples=1)
+        store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+        found: dict[str, Any] = {}
+        with rosbag2.Reader(tmp_path / name) as reader:
+            for connection, _, data in reader.messages():
+                if connection.topic.endswith("camera_info"):
+                    found[connection.topic.split("/")[2]] = store.deserialize_cdr(data, connection.msgtype)
+        assert len(found) == count
+        for camera, info in found.items():
+            np.testing.assert_array_equal(info.r.reshape(3, 3), np.eye(3))
+            np.testing.assert_array_equal(info.p.reshape(3, 4)[:, :3], info.k.reshape(3, 3))
+            wanted = p2[0, 3] if camera == "right" and name != "raw" else 0.0
+            np.testing.assert_allclose(info.p.reshape(3, 4)[:, 3], [wanted, 0, 0], atol=1e-9)
 
 
 def test_quaternions_of_all_turns() -> None:

@@ -90,10 +90,32 @@ def test_rectangles_are_the_least(degrees: float) -> None:
     angle = np.radians(degrees)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     points = random.uniform([0, 0], [9, 4], (200, 2)) @ turn.T
-    found = rectangle(points)
+    found = rectangle(points + 20, np.array([40.0, 40.0]))
     sides = np.linalg.norm(np.roll(found, -1, axis=0) - found, axis=1)
     (_, (w, h), _) = cv2.minAreaRect(points.astype(np.float32))
     np.testing.assert_allclose(sides[0] * sides[1], w * h, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("points", "turned"),
+    [
+        # A thin pole, cut by the border: its end is a pixel out. A wide one from the corner.
+        ([[10, 0], [13, 0], [23, 40], [20, 40]], True),
+        ([[0, 0], [20, 0], [44, 30], [28, 44], [0, 14]], False),
+    ],
+)
+def test_rectangles_stay_in_the_picture(points: list[list[float]], turned: bool) -> None:
+    size, corners = np.array([64.0, 48.0]), np.array(points, dtype=np.float32)
+    assert cv2.boxPoints(cv2.minAreaRect(corners)).min() < -0.3
+    found = rectangle(corners.astype(float), size)
+    assert (found >= 0).all()
+    assert (found <= size).all()
+    (_, (w, h), angle) = cv2.minAreaRect(found.astype(np.float32))
+    assert (1 < angle % 90 < 89) == turned
+    (_, (least_w, least_h), _) = cv2.minAreaRect(corners)
+    assert w * h == pytest.approx(least_w * least_h if turned else 44 * 44, rel=0.1)
+    outline = found.astype(np.float32)
+    assert min(cv2.pointPolygonTest(outline, corner.tolist(), True) for corner in corners) > -1
 
 
 def test_yolo_obb_and_pose(tmp_path: Path) -> None:
@@ -152,6 +174,7 @@ def test_panoptic(tmp_path: Path) -> None:
     write(table(), tmp_path, "panoptic", cameras=cameras, stuff=["box"], samples=1)
     data = json.loads((tmp_path / "annotations/panoptic.json").read_text())
     assert {c["name"]: c["isthing"] for c in data["categories"]} == {"box": 0, "ball": 1, "9": 1}
+    assert [c["color"] for c in data["categories"]] == [[128, 0, 0], [0, 128, 0], [192, 0, 0]]
     for number, annotation in enumerate(data["annotations"]):
         bgr = picture(tmp_path / "panoptic" / annotation["file_name"]).astype(np.int64)
         ids = bgr[..., 2] + 256 * bgr[..., 1] + 65536 * bgr[..., 0]

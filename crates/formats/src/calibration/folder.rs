@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
+use crate::calibration::document::zip_members;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
 use crate::io::input_file::InputFile;
@@ -42,9 +43,10 @@ impl Folder {
         self.names.iter().filter(move |name| name.ends_with(ending) && !name.starts_with('.'))
     }
 
-    /// A file in it.
+    /// A file in it, unpacked where it is a gzip file.
     pub(crate) fn read(&self, name: &str, assets: &mut AssetRoot) -> Result<InputFile, FormatError> {
-        assets.read_reference(&self.path.join("any"), name)
+        let packed = assets.read_reference(&self.path.join("any"), name)?;
+        zip_members::unpacked(packed, &mut assets.budget)
     }
 
     /// The path of a name in it.

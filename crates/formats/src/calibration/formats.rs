@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::budget::Budget;
-use crate::calibration::document::{unread, zip_members};
+use crate::calibration::document::{unread, yaml, zip_members};
 use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::folder::Folder;
 use crate::calibration::multi_view::{aria, llff, middlebury, mvsnet, neus};
@@ -291,10 +291,7 @@ fn decode_in(
     known: &ReadHints,
     assets: &mut AssetRoot,
 ) -> Result<Calibration, FormatError> {
-    if zip_members::is_gzip(&source.bytes) {
-        let unpacked = zip_members::gunzip(&source.bytes, &source.path, &mut assets.budget)?;
-        source = InputFile::new(&source.path, unpacked);
-    }
+    source = zip_members::unpacked(source, &mut assets.budget)?;
     source.bytes = lexer::without_utf16(source.bytes);
     let named = format.is_some();
     let Some(format) = format.or_else(|| detected(&source)) else {
@@ -326,11 +323,14 @@ fn unknown_file(source: &InputFile) -> FormatError {
              JSON (google.protobuf.json_format.MessageToJson)",
         );
     }
+    let document = source.path.extension().is_some_and(|ending| ["yaml", "yml", "json"].iter().any(|e| ending == *e));
+    let broken = if document { yaml::parse(text, &source.path).err() } else { None };
+    let broken = broken.map_or_else(String::new, |error| format!(". As YAML or JSON: {error}"));
     FormatError::unsupported(
         &source.path,
         format!(
             "not a calibration that raycam knows; it reads {known}. Named (--format NAME, format=\"NAME\"), the \
-             format's reader says in which line the file is something else"
+             format's reader says in which line the file is something else{broken}"
         ),
     )
 }

@@ -3,6 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use crate::budget::Budget;
+use crate::calibration::document::zip_members;
 use crate::calibration::folder::Folder;
 use crate::error::FormatError;
 use crate::io::asset_root::AssetRoot;
@@ -42,8 +43,9 @@ const FILES: [&[&str]; 29] = [
     &["camera.yaml", "camera.yml", "camera.json", "camera.xml"],
 ];
 
-/// Endings of calibrations, and the largest file and the most files of any name that are looked into.
-const ENDINGS: [&str; 17] = [
+/// Endings of calibrations (those of packed ones before `.gz`), and the largest file and the most files of any name that
+/// are looked into where several could be one.
+const ENDINGS: [&str; 18] = [
     "yaml",
     "yml",
     "json",
@@ -61,6 +63,7 @@ const ENDINGS: [&str; 17] = [
     "pincam",
     "xmp",
     "cameramodel",
+    "r3d",
 ];
 const MAX_BYTES: u64 = 4 << 20;
 const MAX_FILES: usize = 64;
@@ -77,19 +80,33 @@ pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
 
 /// The files of a folder that may be calibrations of it as a whole.
 pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
-    let first = |names: &&[&str]| names.iter().map(|name| folder.path.join(name)).find(|path| path.is_file());
+    let plain_or_packed = |name: &&str| [folder.path.join(name), folder.path.join(format!("{name}.gz"))];
+    let first = |names: &&[&str]| names.iter().flat_map(plain_or_packed).find(|path| path.is_file());
     FILES.iter().filter_map(first).collect()
 }
 
-/// Small files of a folder whose endings are those of calibrations; none of a folder with too many of them.
+/// Files of a folder whose endings are those of calibrations: the only one, or small ones, or none where they are too
+/// many; a small file that is alone has any ending.
 pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
-    let ending =
-        |path: &Path| path.extension().map(|ending| ending.to_ascii_lowercase().to_string_lossy().into_owned());
-    let known = |path: &PathBuf| ending(path).is_some_and(|ending| ENDINGS.contains(&ending.as_str()));
-    let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.is_file() && data.len() <= MAX_BYTES);
+    let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.len() <= MAX_BYTES);
     let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));
-    let found: Vec<PathBuf> = paths.filter(known).filter(small).take(MAX_FILES + 1).collect();
+    let files: Vec<PathBuf> = paths.filter(|path| path.is_file()).collect();
+    if let [only] = &files[..]
+        && small(only)
+    {
+        return files;
+    }
+    let mut found: Vec<PathBuf> = files.into_iter().filter(|path| has_known_ending(path)).take(MAX_FILES + 1).collect();
+    if found.len() > 1 {
+        found.retain(small);
+    }
     if found.len() > MAX_FILES { vec![] } else { found }
+}
+
+fn has_known_ending(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    name.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.contains(&ending))
 }
 
 /// A file of a folder, with the assets that it may name.
@@ -99,7 +116,8 @@ pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(
         _ => folder,
     };
     let mut assets = AssetRoot::of_file(file, Some(root), budget);
-    let mut source = assets.read(file)?;
+    let packed = assets.read(file)?;
+    let mut source = zip_members::unpacked(packed, &mut assets.budget)?;
     source.bytes = lexer::without_utf16(source.bytes);
     Ok((source, assets))
 }

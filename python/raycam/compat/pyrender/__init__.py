@@ -15,6 +15,7 @@ centres, exact. Not here, with an error that says so: windows, wireframes, morph
 from __future__ import annotations
 
 import sys
+from types import ModuleType
 
 from . import (
     camera,
@@ -29,6 +30,7 @@ from . import (
     texture,
     viewer,
 )
+from .absent import ABSENT
 from .camera import Camera, IntrinsicsCamera, OrthographicCamera, PerspectiveCamera
 from .constants import GLTF, RenderFlags, TextAlign
 from .light import DirectionalLight, Light, PointLight, SpotLight
@@ -98,8 +100,9 @@ _before: dict[str, object] = {}
 
 def install() -> None:
     """Makes `import pyrender` mean this module, in this process, until `uninstall`."""
+    submodules: dict[str, ModuleType] = SUBMODULES | ABSENT
     modules = {"pyrender": sys.modules[__name__]} | {
-        f"pyrender.{name}": one for name, one in SUBMODULES.items()
+        f"pyrender.{name}": one for name, one in submodules.items()
     }
     for name, module in modules.items():
         if sys.modules.get(name) is not module:

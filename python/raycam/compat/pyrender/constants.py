@@ -8,6 +8,12 @@ DEFAULT_Z_NEAR, DEFAULT_Z_FAR = 0.05, 100.0
 DEFAULT_SCENE_SCALE = 2.0
 MAX_N_LIGHTS = 4
 """The lights of a kind in pyrender; here there may be more."""
+TARGET_OPEN_GL_MAJOR, TARGET_OPEN_GL_MINOR = 4, 1
+MIN_OPEN_GL_MAJOR, MIN_OPEN_GL_MINOR = 3, 3
+"""The versions of OpenGL that pyrender asks for; none is needed here."""
+FLOAT_SZ, UINT_SZ = 4, 4
+SHADOW_TEX_SZ, TEXT_PADDING = 2048, 20
+"""The pixels of pyrender's shadow maps and around its text; shadows are exact here."""
 
 
 class RenderFlags:
@@ -29,6 +35,41 @@ class RenderFlags:
     RGBA = 2048
     FLAT = 4096
     SEG = 8192
+
+
+class BufFlags:
+    """The arrays that a primitive has, `Primitive.buf_flags`."""
+
+    POSITION = 0
+    NORMAL = 1
+    TANGENT = 2
+    TEXCOORD_0 = 4
+    TEXCOORD_1 = 8
+    COLOR_0 = 16
+    JOINTS_0 = 32
+    WEIGHTS_0 = 64
+
+
+class TexFlags:
+    """The textures that a material has, `Material.tex_flags`."""
+
+    NONE = 0
+    NORMAL = 1
+    OCCLUSION = 2
+    EMISSIVE = 4
+    BASE_COLOR = 8
+    METALLIC_ROUGHNESS = 16
+    DIFFUSE = 32
+    SPECULAR_GLOSSINESS = 64
+
+
+class ProgramFlags:
+    """The kinds of pyrender's programs of shaders, of which there are none here."""
+
+    NONE = 0
+    USE_MATERIAL = 1
+    VERTEX_NORMALS = 2
+    FACE_NORMALS = 4
 
 
 class TextAlign:

@@ -22,6 +22,11 @@ class Light:
     def __init__(self, color: Any = None, intensity: float | None = None, name: str | None = None) -> None:
         self.name, self.color, self.intensity = name, color, intensity
 
+    @property
+    def shadow_texture(self) -> None:
+        """None: shadows are cast by rays."""
+        return None
+
 
 class DirectionalLight(Light):
     """Light from far away; the intensity is its irradiance."""

@@ -8,7 +8,7 @@ from .colors import format_color_vector
 from .texture import Texture
 from .values import Converted, number, text, truth
 
-__all__ = ["Material", "MetallicRoughnessMaterial"]
+__all__ = ["Material", "MetallicRoughnessMaterial", "SpecularGlossinessMaterial"]
 
 
 class Material:
@@ -55,7 +55,13 @@ class Material:
         """All textures."""
         return {each for each in self._each_texture() if each is not None}
 
+    @property
+    def tex_flags(self) -> int:
+        """The `TexFlags` of its textures."""
+        return sum(1 << bit for bit, each in enumerate(self._each_texture()) if each is not None)
+
     def _each_texture(self) -> list[Any]:
+        """All textures or None, in the order of `TexFlags`."""
         return [self.normalTexture, self.occlusionTexture, self.emissiveTexture]
 
 
@@ -114,6 +120,15 @@ class MetallicRoughnessMaterial(Material):
 
     def _each_texture(self) -> list[Any]:
         return [*super()._each_texture(), self.baseColorTexture, self.metallicRoughnessTexture]
+
+
+class SpecularGlossinessMaterial(Material):
+    """A material that pyrender names and does not shade either; making one raises `NotImplementedError`."""
+
+    def __init__(self, *_arguments: Any, **_options: Any) -> None:
+        raise NotImplementedError(
+            "SpecularGlossinessMaterial: give a MetallicRoughnessMaterial, with roughnessFactor = 1 - glossiness"
+        )
 
 
 def _alpha_mode(value: Any) -> str:

@@ -160,6 +160,12 @@ class Primitive(Bounded):
         return self.mode in (GLTF.TRIANGLES, GLTF.TRIANGLE_STRIP, GLTF.TRIANGLE_FAN)
 
     @property
+    def buf_flags(self) -> int:
+        """The `BufFlags` of the arrays of its vertices."""
+        arrays = (self.normals, self.tangents, self.texcoord_0, self.texcoord_1, self.color_0)
+        return sum(1 << bit for bit, each in enumerate(arrays) if each is not None)
+
+    @property
     def places(self) -> Floats:
         """The poses [n, 4, 4] at which it is shown."""
         return np.eye(4)[np.newaxis] if self.poses is None else self.poses

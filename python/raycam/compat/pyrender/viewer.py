@@ -54,6 +54,10 @@ VIEWER_FLAGS: dict[str, Any] = {
 }
 EFFECTIVE = {"use_raymond_lighting", "use_direct_lighting", "lighting_intensity", "window_title", "shadows"}
 """The flags that have an effect; shadows are always there."""
+HANDLERS = {"on_draw", "on_resize", "on_key_press"} | {
+    f"on_mouse_{event}" for event in ("press", "drag", "release", "scroll")
+}
+"""The names of a window's events in pyrender's viewer."""
 PAUSE = 0.1
 """Seconds between two looks at a scene that may have changed."""
 
@@ -124,6 +128,15 @@ class Viewer:
     def save_gif(self, filename: Any = None) -> None:
         """Raises `NotImplementedError`."""
         raise NotImplementedError("save_gif: raycam.render_video writes films of a world")
+
+    def __getattr__(self, name: str) -> Any:
+        """Raises `AttributeError`; for the handlers of pyrender's window with the way on."""
+        if name in HANDLERS:
+            raise AttributeError(
+                f"Viewer.{name}: raycam's viewer is a page, which has no events of a window: change the scene under "
+                "render_lock, with run_in_thread=True, and the page follows"
+            )
+        raise AttributeError(f"Viewer has no attribute {name!r}")
 
     def _first_view(self) -> tuple[Camera, Floats]:
         node = self.scene.main_camera_node

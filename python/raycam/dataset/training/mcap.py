@@ -11,14 +11,16 @@ import json
 import struct
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from ...annotations.flow import check_rectified
 from ...arrays import Floats
 from ...camera import Camera
-from ...errors import SettingsError
+from ...errors import CameraError, SettingsError
 from ..plan import Format, Index, Made, Plan, Record, k_with_integer_centers
 
 __all__ = ["FORMAT"]
@@ -103,8 +105,25 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
     )
 
 
-def camera_info(camera: Camera, stamp: int, frame: str) -> bytes:
-    """A `sensor_msgs/CameraInfo`; K counts pixels from the centre of the first, as ROS does."""
+def baseline(plan: Plan, number: int) -> float:
+    """Metres from the leftmost camera of a view's rig with which it is a rectified pair; 0 for that one, and alone."""
+    view = plan.shots[number]
+    if view.rig is None:
+        return 0.0
+    frame, found = (view.rig[0], view.world), 0.0
+    for other in plan.shots:
+        if other.rig is not None and (other.rig[0], other.world) == frame:
+            with suppress(CameraError):
+                check_rectified(other.camera, view.camera)
+                found = max(found, float(np.linalg.norm(view.camera.C - other.camera.C)))
+    return found
+
+
+def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> bytes:
+    """A `sensor_msgs/CameraInfo`; K counts pixels from the centre of the first, as ROS does.
+
+    `right` is the `baseline` of a rectified pair: P[0, 3] is -fx times that.
+    """
     model, values = distortion(camera)
     k = k_with_integer_centers(camera)
     width, height = camera.size
@@ -112,7 +131,7 @@ def camera_info(camera: Camera, stamp: int, frame: str) -> bytes:
     message.add_numbers("I", len(values)).add_numbers("d", *values).add_numbers(
         "d", *k.ravel(), *np.eye(3).ravel()
     )
-    message.add_numbers("d", *np.hstack([k, np.zeros((3, 1))]).ravel())
+    message.add_numbers("d", *np.column_stack([k, [0.0 - k[0, 0] * right, 0.0, 0.0]]).ravel())
     return message.add_numbers("I", 0, 0).add_numbers("I", 0, 0, 0, 0).add_numbers("B", 0).to_bytes()
 
 
@@ -173,7 +192,11 @@ def make(plan: Plan, number: int) -> Made:
     )
     image = Cdr().add_header(stamp, optical).add_text("png").add_bytes(picture)
     messages = [
-        (f"{topic}/camera_info", "sensor_msgs/msg/CameraInfo", camera_info(camera, stamp, optical)),
+        (
+            f"{topic}/camera_info",
+            "sensor_msgs/msg/CameraInfo",
+            camera_info(camera, stamp, optical, baseline(plan, number)),
+        ),
         (f"{topic}/image/compressed", "sensor_msgs/msg/CompressedImage", image.to_bytes()),
         (f"{topic}/pose", "geometry_msgs/msg/PoseStamped", pose.to_bytes()),
     ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import SettingsError
 from ..plan import Format, Index, Made, Plan, Record, png
+from .semantic import pascal_palette
 
 __all__ = ["FORMAT"]
 
@@ -67,9 +68,15 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def _parts(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes]:
-    stuff = set(plan.options["stuff"])
+    stuff, palette = set(plan.options["stuff"]), pascal_palette()
     kinds = [
-        {"id": number, "name": name, "supercategory": "", "isthing": int(name not in stuff)}
+        {
+            "id": number,
+            "name": name,
+            "supercategory": "",
+            "isthing": int(name not in stuff),
+            "color": palette[(number - 1) % 255 + 1].tolist(),
+        }
         for number, name in sorted(plan.categories.items())
     ]
     yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '

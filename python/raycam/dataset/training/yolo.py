@@ -70,7 +70,7 @@ def numbers(shot: Shot, item: Label) -> list[float]:
     if task == "segment":
         return list(map(float, (joined(outlines(item)) / size).ravel()))
     if task == "obb":
-        return list(map(float, (rectangle(np.concatenate(outlines(item))) / size).ravel()))
+        return list(map(float, (rectangle(np.concatenate(outlines(item)), size) / size).ravel()))
     x, y, w, h = item.visible_box or (0, 0, 0, 0)
     width, height = shot.camera.size
     box = [(x + w / 2) / width, (y + h / 2) / height, w / width, h / height]
@@ -100,10 +100,14 @@ def joined(pieces: list[Points]) -> Points:
     return whole
 
 
-def rectangle(points: Points) -> Points:
-    """The corners [4, 2], in turn, of the rectangle of the least area around points: one side lies on their hull."""
+def rectangle(points: Points, size: Points) -> Points:
+    """The corners [4, 2], in turn, of the rectangle of the least area around points: one side lies on their hull.
+
+    Loaders drop pictures whose labels leave them, and trainers clip corners: these are clipped to the picture where
+    that leaves every point within a pixel, and else the upright rectangle is taken.
+    """
     hull = _hull(points)
-    edges = np.roll(hull, -1, axis=0) - hull
+    edges = np.concatenate([np.roll(hull, -1, axis=0) - hull, [[1.0, 0.0]]])
     best, least = hull[:4], np.inf
     for edge in edges[np.any(edges != 0, axis=1)]:
         along = edge / np.hypot(*edge)
@@ -111,10 +115,20 @@ def rectangle(points: Points) -> Points:
         turned = hull @ axes.T
         low, high = turned.min(axis=0), turned.max(axis=0)
         area = float(np.prod(high - low))
-        if area < least - 1e-9:
-            least = area
-            best = np.array([low, [high[0], low[1]], high, [low[0], high[1]]]) @ axes
+        corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]]) @ axes
+        clipped = np.clip(corners, 0.0, size)
+        if area < least - 1e-9 and _outside(hull, clipped) <= 1.0:
+            best, least = clipped, area
     return best
+
+
+def _outside(points: Points, corners: Points) -> float:
+    """The largest distance of points from a convex polygon with corners [n, 2] in mathematical order; at least 0."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    sides, starts = sides[np.any(sides != 0, axis=1)], corners[np.any(sides != 0, axis=1)]
+    apart = points[:, None] - starts
+    inward = (sides[:, 0] * apart[..., 1] - sides[:, 1] * apart[..., 0]) / np.hypot(*sides.T)
+    return max(0.0, -float(inward.min(initial=0.0)))
 
 
 def _hull(points: Points) -> Points:
@@ -140,8 +154,8 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes `data.yaml`: the folders of the splits, the names of the classes."""
     names = [plan.categories[number] for number in sorted(plan.categories)]
     used = dict.fromkeys(plan.options["splits"])
-    lines = ["path: ."]
-    lines += [f"{split}: images/{split}" for split in used]
+    # Without `path` Ultralytics takes the folder of the file; `path: .` would be the folder that it was started in.
+    lines = [f"{split}: images/{split}" for split in used]
     lines += [f"{split}: images/train" for split in ("train", "val") if split not in used and "train" in used]
     points: Any = plan.options["keypoints"]
     if points:

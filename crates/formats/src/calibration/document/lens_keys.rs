@@ -28,6 +28,17 @@ fn is_coefficient(key: &str) -> bool {
         || matches!(&key[..], "s1" | "s2" | "s3" | "s4" | "taux" | "tauy" | "omega" | "xi")
 }
 
+/// The reason why a key cannot stand without a value: it is one of a lens, or a number after a decimal comma.
+pub(crate) fn refused_without_value(key: &str) -> Option<String> {
+    let own = key.rsplit('.').next().unwrap_or(key);
+    if key.parse::<f64>().is_ok() {
+        return Some(format!("{key}: a number without a key; decimals have a point, not a comma"));
+    }
+    let other = plain(own).contains("model") || plain(own).starts_with("lens");
+    let lens = is_coefficient(own) || looks_like_lens(own) && !other;
+    lens.then(|| format!("{key} is empty, expected numbers: 0 for none, or leave it out"))
+}
+
 /// True if a node has a number other than 0, at any depth.
 fn has_value(node: &DocumentNode) -> bool {
     match &node.value {

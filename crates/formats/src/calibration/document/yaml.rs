@@ -4,8 +4,9 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use saphyr_parser::{Event, Parser};
+use saphyr_parser::{Event, Parser, ScalarStyle};
 
+use crate::calibration::document::lens_keys::refused_without_value;
 use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
 use crate::error::FormatError;
 
@@ -82,6 +83,18 @@ fn count_values(node: &DocumentNode) -> usize {
     }
 }
 
+/// The reason why an event, an empty value, cannot follow the key that waits for it.
+fn refused_empty(event: &Event<'_>, open: &[(Open, usize, usize)]) -> Option<String> {
+    match (event, open.last()) {
+        (Event::Scalar(word, ScalarStyle::Plain, ..), Some((Open::Map(_, Some(key), _), ..)))
+            if word.is_empty() || word == "~" =>
+        {
+            refused_without_value(key)
+        }
+        _ => None,
+    }
+}
+
 fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
     let mut open: Vec<(Open, usize, usize)> = Vec::new();
     let mut anchors: HashMap<usize, DocumentNode> = HashMap::new();
@@ -91,6 +104,9 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode, FormatError> {
         let (event, span) = event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
         let line = span.start.line();
         let fail = |message: &str| Err(FormatError::line(path, line, message));
+        if let Some(reason) = refused_empty(&event, &open) {
+            return fail(&reason);
+        }
         let (anchor, done) = match event {
             Event::Scalar(word, _, anchor, _) => {
                 (anchor, DocumentNode { value: Value::Scalar(word.into_owned()), line })

@@ -7,6 +7,7 @@ use flate2::read::{DeflateDecoder, MultiGzDecoder};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
+use crate::io::input_file::InputFile;
 
 /// A file in a ZIP file.
 pub(crate) struct ZipMember {
@@ -23,14 +24,13 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-/// True for the bytes of a gzip file.
-pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"\x1f\x8b")
-}
-
-/// The bytes in a gzip file.
-pub(crate) fn gunzip(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>, FormatError> {
-    unpack(MultiGzDecoder::new(bytes), path, budget)
+/// The file in a gzip file, and any other as it is.
+pub(crate) fn unpacked(source: InputFile, budget: &mut Budget) -> Result<InputFile, FormatError> {
+    if !source.bytes.starts_with(b"\x1f\x8b") {
+        return Ok(source);
+    }
+    let bytes = unpack(MultiGzDecoder::new(&source.bytes[..]), &source.path, budget)?;
+    Ok(InputFile::new(source.path, bytes))
 }
 
 /// All bytes of a reader, within the budget.

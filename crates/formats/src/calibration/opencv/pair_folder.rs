@@ -17,7 +17,8 @@ const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
 fn file_of<'a>(folder: &'a Folder, word: &str) -> Option<&'a String> {
     let known = |name: &&String| {
         let lower = name.to_lowercase();
-        lower.starts_with(word) && ENDINGS.iter().any(|ending| lower.ends_with(ending))
+        let unpacked = lower.strip_suffix(".gz").unwrap_or(&lower);
+        lower.starts_with(word) && ENDINGS.iter().any(|ending| unpacked.ends_with(ending))
     };
     let mut found = folder.names.iter().filter(known);
     found.next().filter(|_| found.next().is_none())

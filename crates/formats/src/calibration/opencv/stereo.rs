@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::calibration::document::Cursor;
+use crate::calibration::document::{Cursor, zip_members};
 use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::camera;
 use crate::calibration::opencv::keys::{self, KeyView};
@@ -92,6 +92,7 @@ fn from_partner(
     let Ok(source) = assets.read_reference(Path::new(""), &partner) else {
         return Ok(None);
     };
+    let source = zip_members::unpacked(source, &mut assets.budget)?;
     let node = parse(&source, assets)?;
     let root = Cursor::root(&node, &source.path);
     let pose = camera::pose(&KeyView { at: root, side: &[] })?;

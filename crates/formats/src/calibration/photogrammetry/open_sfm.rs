@@ -25,7 +25,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut calibration = Calibration::default();
     if root.is_map() && root.get("shots").is_none() {
         for (name, at) in root.entries()? {
-            calibration.records.push(camera(&at, name)?);
+            calibration.records.push(camera(&at, name, &mut calibration.notices)?);
         }
         return Ok(calibration);
     }
@@ -39,7 +39,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     }
     let mut cameras = HashMap::new();
     for (name, at) in first.require("cameras")?.entries()? {
-        cameras.insert(name, camera(&at, name)?);
+        cameras.insert(name, camera(&at, name, &mut calibration.notices)?);
     }
     let mut turned = 0;
     for (name, shot) in first.require("shots")?.entries()? {
@@ -100,13 +100,9 @@ const KEYS: [&str; 23] = [
     "gps",
 ];
 
-fn camera(at: &Cursor<'_>, name: &str) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord, FormatError> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
-    for (key, inner) in at.entries()? {
-        if !KEYS.contains(&key) && !key.contains("prior") {
-            inner.refuse_lens(key)?;
-        }
-    }
+    notices.extend(at.unread_keys(|key| KEYS.contains(&key) || key.contains("prior"))?);
     let kind = at.get("projection_type");
     let word = kind.as_ref().map_or(Ok("perspective"), Cursor::word)?;
     let size = [at.require("width")?.count()?, at.require("height")?.count()?];

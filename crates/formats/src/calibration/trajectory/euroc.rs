@@ -28,6 +28,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
     let path = &source.path;
     let mut calibration = Calibration::default();
+    let mut columns = None;
     for (line, row) in data_lines(source.text()?) {
         let fail = |message: String| FormatError::line(path, line, message);
         let words: Vec<&str> = row.split(',').map(str::trim).collect();
@@ -37,6 +38,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
                  z of a quaternion (state_groundtruth_estimate0, mocap0)",
                 words.len()
             )));
+        }
+        let expected = *columns.get_or_insert(words.len());
+        if words.len() != expected {
+            return Err(fail(format!("{} columns, and the rows before have {expected}: is it cut off?", words.len())));
         }
         let stamp: u64 = words[0].parse().map_err(|_| fail(format!("{:?}: expected whole nanoseconds", words[0])))?;
         let values: Option<Vec<f64>> =

@@ -27,7 +27,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut calibration = Calibration::default();
     let mut names = std::collections::HashSet::new();
     for at in root.list()? {
-        at.unknown_keys(&["id", "img_name", "width", "height", "position", "rotation", "fx", "fy"])?;
+        let known = ["id", "img_name", "width", "height", "position", "rotation", "fx", "fy"];
+        for notice in at.unknown_keys(&known)? {
+            if calibration.notices.len() < 8 {
+                calibration.notices.push(notice);
+            }
+        }
         let image = at.require("img_name")?.word()?;
         let mut name = image.to_owned();
         if !names.insert(name.clone()) {

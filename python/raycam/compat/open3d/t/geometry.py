@@ -7,18 +7,15 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from raycam import SettingsError, World
+from raycam import World, WorldError
 
+from ..arguments import RaycastingError, array_of, last, looking, matrix, pixel_count, rows, thread_count
 from ..core import Device, Tensor
 
 __all__ = ["RaycastingError", "RaycastingScene", "TriangleMesh"]
 
 Array = npt.NDArray[Any]
 INVALID_ID = 4294967295
-
-
-class RaycastingError(SettingsError, RuntimeError):
-    """Invalid rays or points: a `RuntimeError`, as in Open3D, and a `raycam.SettingsError`."""
 
 
 class _Attributes(dict[str, Any]):
@@ -43,8 +40,8 @@ class TriangleMesh:
         self.vertex = _Attributes()
         self.triangle = _Attributes()
         if vertex_positions is not None and not isinstance(vertex_positions, Device):
-            self.vertex["positions"] = Tensor(_array(vertex_positions))
-            self.triangle["indices"] = Tensor(_array(triangle_indices))
+            self.vertex["positions"] = Tensor(array_of("vertex_positions", vertex_positions))
+            self.triangle["indices"] = Tensor(array_of("triangle_indices", triangle_indices))
 
     @classmethod
     def from_legacy(cls, mesh: Any, *_: Any, **__: Any) -> TriangleMesh:
@@ -65,7 +62,7 @@ class RaycastingScene:
     def __init__(self, nthreads: int = 0, device: Any = None) -> None:
         if device is not None:
             Device(str(device))
-        self._threads = int(nthreads)
+        self._threads = thread_count(nthreads)
         self._world = World()
         self._geometries = 0
         self._geometry_of: list[int] = []
@@ -75,7 +72,10 @@ class RaycastingScene:
         return Tensor.from_numpy(array)
 
     def add_triangles(self, *arguments: Any, **keys: Any) -> int:
-        """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the id of the geometry, from 0."""
+        """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the id of the geometry, from 0.
+
+        Positions [n, 3] of any dtype of numbers, indices [m, 3] of whole ones. Raises `RaycastingError` for others.
+        """
         names = ("mesh",) if len(arguments) == 1 else ("vertex_positions", "triangle_indices")
         given = dict(zip(names, arguments, strict=False)) | keys
         if len(arguments) > 2 or given.keys() not in ({"mesh"}, {"vertex_positions", "triangle_indices"}):
@@ -83,11 +83,17 @@ class RaycastingScene:
         mesh = given.get("mesh")
         if mesh is not None and not hasattr(mesh, "vertex"):
             raise TypeError("add_triangles takes a mesh of tensors: TriangleMesh.from_legacy(mesh)")
+        if mesh is not None and not ("positions" in mesh.vertex and "indices" in mesh.triangle):
+            raise RaycastingError('the mesh has no vertex["positions"] or no triangle["indices"]')
         positions = mesh.vertex["positions"] if mesh is not None else given["vertex_positions"]
         indices = mesh.triangle["indices"] if mesh is not None else given["triangle_indices"]
-        faces = _array(indices).reshape(-1, 3)
+        places = rows("vertex_positions", positions, "fiu").astype(np.float64)
+        faces = rows("triangle_indices", indices, "iu").astype(np.int64)
         if len(faces):
-            self._world.add_mesh(_array(positions).astype(np.float64), faces.astype(np.int64))
+            try:
+                self._world.add_mesh(places, faces)
+            except WorldError as fault:
+                raise RaycastingError(f"add_triangles: {fault}") from None
             self._geometry_of.append(self._geometries)
         self._geometries += 1
         return self._geometries - 1
@@ -134,7 +140,7 @@ class RaycastingScene:
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
         """Closest points of [..., 3]: points, geometry_ids, primitive_ids, primitive_uvs, primitive_normals."""
         found = self._world.closest_points(
-            _last("query_points", query_points, 3), threads=self._some(nthreads)
+            last("query_points", query_points, 3), threads=self._some(nthreads)
         )
         return self._ids(found) | {
             "points": self._single(found["position"]),
@@ -143,19 +149,19 @@ class RaycastingScene:
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
         """Distances of points [..., 3], float32."""
-        points = _last("query_points", query_points, 3)
+        points = last("query_points", query_points, 3)
         return self._single(self._world.distance(points, threads=self._some(nthreads)))
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """Distances of points [..., 3], float32, negative inside; `nsamples` must be odd and is not needed."""
         _odd(nsamples)
-        points = _last("query_points", query_points, 3)
+        points = last("query_points", query_points, 3)
         return self._single(self._world.signed_distance(points, threads=self._some(nthreads)))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """1. for points [..., 3] inside and 0. for others, float32; `nsamples` must be odd and is not needed."""
         _odd(nsamples)
-        points = _last("query_points", query_points, 3)
+        points = last("query_points", query_points, 3)
         return self._single(self._world.inside(points, threads=self._some(nthreads)))
 
     @classmethod
@@ -172,11 +178,12 @@ class RaycastingScene:
         given = dict(zip(names, arguments, strict=False)) | keys
         if given.keys() != set(names):
             raise TypeError(f"create_rays_pinhole takes {', '.join(names)}")
-        width, height = int(given["width_px"]), int(given["height_px"])
+        width, height = (pixel_count(name, given[name]) for name in ("width_px", "height_px"))
         if "fov_deg" in given:
-            intrinsic, rotation, eye = _looking(given, width, height)
+            intrinsic, rotation, eye = looking(given, width, height)
         else:
-            intrinsic, extrinsic = (_array(given[name]).astype(np.float64) for name in names[:2])
+            intrinsic = matrix("intrinsic_matrix", given["intrinsic_matrix"], 3)
+            extrinsic = matrix("extrinsic_matrix", given["extrinsic_matrix"], 4)
             rotation = extrinsic[:3, :3]
             eye = -np.linalg.solve(rotation, extrinsic[:3, 3])
         u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -187,7 +194,7 @@ class RaycastingScene:
 
     def _some(self, nthreads: int) -> int | None:
         """The number of threads; None for all."""
-        return int(nthreads) or self._threads or None
+        return thread_count(nthreads) or self._threads or None
 
     def _single(self, values: Array) -> Any:
         return self._tensor(np.asarray(values).astype(np.float32))
@@ -202,35 +209,8 @@ class RaycastingScene:
         }
 
 
-def _looking(given: dict[str, Any], width: int, height: int) -> tuple[Array, Array, Array]:
-    """The intrinsic matrix, the rotation and the place of a camera that looks at a point."""
-    center, eye, up = (_array(given[name]).astype(np.float64).reshape(3) for name in ("center", "eye", "up"))
-    focal = width / 2 / np.tan(np.radians(float(given["fov_deg"])) / 2)
-    forward = (center - eye) / np.linalg.norm(center - eye)
-    right = np.cross(up, forward)
-    right /= np.linalg.norm(right)
-    intrinsic = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
-    return intrinsic, np.stack([right, np.cross(forward, right), forward]), eye
-
-
-def _array(values: Any) -> Array:
-    """An array of one, of a list, or of a tensor of Open3D."""
-    if not isinstance(values, np.ndarray) and callable(getattr(values, "numpy", None)):
-        values = values.cpu().numpy() if hasattr(values, "cpu") else values.numpy()
-    return np.asarray(values).view(np.ndarray)
-
-
-def _last(name: str, values: Any, width: int) -> Array:
-    array = _array(values)
-    if array.ndim == 0 or array.shape[-1] != width or array.dtype.kind not in "fiu":
-        raise RaycastingError(
-            f"{name} must be numbers of the shape [..., {width}], not {list(array.shape)} of dtype {array.dtype}"
-        )
-    return array
-
-
 def _rays(rays: Any) -> tuple[Array, Array]:
-    array = _last("rays", rays, 6)
+    array = last("rays", rays, 6)
     return array[..., :3], array[..., 3:]
 
 

@@ -129,6 +129,18 @@ class Renderer(OffscreenRenderer):
         """Raises `NotImplementedError`."""
         raise NotImplementedError("render_text: draw text over the picture, as PIL.ImageDraw does")
 
+    def read_color_buf(self) -> Any:
+        """Raises `NotImplementedError`."""
+        raise NotImplementedError(
+            "read_color_buf: there is no window whose buffer it is; render(scene) returns the picture"
+        )
+
+    def read_depth_buf(self) -> Any:
+        """Raises `NotImplementedError`."""
+        raise NotImplementedError(
+            "read_depth_buf: there is no window whose buffer it is; render(scene) returns the depth"
+        )
+
 
 class _View:
     """Rays of a camera into the world of a scene."""

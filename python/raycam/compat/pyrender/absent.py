@@ -1,0 +1,40 @@
+"""Modules of pyrender that are not here, each with the way on."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+__all__ = ["ABSENT", "AbsentModule"]
+
+
+class AbsentModule(ModuleType):
+    """A module that can be imported, and whose names raise `ImportError` with the way on."""
+
+    def __init__(self, name: str, way: str) -> None:
+        super().__init__(f"pyrender.{name}", f"Not here: {way}.")
+        self._said = f"pyrender.{name} is not in raycam.compat.pyrender: {way}"
+
+    def __getattr__(self, name: str) -> Any:
+        """Raises `ImportError`; `AttributeError` for Python's own names, by which programs look through modules."""
+        if name.startswith("__") or name == "_said":
+            raise AttributeError(f"{self.__name__} has no attribute {name!r}")
+        raise ImportError(f"{name}: {self._said}")
+
+
+ABSENT = {
+    name: AbsentModule(name, way)
+    for name, way in (
+        ("font", "draw text over the picture, as PIL.ImageDraw does"),
+        ("platforms", "nothing of OpenGL or EGL is needed; OffscreenRenderer renders on the CPU"),
+        (
+            "shader_program",
+            'there are no shaders; set raycam.compat.pyrender.shading = "raycam" for another light',
+        ),
+        (
+            "trackball",
+            "Viewer has a navigation of its own; place cameras by scene.set_pose or raycam.Camera.look_at",
+        ),
+    )
+}
+"""The modules by their names in pyrender."""

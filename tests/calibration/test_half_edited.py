@@ -1,0 +1,93 @@
+"""Half-edited files: an empty value, a decimal comma, a renamed key, a row cut off. No lens vanishes in silence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from raycam.errors import FormatError
+
+SETTINGS = """%YAML:1.0
+Camera.type: "PinHole"
+Camera.fx: 458.654
+Camera.fy: 457.296
+Camera.cx: 367.215
+Camera.cy: 248.375
+Camera.k1: -0.283
+Camera.k2: 0.073
+Camera.p1: 0.00019
+Camera.p2: 1.7e-05
+Camera.width: 752
+Camera.height: 480
+"""
+NERF = {
+    "fl_x": 458.654,
+    "fl_y": 457.296,
+    "cx": 367.25,
+    "cy": 248.5,
+    "w": 752,
+    "h": 480,
+    "k1": 0.004,
+    "frames": [{"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}],
+}
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    (folder / name).write_text(text)
+    return folder / name
+
+
+@pytest.mark.parametrize("key", ["k1", "k2", "p2"])
+def test_a_coefficient_without_a_number_is_an_error(tmp_path: Path, key: str) -> None:
+    lines = [f"Camera.{key}:" if f".{key}:" in line else line for line in SETTINGS.splitlines()]
+    with pytest.raises(FormatError, match=rf"settings.yaml:\d+: Camera.{key} is empty, expected numbers"):
+        raycam.load_cameras(written(tmp_path, "settings.yaml", "\n".join(lines)))
+    camera = raycam.load_cameras(written(tmp_path, "whole.yaml", SETTINGS))["Camera"]
+    assert camera.distortion is not None
+
+
+def test_distortion_without_numbers_is_an_error(tmp_path: Path) -> None:
+    text = "image_width: 752\nimage_height: 480\ncamera_matrix: [[458, 0, 367], [0, 457, 248], [0, 0, 1]]\n"
+    with pytest.raises(FormatError, match=r"c.yaml:4: dist_coeff is empty"):
+        raycam.load_cameras(written(tmp_path, "c.yaml", f"{text}dist_coeff:\n"))
+
+
+@pytest.mark.parametrize("number", ["458.654", "367.25", "0.004"])
+def test_a_decimal_comma_is_an_error(tmp_path: Path, number: str) -> None:
+    text = json.dumps(NERF).replace(number, number.replace(".", ","))
+    with pytest.raises(FormatError, match=r"transforms.json:1: \d+: .* decimals have a point, not a comma"):
+        raycam.load_cameras(written(tmp_path, "transforms.json", text))
+
+
+def test_a_null_of_json_is_no_number_and_no_error(tmp_path: Path) -> None:
+    text = json.dumps(NERF | {"k1": None})
+    (camera,) = raycam.load_cameras(written(tmp_path, "transforms.json", text)).values()
+    assert camera.distortion is None
+
+
+def test_unknown_keys_of_opensfm_are_named(tmp_path: Path) -> None:
+    model = {
+        "projection_type": "perspective",
+        "width": 640,
+        "height": 480,
+        "focal": 0.8,
+        "k1_old": -0.05,
+        "k2": 0.01,
+    }
+    shot = {"camera": "a", "rotation": [0, 0, 0], "translation": [0, 0, 0]}
+    text = json.dumps([{"cameras": {"a": model | {"k2_prior": 0.0}}, "shots": {"1.jpg": shot}}])
+    with pytest.warns(raycam.Notice, match="k1_old .* is not read"):
+        cameras = raycam.load_cameras(written(tmp_path, "reconstruction.json", text))
+    assert not any("prior" in notice for notice in cameras.notices)
+
+
+def test_a_row_of_euroc_that_is_cut_off_is_an_error(tmp_path: Path) -> None:
+    rows = [f"{1403636579763555584 + i},0,0,{i},1,0,0,0,0.5,0.5,0.5" for i in range(3)]
+    lens = raycam.Camera([[458, 0, 367], [0, 457, 248], [0, 0, 1]], np.eye(3), np.zeros(3), (752, 480))
+    with pytest.raises(FormatError, match=r"data.csv:3: 9 columns, and the rows before have 11"):
+        raycam.load_cameras(
+            written(tmp_path, "data.csv", "\n".join(rows).removesuffix(",0.5,0.5")), intrinsics=lens
+        )
