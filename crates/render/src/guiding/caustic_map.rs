@@ -2,7 +2,8 @@
 //!
 //! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques 1995). The
 //! space around a caster is divided into cells by direction and distance. A cell stores the mean and the spread of the
-//! points where its photons left the caster: a sphere, to which samples of diffuse surfaces are guided.
+//! points where its photons left the caster: a sphere, to which samples of diffuse surfaces are guided; two spheres where
+//! the photons came on two ways, as from a lens and from its side.
 
 use glam::{DVec3, Vec3};
 
@@ -21,6 +22,12 @@ const MIN_PHOTONS: u32 = 6;
 /// Radius of the target in standard deviations (1.4 cover a uniform disk), and its minimum in radii of the caster.
 const RADIUS_SIGMAS: f64 = 1.75;
 const MIN_RADIUS: f64 = 0.02;
+/// Cross-section of two targets relative to that of one for all photons, at most.
+const MAX_TWO_TARGETS_AREA: f32 = 0.5;
+/// Part of a caster's light that came to cells with two targets, at least, if the map is to have any.
+const MIN_TWO_WAYS_FRACTION: f64 = 0.1;
+/// Distance from exit to receiver, in radii of the caster, below which a receiver touches the caster.
+const MIN_EXIT_DISTANCE: f64 = 0.1;
 
 /// The sphere that a cell's photons came from, relative to the caster's centre and in units of its radius.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,9 +43,15 @@ pub(crate) struct GuideTargets<const N: usize> {
     pub radius: [f32; N],
 }
 
+type Targets = Box<[GuideTarget; CELL_COUNT]>;
+
 /// The targets of all cells around a caster.
 #[derive(Clone, Debug)]
-pub(crate) struct CausticMap(Box<[GuideTarget; CELL_COUNT]>);
+pub(crate) struct CausticMap {
+    first: Targets,
+    /// `None` if few photons came on two ways: every target costs time at every diffuse hit.
+    second: Option<Targets>,
+}
 
 /// A photon's point from a caster to a receiver, scene-local.
 #[derive(Clone, Copy, Debug)]
@@ -54,26 +67,21 @@ pub(crate) struct PhotonDeposit {
 struct CellStats {
     count: u32,
     power: f64,
-    /// Exit points and their squared lengths, times power.
+    /// Exit points and the squares of their coordinates, times power.
     exit: DVec3,
-    square: f64,
+    square: DVec3,
 }
 
 impl CausticMap {
     /// The map of a caster's photons.
     pub fn new(caster: &CausticCaster, deposits: impl Iterator<Item = PhotonDeposit>) -> Self {
         let relative = |point: DVec3| (point - caster.center) / caster.radius;
-        let mut sums = vec![CellStats::default(); CELL_COUNT];
-        for PhotonDeposit { exit_point, landing_point, power } in deposits {
-            let exit = relative(exit_point);
-            sums[cell_index(relative(landing_point).as_vec3()) as usize].add(&CellStats {
-                count: 1,
-                power,
-                exit: exit * power,
-                square: exit.length_squared() * power,
-            });
-        }
-        let mut targets = Box::new([GuideTarget::default(); CELL_COUNT]);
+        let photon = |PhotonDeposit { exit_point, landing_point, power }: PhotonDeposit| {
+            let (exit, landing) = (relative(exit_point), relative(landing_point));
+            (cell_index(landing.as_vec3()) as usize, visible_exit(exit, landing), power)
+        };
+        let photons: Vec<_> = deposits.map(photon).collect();
+        let [mut one, mut first, mut second] = [[GuideTarget::default(); CELL_COUNT]; 3].map(Box::new);
         let mut size = 1;
         while size <= COARSEST_SIDE {
             let block = |cell: usize| {
@@ -85,58 +93,111 @@ impl CausticMap {
                 ((layer / size) * CELLS_PER_SIDE + y / size) * CELLS_PER_SIDE + x / size
             };
             let mut blocks = vec![CellStats::default(); CELL_COUNT];
-            for (cell, sum) in sums.iter().enumerate() {
-                blocks[block(cell)].add(sum);
+            for &(cell, exit, power) in &photons {
+                blocks[block(cell)].add(exit, power);
             }
-            let targets = targets.iter_mut().enumerate();
-            for (cell, target) in targets.filter(|(_, target)| target.radius == 0.0) {
-                *target = blocks[block(cell)].target();
+            let mut halves = vec![[CellStats::default(); 2]; CELL_COUNT];
+            for &(cell, exit, power) in &photons {
+                let at = block(cell);
+                halves[at][blocks[at].half(exit)].add(exit, power);
+            }
+            for (cell, (first, second)) in first.iter_mut().zip(&mut *second).enumerate() {
+                if first.radius == 0.0 {
+                    let at = block(cell);
+                    one[cell] = blocks[at].target();
+                    [*first, *second] = targets(&one[cell], &halves[at]);
+                }
             }
             size *= 2;
         }
-        Self(targets)
+        let all: f64 = photons.iter().map(|&(.., power)| power).sum();
+        let on_two_ways = photons.iter().filter(|&&(cell, ..)| second[cell].radius > 0.0);
+        match on_two_ways.map(|&(.., power)| power).sum::<f64>() > MIN_TWO_WAYS_FRACTION * all {
+            true => Self { first, second: Some(second) },
+            false => Self { first: one, second: None },
+        }
     }
 
-    /// The targets of points, given relative to the caster's centre and in units of its radius.
+    /// The targets of points, given relative to the caster's centre and in units of its radius, and their second targets if
+    /// the map has any.
     #[inline(always)]
-    pub fn lookup_lanes<const N: usize>(&self, points: &Vec3xN<f32, N>) -> GuideTargets<N> {
+    pub fn lookup_lanes<const N: usize>(&self, points: &Vec3xN<f32, N>) -> (GuideTargets<N>, Option<GuideTargets<N>>) {
         let mut cells = [0; N];
         for (lane, cell) in cells.iter_mut().enumerate() {
             *cell = cell_index(lane_vec3(points, lane));
         }
-        let mut targets = GuideTargets { center: [[0.0; N]; 3], radius: [0.0; N] };
-        for (lane, cell) in cells.into_iter().enumerate() {
-            // The power of two replaces the bounds check.
-            let GuideTarget { center, radius } = self.0[cell as usize % CELL_COUNT];
-            set_lane(&mut targets.center, lane, center);
-            targets.radius[lane] = radius;
-        }
-        targets
+        (gather(&self.first, &cells), self.second.as_ref().map(|second| gather(second, &cells)))
     }
 
-    /// The target of one point.
+    /// The targets of one point.
     #[cfg(test)]
-    pub fn lookup(&self, point: Vec3) -> GuideTarget {
-        let targets = self.lookup_lanes(&point.to_array().map(|x| [x]));
-        GuideTarget { center: targets.center.map(|[x]| x), radius: targets.radius[0] }
+    pub fn lookup(&self, point: Vec3) -> [GuideTarget; 2] {
+        let (first, second) = self.lookup_lanes(&point.to_array().map(|x| [x]));
+        [Some(first), second].map(|targets| {
+            targets.map_or_else(GuideTarget::default, |targets| GuideTarget {
+                center: targets.center.map(|[x]| x),
+                radius: targets.radius[0],
+            })
+        })
     }
 }
 
+#[inline(always)]
+fn gather<const N: usize>(all: &Targets, cells: &[u32; N]) -> GuideTargets<N> {
+    let mut targets = GuideTargets { center: [[0.0; N]; 3], radius: [0.0; N] };
+    for (lane, &cell) in cells.iter().enumerate() {
+        // The power of two replaces the bounds check.
+        let GuideTarget { center, radius } = all[cell as usize % CELL_COUNT];
+        set_lane(&mut targets.center, lane, center);
+        targets.radius[lane] = radius;
+    }
+    targets
+}
+
+/// The point that a receiver sees in the direction of a photon: where it left the caster; where the receiver touches the
+/// caster, as a floor under water does, a point a radius away.
+fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
+    let way = exit - landing;
+    let distance = way.length();
+    if distance < MIN_EXIT_DISTANCE && distance > 0.0 { landing + way / distance } else { exit }
+}
+
+/// The targets of a block: one for each half of its photons, if these are small beside one for all.
+fn targets(one: &GuideTarget, halves: &[CellStats; 2]) -> [GuideTarget; 2] {
+    let two = halves.each_ref().map(CellStats::target);
+    let area: f32 = two.iter().map(|target| target.radius * target.radius).sum();
+    let are_both = two.iter().all(|target| target.radius > 0.0);
+    if are_both && area < MAX_TWO_TARGETS_AREA * one.radius * one.radius { two } else { [*one, GuideTarget::default()] }
+}
+
 impl CellStats {
-    fn add(&mut self, other: &Self) {
-        self.count += other.count;
-        self.power += other.power;
-        self.exit += other.exit;
-        self.square += other.square;
+    fn add(&mut self, exit: DVec3, power: f64) {
+        self.count += 1;
+        self.power += power;
+        self.exit += exit * power;
+        self.square += exit * exit * power;
+    }
+
+    /// Mean of the exit points, and their variance along each axis.
+    fn moments(&self) -> [DVec3; 2] {
+        let mean = self.exit / self.power;
+        [mean, (self.square / self.power - mean * mean).max(DVec3::ZERO)]
+    }
+
+    /// The half of an exit point: the points are divided at their mean across the axis along which they vary most.
+    fn half(&self, exit: DVec3) -> usize {
+        let [mean, variance] = self.moments();
+        let axis = variance.max_position();
+        usize::from(exit[axis] > mean[axis])
     }
 
     fn target(&self) -> GuideTarget {
         if self.count < MIN_PHOTONS {
             return GuideTarget::default();
         }
-        let mean = self.exit / self.power;
-        let variance = (self.square / self.power - mean.length_squared()).max(0.0);
-        GuideTarget { center: mean.as_vec3().to_array(), radius: (RADIUS_SIGMAS * variance.sqrt() + MIN_RADIUS) as f32 }
+        let [mean, variance] = self.moments();
+        let sigma = variance.element_sum().sqrt();
+        GuideTarget { center: mean.as_vec3().to_array(), radius: (RADIUS_SIGMAS * sigma + MIN_RADIUS) as f32 }
     }
 }
 
@@ -161,8 +222,8 @@ pub(crate) mod tests {
     const CASTER: CausticCaster =
         CausticCaster { instance: 0, center: DVec3::new(1.0, 2.0, 3.0), radius: 0.5, is_rough: false, weight: 1.0 };
 
-    /// The map of photons that leave a small ball within the caster in all directions, both in units of its radius.
-    pub fn from_ball(caster: &CausticCaster, center: DVec3, radius: f64) -> CausticMap {
+    /// The map of photons that leave small balls within the caster in all directions, all in units of its radius.
+    pub fn from_balls(caster: &CausticCaster, balls: &[(DVec3, f64)]) -> CausticMap {
         let golden = 0.618_033_988_75;
         let deposits = (0..100_000).map(|i| {
             let number = |k: i32| (0.5 + f64::from(i) * f64::powi(golden, k)).fract();
@@ -172,6 +233,7 @@ pub(crate) mod tests {
                 let across = (1.0 - z * z).sqrt();
                 DVec3::new(across * cos, across * sin, z)
             };
+            let (center, radius) = balls[i as usize % balls.len()];
             let left = center + direction(1) * radius;
             PhotonDeposit {
                 exit_point: caster.center + caster.radius * left,
@@ -198,10 +260,41 @@ pub(crate) mod tests {
         let weak = (0..50).map(|i| deposits(-left(i), at, 1e-9));
         let strong = (0..63).map(|i| deposits(left(i), at, 1.0));
         let map = CausticMap::new(&CASTER, weak.chain(strong));
-        let exit = map.lookup(at.as_vec3());
+        let [exit, _] = map.lookup(at.as_vec3());
         let center = Vec3::from(exit.center);
         assert!(center.distance(Vec3::new(0.6, 0.0, -0.5)) < 2e-3, "{exit:?}");
         assert!((exit.radius - 0.195).abs() < 2e-3, "{exit:?}");
+    }
+
+    #[test]
+    fn photons_on_two_ways_have_two_targets() {
+        let at = DVec3::new(1.5, -0.4, -2.0);
+        let left = |i: usize| DVec3::new(0.0, 0.5, 0.01 * (i % 5) as f64);
+        let mirrored = |i: usize| left(i) * DVec3::new(1.0, -1.0, 1.0);
+        let both = (0..60).map(|i| deposits(if i % 3 == 0 { mirrored(i) } else { left(i) }, at, 1.0));
+        let [first, second] = CausticMap::new(&CASTER, both).lookup(at.as_vec3());
+        for (target, y) in [(first, -0.5), (second, 0.5)] {
+            assert!(Vec3::from(target.center).distance(Vec3::new(0.0, y, 0.02)) < 1e-2, "{target:?}");
+            assert!(target.radius < 0.06, "{target:?}");
+        }
+        // One way needs one target, and so does a way that few take.
+        let elsewhere = (0..960).map(|i| deposits(left(i), -at, 1.0));
+        let rare = elsewhere.chain((0..60).map(|i| deposits(if i % 2 == 0 { mirrored(i) } else { left(i) }, at, 1.0)));
+        let map = CausticMap::new(&CASTER, rare);
+        assert!(map.second.is_none());
+        let [first, _] = map.lookup(at.as_vec3());
+        assert!(Vec3::from(first.center).distance(Vec3::new(0.0, 0.0, 0.02)) < 1e-2, "{first:?}");
+        assert!(first.radius > 0.5, "{first:?}");
+    }
+
+    #[test]
+    fn receivers_at_the_caster_see_a_point_a_radius_away() {
+        let at = DVec3::new(0.9, 0.0, -0.3);
+        let above = at + 0.001 * DVec3::new(0.0, 0.6, 0.8);
+        assert!(visible_exit(above, at).distance(at + DVec3::new(0.0, 0.6, 0.8)) < 1e-9);
+        let far = at + DVec3::Z;
+        assert_eq!(visible_exit(far, at), far);
+        assert_eq!(visible_exit(at, at), at);
     }
 
     #[test]
@@ -211,7 +304,7 @@ pub(crate) mod tests {
         assert_ne!(cell_index(here.as_vec3()), cell_index(beside.as_vec3()));
         let left = DVec3::new(0.2, 0.3, 0.4);
         let few = |count| CausticMap::new(&CASTER, (0..count).map(|_| deposits(left, here, 1.0)));
-        let radius = |count, at: DVec3| few(count).lookup(at.as_vec3()).radius;
+        let radius = |count, at: DVec3| few(count).lookup(at.as_vec3())[0].radius;
         assert_eq!(radius(MIN_PHOTONS as usize - 1, here), 0.0);
         assert!(radius(MIN_PHOTONS as usize, here) > 0.0);
         assert!(radius(MIN_PHOTONS as usize, beside) > 0.0);

@@ -14,8 +14,8 @@ use crate::guiding::caustic_casters::MAX_CASTERS;
 use crate::lobes::shading_frame::cosine_hemisphere_pdf;
 use crate::soa::{Vec3xN, get_lane};
 
-/// Cones of a lane, at most: one for each caster and one for each map.
-const MAX_CONES: usize = 2 * MAX_CASTERS;
+/// Cones of a lane, at most: one for each caster and two for each map.
+const MAX_CONES: usize = 3 * MAX_CASTERS;
 
 /// The cones of every lane.
 #[derive(Clone, Debug)]
@@ -113,7 +113,7 @@ mod tests {
     use crate::control::Control;
     use crate::guiding::caustic_casters::CausticCaster;
     use crate::guiding::caustic_map::CausticMap;
-    use crate::guiding::caustic_map::tests::from_ball;
+    use crate::guiding::caustic_map::tests::from_balls;
     use crate::guiding::sample_cones::SampleGuided;
     use crate::interaction::batch::SurfaceInteractions;
     use crate::prepare::world::PreparedWorld;
@@ -156,11 +156,12 @@ mod tests {
         .into()
     }
 
-    /// The maps of two of them.
+    /// The maps of two of them, the second with two targets.
     fn thrown() -> Vec<CausticMap> {
-        let balls = [(DVec3::new(0.3, 0.2, -0.5), 0.2), (DVec3::ZERO, 0.4)];
+        let beside = 0.7 * DVec3::X;
+        let balls = [vec![(DVec3::new(0.3, 0.2, -0.5), 0.2)], vec![(beside, 0.1), (-beside, 0.1)]];
         let throws = |(i, mirror)| match balls.get(i) {
-            Some(&(center, radius)) => from_ball(mirror, center, radius),
+            Some(balls) => from_balls(mirror, balls),
             None => CausticMap::new(mirror, [].into_iter()),
         };
         some().iter().enumerate().map(throws).collect()

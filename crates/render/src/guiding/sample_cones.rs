@@ -4,7 +4,7 @@ use glam::Vec3;
 use raycam_bvh::WithSimd;
 
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CASTERS};
-use crate::guiding::caustic_map::CausticMap;
+use crate::guiding::caustic_map::{CausticMap, GuideTargets};
 use crate::guiding::cones::GuidingCones;
 use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::shading_frame::{sincos_turns, to_world_around};
@@ -73,6 +73,25 @@ impl<const N: usize> GuidingCones<N> {
         self.one_minus_cos[k] = one_minus_cos;
         self.weight[k] = weights;
         max_fractions
+    }
+
+    /// Adds the cones from points to the targets of a caustic map, all in units of the caster; returns what
+    /// [`GuidingCones::set_cones`] returns.
+    #[inline(always)]
+    fn add_map_cones(
+        &mut self,
+        points: &Vec3xN<f32, N>,
+        targets: &GuideTargets<N>,
+        normals: &Vec3xN<f32, N>,
+        weight: f32,
+    ) -> [f32; N] {
+        let mut directions = [[0.0; N]; 3];
+        for lane in 0..N {
+            let direction = lane_vec3(&targets.center, lane) - lane_vec3(points, lane);
+            set_lane(&mut directions, lane, direction.to_array());
+        }
+        self.count += 1;
+        self.set_cones(self.count - 1, (&directions, &targets.radius), normals, MAX_MAP_DENSITY_RATIO, weight)
     }
 
     /// Scales the weights of some cones down to this sum, and reduces the cosine's weight by the result.
@@ -150,19 +169,15 @@ impl<const N: usize> GuidingCones<N> {
                 let point = ((lane_dvec3(positions, lane) - caster.center) / caster.radius).as_vec3();
                 set_lane(&mut points, lane, point.to_array());
             }
-            let targets = map.lookup_lanes(&points);
-            let mut directions = [[0.0; N]; 3];
-            for lane in 0..N {
-                let direction = lane_vec3(&targets.center, lane) - lane_vec3(&points, lane);
-                set_lane(&mut directions, lane, direction.to_array());
+            let (first, second) = map.lookup_lanes(&points);
+            let fractions = self.add_map_cones(&points, &first, normals, caster.weight);
+            if let Some(second) = second {
+                self.add_map_cones(&points, &second, normals, caster.weight);
             }
-            let cones = (&directions, &targets.radius);
-            let fractions = self.set_cones(self.count, cones, normals, MAX_MAP_DENSITY_RATIO, caster.weight);
             for (max_casters, fraction) in max_casters.iter_mut().zip(fractions) {
                 let beside = max_casters.min(MAX_GUIDED_WEIGHT * CASTER_FRACTION_BESIDE_MAP);
                 *max_casters = if fraction > 0.0 { beside } else { *max_casters };
             }
-            self.count += 1;
         }
         self.cosine_weight = [1.0; N];
         self.limit_weights(0..casters.len(), &max_casters);

@@ -258,7 +258,7 @@ mod tests {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
         let (casters, maps) = world.caustic_casters();
         let (thrown, CausticCaster { center, radius, .. }) = (&maps[0], casters[0]);
-        let exit = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
+        let [exit, _] = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
         (center + world.geometry.origin + left, f64::from(exit.radius) * radius)
     }
