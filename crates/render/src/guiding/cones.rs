@@ -159,8 +159,9 @@ mod tests {
     /// The maps of two of them, the second with two targets.
     fn thrown() -> Vec<CausticMap> {
         let beside = 0.7 * DVec3::X;
-        let balls = [vec![(DVec3::new(0.3, 0.2, -0.5), 0.2)], vec![(beside, 0.1), (-beside, 0.1)]];
-        let throws = |(i, mirror)| match balls.get(i) {
+        let balls: [Vec<(DVec3, f64)>; 2] =
+            [vec![(DVec3::new(0.3, 0.2, -0.5), 0.2)], vec![(beside, 0.1), (-beside, 0.1)]];
+        let throws = |(i, mirror)| match balls.get::<usize>(i) {
             Some(balls) => from_balls(mirror, balls),
             None => CausticMap::new(mirror, [].into_iter()),
         };
