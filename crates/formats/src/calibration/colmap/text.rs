@@ -1,7 +1,7 @@
 //! COLMAP's text files: `cameras.txt`, `images.txt`, and `rigs.txt` and `frames.txt` where they exist. A line is a record.
 
 use std::path::Path;
-use std::str::{FromStr, Lines, SplitWhitespace};
+use std::str::{FromStr, Lines, SplitAsciiWhitespace};
 
 use crate::calibration::colmap::records::{self, ModelFormat, RecordReader, RecordWriter};
 use crate::calibration::document::number_format::yaml_float;
@@ -42,7 +42,7 @@ impl ModelFormat for Text {
             lines: file.text()?.lines().enumerate(),
             line: 0,
             text: "",
-            words: "".split_whitespace(),
+            words: "".split_ascii_whitespace(),
         })
     }
 }
@@ -54,17 +54,17 @@ pub(crate) struct LineTokens<'a> {
     /// From 1.
     line: usize,
     text: &'a str,
-    words: SplitWhitespace<'a>,
+    words: SplitAsciiWhitespace<'a>,
 }
 
 impl<'a> LineTokens<'a> {
     /// Goes to the next line that is no comment; `None` at the end of the file.
     fn next_line(&mut self) -> Option<()> {
-        let comment = |line: &str| line.trim_start().starts_with('#');
+        let comment = |line: &str| line.trim_ascii_start().starts_with('#');
         let (i, line) = self.lines.find(|(_, line)| !comment(line))?;
         self.line = i + 1;
         self.text = line;
-        self.words = line.split_whitespace();
+        self.words = line.split_ascii_whitespace();
         Some(())
     }
 
@@ -132,13 +132,10 @@ impl RecordReader for LineTokens<'_> {
 
     /// The last field of a line, which may have spaces in it.
     fn image_name(&mut self) -> Result<String, FormatError> {
-        let before = self.text.split_whitespace().count() - self.words.clone().count();
-        let mut name = self.text.trim();
-        for _ in 0..before {
-            name = name.trim_start_matches(|c: char| !c.is_whitespace()).trim_start();
-        }
-        self.word("NAME")?;
-        self.words = "".split_whitespace();
+        let first = self.word("NAME")?;
+        let start = first.as_ptr().addr() - self.text.as_ptr().addr();
+        let name = self.text[start..].trim();
+        self.words = "".split_ascii_whitespace();
         Ok(name.to_owned())
     }
 
