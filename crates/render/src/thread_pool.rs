@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn little_work_does_not_wait_for_much() {
         for threads in [1, 2] {
-            let started = AtomicBool::new(false);
+            let [started, is_over] = [AtomicBool::new(false), AtomicBool::new(false)];
             let order = Mutex::new(vec![]);
             std::thread::scope(|scope| {
                 let run = |name, parts: usize| {
@@ -217,17 +217,21 @@ mod tests {
                     let parts: Vec<usize> = (0..parts).collect();
                     let work = |_: &mut (), _: &usize| {
                         started.store(true, Ordering::Relaxed);
-                        std::thread::sleep(Duration::from_millis(2));
+                        // Much is as long as little takes, on a busy machine too; 10 s if little waits for it.
+                        if !is_over.load(Ordering::Relaxed) {
+                            std::thread::sleep(Duration::from_millis(2));
+                        }
                         Ok(())
                     };
                     workers.for_each_dynamic(&parts, work).unwrap();
                     order.lock().unwrap().push(name);
                 };
-                scope.spawn(move || run("much", 400));
+                scope.spawn(move || run("much", 10_000));
                 while !started.load(Ordering::Relaxed) {
                     std::thread::yield_now();
                 }
                 run("little", 4);
+                is_over.store(true, Ordering::Relaxed);
             });
             assert_eq!(*order.lock().unwrap(), ["little", "much"]);
         }
