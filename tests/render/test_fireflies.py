@@ -71,8 +71,10 @@ def test_notice_names_the_light_and_the_object(lamp: str) -> None:
     world = room(lamp, MIRROR)
     notice = next(notice for seed in range(8) for notice in fireflies(world, seed=seed))
     ways = notice.split(": ", 2)[2].split(". ")[0].split("; ")
-    assert ways
-    for way in ways:
+    # The rarest are counted alone.
+    named = [way for way in ways if not way.startswith("other ways")]
+    assert named
+    for way in named:
         assert f"light of {lamp} " in way
         assert "'wall'" in way
 
