@@ -51,12 +51,16 @@ def keep(name: str) -> None:
     with Image.open(f"{Path(name).name}.png") as image:
         picture = image.convert("RGBA")
     white = Image.new("RGBA", picture.size, "white")
-    picture = Image.alpha_composite(white, picture).convert("RGB")
-    picture.thumbnail((MAX_SIDE, MAX_SIDE), Image.Resampling.LANCZOS)
+    write_jpeg(Image.alpha_composite(white, picture).convert("RGB"), name)
+
+
+def write_jpeg(picture: Image.Image, name: str, max_bytes: int = MAX_BYTES, max_side: int = MAX_SIDE) -> None:
+    """Writes `images/NAME.jpg` of the documentation: sides of `max_side` pixels, the best quality of `max_bytes`."""
+    picture.thumbnail((max_side, max_side), Image.Resampling.LANCZOS)
     for quality in range(88, 30, -6):
         data = io.BytesIO()
         picture.save(data, "JPEG", quality=quality, optimize=True)
-        if data.tell() <= MAX_BYTES:
+        if data.tell() <= max_bytes:
             break
     target = DOCS / "images" / f"{name}.jpg"
     target.parent.mkdir(parents=True, exist_ok=True)

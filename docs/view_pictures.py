@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import raycam
+from pictures import write_jpeg
 from PIL import Image
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
@@ -24,7 +25,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from support.chromium import Tab, chromium
 from support.viewer_page import drag, place_of
 
-DOCS = Path(__file__).resolve().parent
 WINDOW = (1200, 750)
 SAMPLES = 24
 MOST_BYTES = 58_000
@@ -38,17 +38,7 @@ def keep(tab: Tab, name: str) -> None:
     time.sleep(SHOWN)
     data = base64.b64decode(tab.call("Page.captureScreenshot", format="png")["data"])
     with Image.open(io.BytesIO(data)) as image:
-        picture = image.convert("RGB")
-    picture.thumbnail((MOST_SIDE, MOST_SIDE), Image.Resampling.LANCZOS)
-    for quality in range(90, 40, -5):
-        file = io.BytesIO()
-        picture.save(file, "JPEG", quality=quality, optimize=True)
-        if file.tell() <= MOST_BYTES:
-            break
-    target = DOCS / "images" / "view" / f"{name}.jpg"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_bytes(file.getvalue())
-    print(f"{target.name}: {file.tell()} bytes, quality {quality}")
+        write_jpeg(image.convert("RGB"), f"view/{name}", MOST_BYTES, MOST_SIDE)
 
 
 def live(tab: Tab, session: Session) -> None:

@@ -252,15 +252,15 @@ class Session:
         if name and name not in self.world.cameras:
             raise WorldError("there is no camera of this name")
         if name:
-            self.given = self._named(name)
+            self.given = self._named(name, self.world, self.time)
         self.name = name
         self.changed()
 
-    def _named(self, name: str) -> Camera:
-        """A camera of the world, where it is at the time that is shown."""
+    def _named(self, name: str, world: World, time: float) -> Camera:
+        """A camera of the world of a time, where it is then."""
         if self.base.video is not None:
-            return self.base.camera_at(self.base.camera(name), self.time)
-        return self.world.camera(name)
+            return self.base.camera_at(self.base.camera(name), time)
+        return world.camera(name)
 
     @property
     def seconds(self) -> float:
@@ -287,9 +287,7 @@ class Session:
         world = self.base.with_variant(self.variant) if self.variant else self.base
         if self.seconds > 0:
             world = world.at(time, self.animation or None)
-        if self.name and self.base.video is not None:
-            return world, self.base.camera_at(self.base.camera(self.name), time)
-        return world, world.camera(self.name) if self.name else self.given
+        return world, self._named(self.name, world, time) if self.name else self.given
 
     def _evaluate(self) -> None:
         """Shows the world of the time and the variant that are chosen."""

@@ -127,10 +127,7 @@ pub trait Isa: Copy + 'static {
     /// The first four lanes and the last four.
     #[inline(always)]
     fn split_f32x4(v: Self::F32x8) -> [F32x4; 2] {
-        let mut lanes = [0.0; 8];
-        // SAFETY: room for eight floats.
-        unsafe { v.store(lanes.as_mut_ptr()) };
-        let [a, b, c, d, e, f, g, h] = lanes;
+        let [a, b, c, d, e, f, g, h] = lanes8(v);
         [F32x4::new([a, b, c, d]), F32x4::new([e, f, g, h])]
     }
     /// Transposes sixteen rows of four floats into four vectors.
@@ -171,6 +168,23 @@ pub static COMPRESS: [[u8; 8]; 256] = {
     }
     table
 };
+
+/// The lanes of a vector of eight, for scalar code.
+#[inline(always)]
+pub fn lanes8<V: Vector>(v: V) -> [f32; 8] {
+    let mut lanes = [0.0; 8];
+    // SAFETY: the array holds 8 floats.
+    unsafe { v.store(lanes.as_mut_ptr()) };
+    lanes
+}
+
+/// [`Isa::permute8`] in scalar code.
+#[inline(always)]
+pub fn permute8<V: Vector>(v: V, order: [u8; 8]) -> V {
+    let lanes = lanes8(v);
+    // SAFETY: the array holds 8 floats.
+    unsafe { V::load(order.map(|lane| lanes[lane as usize & 7]).as_ptr()) }
+}
 
 /// [`Isa::sort_descending`] in scalar code.
 pub fn sort_descending(v: &[f32; 8], mask: u32) -> [u8; 8] {

@@ -1,6 +1,6 @@
 //! Plain arrays: the fallback for any machine, and the reference of the other instruction sets.
 
-use crate::simd::{COMPRESS, Isa, Vector, argmin, sort_descending};
+use crate::simd::{COMPRESS, Isa, Vector, argmin, permute8, sort_descending};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy)]
@@ -140,7 +140,7 @@ impl Isa for Portable {
     }
     #[inline(always)]
     fn compress(v: PortableVec<8>, mask: u32) -> PortableVec<8> {
-        PortableVec(COMPRESS[mask as usize & 255].map(|lane| v.0[lane as usize & 7]))
+        permute8(v, COMPRESS[mask as usize & 255])
     }
     #[inline(always)]
     fn sort_descending(v: PortableVec<8>, mask: u32) -> [u8; 8] {
@@ -148,7 +148,7 @@ impl Isa for Portable {
     }
     #[inline(always)]
     fn permute8(v: PortableVec<8>, order: [u8; 8]) -> PortableVec<8> {
-        PortableVec(order.map(|lane| v.0[lane as usize & 7]))
+        permute8(v, order)
     }
     #[inline(always)]
     fn argmin(v: PortableVec<8>, mask: u32) -> usize {

@@ -2,7 +2,7 @@
 
 use std::arch::wasm32::*;
 
-use super::{COMPRESS, Isa, Vector, argmin, sort_descending};
+use super::{COMPRESS, Isa, Vector, argmin, lanes8, permute8, sort_descending};
 use crate::simd::double_width::DoubleWidth;
 use crate::simd::portable::fused;
 
@@ -192,30 +192,19 @@ impl Isa for Simd128 {
     }
     #[inline(always)]
     fn compress(v: WasmVec8, mask: u32) -> WasmVec8 {
-        Self::permute8(v, COMPRESS[mask as usize & 255])
+        permute8(v, COMPRESS[mask as usize & 255])
     }
     #[inline(always)]
     fn sort_descending(v: WasmVec8, mask: u32) -> [u8; 8] {
-        let mut values = [0.0f32; 8];
-        // SAFETY: the array holds 8 floats.
-        unsafe { v.store(values.as_mut_ptr()) };
-        sort_descending(&values, mask)
+        sort_descending(&lanes8(v), mask)
     }
     #[inline(always)]
     fn permute8(v: WasmVec8, order: [u8; 8]) -> WasmVec8 {
-        let mut values = [0.0; 8];
-        // SAFETY: both arrays hold 8 floats.
-        unsafe {
-            v.store(values.as_mut_ptr());
-            WasmVec8::load(order.map(|lane| values[lane as usize & 7]).as_ptr())
-        }
+        permute8(v, order)
     }
     #[inline(always)]
     fn argmin(v: WasmVec8, mask: <WasmVec8 as Vector>::Mask) -> usize {
-        let mut values = [0.0f32; 8];
-        // SAFETY: the array holds 8 floats.
-        unsafe { v.store(values.as_mut_ptr()) };
-        argmin(&values, WasmVec8::to_bitmask(mask))
+        argmin(&lanes8(v), WasmVec8::to_bitmask(mask))
     }
     #[inline(always)]
     fn prefetch(_at: *const u8) {}

@@ -3,7 +3,7 @@
 //! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques 1995). The
 //! space around a caster is divided into cells by direction and distance. A cell stores the mean and the spread of the
 //! points where its photons left the caster: a sphere, to which samples of diffuse surfaces are guided; two spheres where
-//! the photons came on two ways, as from a lens and from its side.
+//! the exit points are bimodal, as with photons through a lens and over its side.
 
 use glam::{DVec3, Vec3};
 
@@ -24,8 +24,8 @@ const RADIUS_SIGMAS: f64 = 1.75;
 const MIN_RADIUS: f64 = 0.02;
 /// Cross-section of two targets relative to that of one for all photons, at most.
 const MAX_TWO_TARGETS_AREA: f32 = 0.5;
-/// Part of a caster's light that came to cells with two targets, at least, if the map is to have any.
-const MIN_TWO_WAYS_FRACTION: f64 = 0.1;
+/// Part of a caster's light that came to cells of bimodal exit points, at least, if the map is to have second targets.
+const MIN_BIMODAL_FRACTION: f64 = 0.1;
 /// Distance from exit to receiver, in radii of the caster, below which a receiver touches the caster.
 const MIN_EXIT_DISTANCE: f64 = 0.1;
 
@@ -43,14 +43,15 @@ pub(crate) struct GuideTargets<const N: usize> {
     pub radius: [f32; N],
 }
 
-type Targets = Box<[GuideTarget; CELL_COUNT]>;
+/// A target of every cell.
+type CellTargets = Box<[GuideTarget; CELL_COUNT]>;
 
 /// The targets of all cells around a caster.
 #[derive(Clone, Debug)]
 pub(crate) struct CausticMap {
-    first: Targets,
-    /// `None` if few photons came on two ways: every target costs time at every diffuse hit.
-    second: Option<Targets>,
+    first: CellTargets,
+    /// `None` if few cells are bimodal: every target costs time at every diffuse hit.
+    second: Option<CellTargets>,
 }
 
 /// A photon's point from a caster to a receiver, scene-local.
@@ -96,23 +97,25 @@ impl CausticMap {
             for &(cell, exit, power) in &photons {
                 blocks[block(cell)].add(exit, power);
             }
+            let planes: Vec<(usize, f64)> = blocks.iter().map(CellStats::split_plane).collect();
             let mut halves = vec![[CellStats::default(); 2]; CELL_COUNT];
             for &(cell, exit, power) in &photons {
                 let at = block(cell);
-                halves[at][blocks[at].half(exit)].add(exit, power);
+                let (axis, place) = planes[at];
+                halves[at][usize::from(exit[axis] > place)].add(exit, power);
             }
             for (cell, (first, second)) in first.iter_mut().zip(&mut *second).enumerate() {
                 if first.radius == 0.0 {
                     let at = block(cell);
                     one[cell] = blocks[at].target();
-                    [*first, *second] = targets(&one[cell], &halves[at]);
+                    [*first, *second] = split_targets(&one[cell], &halves[at]);
                 }
             }
             size *= 2;
         }
         let all: f64 = photons.iter().map(|&(.., power)| power).sum();
-        let on_two_ways = photons.iter().filter(|&&(cell, ..)| second[cell].radius > 0.0);
-        match on_two_ways.map(|&(.., power)| power).sum::<f64>() > MIN_TWO_WAYS_FRACTION * all {
+        let bimodal = photons.iter().filter(|&&(cell, ..)| second[cell].radius > 0.0);
+        match bimodal.map(|&(.., power)| power).sum::<f64>() > MIN_BIMODAL_FRACTION * all {
             true => Self { first, second: Some(second) },
             false => Self { first: one, second: None },
         }
@@ -143,7 +146,7 @@ impl CausticMap {
 }
 
 #[inline(always)]
-fn gather<const N: usize>(all: &Targets, cells: &[u32; N]) -> GuideTargets<N> {
+fn gather<const N: usize>(all: &CellTargets, cells: &[u32; N]) -> GuideTargets<N> {
     let mut targets = GuideTargets { center: [[0.0; N]; 3], radius: [0.0; N] };
     for (lane, &cell) in cells.iter().enumerate() {
         // The power of two replaces the bounds check.
@@ -163,7 +166,7 @@ fn visible_exit(exit: DVec3, landing: DVec3) -> DVec3 {
 }
 
 /// The targets of a block: one for each half of its photons, if these are small beside one for all.
-fn targets(one: &GuideTarget, halves: &[CellStats; 2]) -> [GuideTarget; 2] {
+fn split_targets(one: &GuideTarget, halves: &[CellStats; 2]) -> [GuideTarget; 2] {
     let two = halves.each_ref().map(CellStats::target);
     let area: f32 = two.iter().map(|target| target.radius * target.radius).sum();
     let are_both = two.iter().all(|target| target.radius > 0.0);
@@ -184,11 +187,11 @@ impl CellStats {
         [mean, (self.square / self.power - mean * mean).max(DVec3::ZERO)]
     }
 
-    /// The half of an exit point: the points are divided at their mean across the axis along which they vary most.
-    fn half(&self, exit: DVec3) -> usize {
+    /// The plane that divides the exit points in halves: through their mean, across the axis along which they vary most.
+    fn split_plane(&self) -> (usize, f64) {
         let [mean, variance] = self.moments();
         let axis = variance.max_position();
-        usize::from(exit[axis] > mean[axis])
+        (axis, mean[axis])
     }
 
     fn target(&self) -> GuideTarget {
@@ -267,7 +270,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn photons_on_two_ways_have_two_targets() {
+    fn bimodal_exit_points_have_two_targets() {
         let at = DVec3::new(1.5, -0.4, -2.0);
         let left = |i: usize| DVec3::new(0.0, 0.5, 0.01 * (i % 5) as f64);
         let mirrored = |i: usize| left(i) * DVec3::new(1.0, -1.0, 1.0);
@@ -277,7 +280,7 @@ pub(crate) mod tests {
             assert!(Vec3::from(target.center).distance(Vec3::new(0.0, y, 0.02)) < 1e-2, "{target:?}");
             assert!(target.radius < 0.06, "{target:?}");
         }
-        // One way needs one target, and so does a way that few take.
+        // A caster whose photons are rarely bimodal has no second targets.
         let elsewhere = (0..960).map(|i| deposits(left(i), -at, 1.0));
         let rare = elsewhere.chain((0..60).map(|i| deposits(if i % 2 == 0 { mirrored(i) } else { left(i) }, at, 1.0)));
         let map = CausticMap::new(&CASTER, rare);

@@ -161,7 +161,7 @@ mod tests {
         let beside = 0.7 * DVec3::X;
         let balls: [Vec<(DVec3, f64)>; 2] =
             [vec![(DVec3::new(0.3, 0.2, -0.5), 0.2)], vec![(beside, 0.1), (-beside, 0.1)]];
-        let throws = |(i, mirror)| match balls.get::<usize>(i) {
+        let throws = |(i, mirror): (usize, &CausticCaster)| match balls.get(i) {
             Some(balls) => from_balls(mirror, balls),
             None => CausticMap::new(mirror, [].into_iter()),
         };

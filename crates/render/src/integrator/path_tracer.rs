@@ -382,7 +382,7 @@ impl PathTracer<'_> {
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
             let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
-            // Most paths are above the threshold, and a random number costs as much as the rest of this function.
+            // Most paths are above the threshold and need no random number, which is dear.
             if survival < 1.0 {
                 let dimension = Dimension::OpacityAndRoulette(self.bounce);
                 let [_, random] = self.samplers[path.ray_index].get_2d(dimension);

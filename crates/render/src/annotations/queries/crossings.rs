@@ -9,11 +9,10 @@ use raycam_bvh::{ExactRay, HitFilter};
 
 use crate::annotations::queries::fields::{Columns, Field, columns};
 use crate::annotations::queries::rays::RayArrays;
-use crate::annotations::queries::tasks::{RAY_THROUGH, in_tasks};
+use crate::annotations::queries::tasks::{self, NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::MAX_WORK_HERE;
 
 /// Crossings of a list of rays, sorted by (ray, t, instance, triangle).
 #[derive(Clone, Debug)]
@@ -57,7 +56,7 @@ pub fn intersections(
         let owners: Vec<i64> = owners.iter().map(|i| (range.start + i) as i64).collect();
         (counts, owners, columns)
     };
-    in_tasks((n, RAY_THROUGH), threads, control, work, |(counts, mut owners, columns)| {
+    in_tasks((n, NS_PER_ALL_HITS_RAY), threads, control, work, |(counts, mut owners, columns)| {
         let mut end = found.offsets.last().copied().unwrap_or(0);
         found.offsets.extend(counts.iter().map(|count| {
             end += i64::from(*count);
@@ -93,13 +92,13 @@ pub fn count_intersections(
         });
         counts
     };
-    in_tasks((n, RAY_THROUGH), threads, control, work, |mut more| found.append(&mut more))?;
+    in_tasks((n, NS_PER_ALL_HITS_RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
 }
 
 /// True if the calling thread alone follows this many rays, in a fraction of a millisecond.
 pub fn is_brief(rays: usize) -> bool {
-    RAY_THROUGH * rays as f64 <= MAX_WORK_HERE
+    tasks::is_brief(rays, NS_PER_ALL_HITS_RAY)
 }
 
 /// Calls `work` with the filter of a query, if there is one.

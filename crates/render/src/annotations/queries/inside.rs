@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use raycam_bvh::ExactRay;
 
-use crate::annotations::queries::tasks::{RAY_THROUGH, in_tasks};
+use crate::annotations::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::annotations::queries::winding::{OneObject, chosen_objects, half_line, residual_edges, winding_numbers};
 use crate::control::Control;
 use crate::error::RenderError;
@@ -63,7 +63,7 @@ impl<'a> Bodies<'a> {
     /// Estimated time of a point in nanoseconds; infinity where winding numbers are summed.
     fn work_of_point(&self) -> f64 {
         let sums = self.bodies.iter().any(|body| body.rule == Rule::Winding);
-        if sums { f64::INFINITY } else { RAY_THROUGH * self.bodies.len() as f64 }
+        if sums { f64::INFINITY } else { NS_PER_ALL_HITS_RAY * self.bodies.len() as f64 }
     }
 
     /// True for each point inside of any of the objects.

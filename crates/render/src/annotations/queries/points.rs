@@ -4,20 +4,21 @@ use glam::DVec3;
 use raycam_bvh::{ClosestPoint, ExactHit, HitFilter, INVALID_ID};
 use rayon::prelude::*;
 
+use crate::annotations::queries::tasks;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::convert::signed_id;
 use crate::interaction::vector::unit_normal;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::{MAX_WORK_HERE, Workers};
+use crate::thread_pool::Workers;
 
 /// Points whose order is found at once.
 const PER_BLOCK: usize = 1 << 20;
 /// Points of one task, neighbours along the Morton curve.
 const PER_TASK: usize = 1024;
 /// Estimated time of a point on one thread, in nanoseconds: one far from a fine surface.
-const POINT: f64 = 20_000.0;
+const NS_PER_POINT: f64 = 20_000.0;
 
 /// Points of a query, in world coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +96,7 @@ pub fn closest_points(
 ) -> Result<ClosestPoints, RenderError> {
     let geometry = &world.geometry;
     let found = search(world, query, threads, control)?;
-    let workers = Workers::for_work(threads, POINT * found.len() as f64, true)?;
+    let workers = Workers::for_work(threads, NS_PER_POINT * found.len() as f64, true)?;
     Ok(workers.run(|| ClosestPoints {
         distance: column(&workers, &found, |found| found.distance),
         position: column(&workers, &found, |found| found.position),
@@ -108,7 +109,7 @@ pub fn closest_points(
 
 /// True if the calling thread alone answers for this many points, in a fraction of a millisecond.
 pub fn is_brief(points: usize) -> bool {
-    POINT * points as f64 <= MAX_WORK_HERE
+    tasks::is_brief(points, NS_PER_POINT)
 }
 
 /// A value of each closest point.
@@ -151,7 +152,7 @@ pub(super) fn search(
     let filter = chosen.as_ref().map(|chosen| chosen as &(dyn HitFilter + Sync));
     let mut found = vec![ClosestPoint::MISS; n];
     control.start(n.div_ceil(PER_TASK));
-    let workers = Workers::for_work(threads, POINT * n as f64, true)?;
+    let workers = Workers::for_work(threads, NS_PER_POINT * n as f64, true)?;
     workers.run(|| {
         for first in (0..n).step_by(PER_BLOCK) {
             let end = n.min(first + PER_BLOCK);

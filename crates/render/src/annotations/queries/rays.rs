@@ -7,12 +7,11 @@ use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray}
 
 use crate::annotations::queries::fields::{Columns, Field, columns};
 use crate::annotations::queries::selection::Selection;
-use crate::annotations::queries::tasks::{RAY, in_tasks};
+use crate::annotations::queries::tasks::{self, NS_PER_RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
-use crate::thread_pool::MAX_WORK_HERE;
 
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +117,7 @@ pub fn cast_rays(
         columns(geometry, fields, local.iter().zip(&hits))
     };
     world.geometry.note_exact_rays(n as u64);
-    in_tasks((n, RAY), threads, control, work, |more| found.append(more))?;
+    in_tasks((n, NS_PER_RAY), threads, control, work, |more| found.append(more))?;
     Ok(found)
 }
 
@@ -152,13 +151,13 @@ pub fn occluded(
         occluded
     };
     world.geometry.note_exact_rays(n as u64);
-    in_tasks((n, RAY), threads, control, work, |mut more| found.append(&mut more))?;
+    in_tasks((n, NS_PER_RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
 }
 
 /// True if the calling thread alone traces this many rays, in a fraction of a millisecond.
 pub fn is_brief(rays: usize) -> bool {
-    RAY * rays as f64 <= MAX_WORK_HERE
+    tasks::is_brief(rays, NS_PER_RAY)
 }
 
 /// Nearest hits.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::thread_pool::Workers;
+use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
 /// Rays or points of one task.
 const PER_TASK: usize = 4096;
@@ -14,9 +14,14 @@ const PER_TASK: usize = 4096;
 const PER_BLOCK: usize = 1 << 18;
 
 /// Estimated time of a ray that stops at its first hit, on one thread, in nanoseconds.
-pub(super) const RAY: f64 = 300.0;
-/// Estimated time of a ray through all that it crosses.
-pub(super) const RAY_THROUGH: f64 = 1000.0;
+pub(super) const NS_PER_RAY: f64 = 300.0;
+/// The same of a ray of which all hits are found.
+pub(super) const NS_PER_ALL_HITS_RAY: f64 = 1000.0;
+
+/// True if the calling thread alone does this many rays or points, of `each` nanoseconds, in a fraction of a millisecond.
+pub(super) fn is_brief(n: usize, each: f64) -> bool {
+    each * n as f64 <= MAX_WORK_HERE
+}
 
 /// Runs `work` for ranges of 0..`n`, of `each` nanoseconds a ray or point, in a pool or, if that is brief, on the calling
 /// thread; and `append` with the answers in order. Brief `work` must not use rayon.

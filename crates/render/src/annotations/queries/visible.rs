@@ -5,7 +5,7 @@ use std::ops::Range;
 use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, HitFilter, squared_distance_to_triangle};
 
 use crate::annotations::queries::selection::{Selection, SelectionFilter};
-use crate::annotations::queries::tasks::{RAY, in_tasks};
+use crate::annotations::queries::tasks::{NS_PER_RAY, in_tasks};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
@@ -58,7 +58,7 @@ pub fn visible(
         let is_finite = |ends: &[[f64; 3]; 2]| ends.as_flattened().iter().all(|x| x.is_finite());
         ends.iter().zip(occluded).map(|(ends, occluded)| !occluded && is_finite(ends)).collect::<Vec<bool>>()
     };
-    in_tasks((n, RAY), threads, control, work, |mut more| found.append(&mut more))?;
+    in_tasks((n, NS_PER_RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
 }
 

@@ -9,8 +9,8 @@ const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 4000;
 const TOO_MANY = 1013;
 const MISBEHAVED = 1008;
-/** What is not missed where it is not said: it is said again after a welcome, or when it is needed. */
-const UNMISSED = ["hello", "ack", "probe", "size", "visible", "display", "channel"];
+/** Types of messages that may be dropped while the socket is closed: they are sent again after a welcome or when needed. */
+const DROPPABLE = ["hello", "ack", "probe", "size", "visible", "display", "channel"];
 const NOT_SAID = "The server is not connected: this was not done. The page connects by itself when it is back.";
 const OTHER_TOKEN =
   "A live view answers here, but not to this page: it was started anew. Open the address that it printed. The last " +
@@ -102,7 +102,7 @@ export class SocketTransport {
   /** @param {Message} message */
   send(message) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
-    else if (!UNMISSED.includes(message.type)) this.say?.({ type: "notice", text: NOT_SAID });
+    else if (!DROPPABLE.includes(message.type)) this.say?.({ type: "notice", text: NOT_SAID });
   }
 
   /** @param {ArrayBuffer} data */
