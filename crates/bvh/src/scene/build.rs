@@ -23,6 +23,9 @@ pub enum TlasLeaves {
     Subtrees,
 }
 
+/// Roundings of [`length_scale`] and of the transforms.
+const LENGTH_ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
+
 impl InstanceRecord {
     /// The instance in scene coordinates, and its transform for re-braiding, without padding yet. `bounds` is the
     /// mesh's AABB in the scene, `None` for an empty mesh.
@@ -51,6 +54,8 @@ impl InstanceRecord {
             }
         });
         let mesh_from_scene = usable.unwrap_or([[0.0; 4]; 3]);
+        let max_length_scale = length_scale(&mesh_from_scene.map(|row| row.map(f64::from)));
+        let back = length_scale(&forward) * scale / mesh_scale;
         let translation_only = mesh_from_scene.map(|row| row[3]);
         let record = Self {
             bvh: instance.bvh,
@@ -58,6 +63,8 @@ impl InstanceRecord {
                 .then_some(translation_only),
             mesh_from_scene,
             max_scale: max_scale as f32,
+            max_length_scale: (max_length_scale as f32) * LENGTH_ROUNDING,
+            length_condition: ((max_length_scale * back) as f32) * LENGTH_ROUNDING,
         };
         (record, transform)
     }
@@ -181,6 +188,14 @@ fn power_of_two_scale64(max_abs_coord: f64) -> f32 {
 /// The infinity norm of the linear part: the largest row sum of absolute values.
 fn norm(m: &[[f64; 4]; 3]) -> f64 {
     m.iter().map(|r| r[0].abs() + r[1].abs() + r[2].abs()).fold(0.0, f64::max)
+}
+
+/// At least the largest factor by which the linear part M scales a length: the root of the infinity norm of M^T M, of which
+/// the largest eigenvalue is the square of that factor. Exact for turns with one scale.
+fn length_scale(m: &[[f64; 4]; 3]) -> f64 {
+    let product = |i: usize, j: usize| m.iter().map(|row| row[i] * row[j]).sum::<f64>();
+    let row_sum = |i: usize| (0..3).map(|j| product(i, j).abs()).sum::<f64>();
+    (0..3).map(row_sum).fold(0.0, f64::max).sqrt()
 }
 
 /// The AABB of an instance in the scene; `None` for an empty mesh.

@@ -51,8 +51,12 @@ pub(crate) struct InstanceRecord {
     pub mesh_from_scene: [[f32; 4]; 3],
     /// The translation, if `mesh_from_scene` is nothing else.
     pub translation_only: Option<[f32; 3]>,
-    /// The largest factor by which `mesh_from_scene` scales a vector.
+    /// The largest factor by which `mesh_from_scene` scales the largest coordinate of a vector.
     pub max_scale: f32,
+    /// At least the largest factor by which `mesh_from_scene` scales the length of a vector.
+    pub max_length_scale: f32,
+    /// At least the ratio of the largest and the smallest of those factors.
+    pub length_condition: f32,
 }
 
 /// A scene: instances under a TLAS. Scene-local coordinates are world coordinates relative to `origin`.

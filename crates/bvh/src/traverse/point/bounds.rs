@@ -28,16 +28,18 @@ pub struct Sphere {
     pub error: f32,
     /// The radius, without errors.
     pub radius: f32,
+    /// The largest ratio of two factors by which the tree's coordinates scale lengths of the world.
+    pub condition: f32,
 }
 
 impl Sphere {
     /// The sphere around a point; everything is near to a point that is too far away.
-    pub fn new(center: [f32; 3], error: f32) -> Sphere {
+    pub fn new(center: [f32; 3], error: f32, condition: f32) -> Sphere {
         let reach = center.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
         if reach <= MAX_POINT && error <= MAX_POINT {
-            return Sphere { center, error, radius: f32::MAX };
+            return Sphere { center, error, radius: f32::MAX, condition };
         }
-        Sphere { center: [0.0; 3], error: f32::MAX, radius: f32::MAX }
+        Sphere { center: [0.0; 3], error: f32::MAX, radius: f32::MAX, condition }
     }
 
     /// The greatest squared float32 distance of a box that may be near. Finite: unused children are infinitely far away.
@@ -68,9 +70,9 @@ fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32
     gap.mul(gap)
 }
 
-/// Bit i: triangle i of the leaf may be near.
+/// Bit i: triangle i of the leaf may be near. If all triangles count, none is near that is surely farther than another.
 #[inline(always)]
-pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere) -> u32 {
+pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, all_count: bool) -> u32 {
     // Without closures, whose code would lack the instruction set.
     let [x, y, z] = sphere.center;
     let x = vertices_minus::<I>(leaf, 0, x);
@@ -87,12 +89,29 @@ pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere) -> u32 {
     let [a, b, c] = [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]];
     let (squared, conditioning) = triangle_distances::<I>(a, b, c);
     let error = I::F32x16::splat(TRIANGLE_ERROR * reach).mul(conditioning.add(I::F32x16::splat(1.0)));
-    let limit = error.add(I::F32x16::splat((sphere.radius + 4.0 * sphere.error) * unit));
+    let used = (1u32 << leaf.count) - 1;
+    let coordinate_error = 4.0 * sphere.error * unit;
+    let mut radius = sphere.radius * unit + coordinate_error;
+    if all_count {
+        let nearest = least_upper_bound::<I>(squared, error, used) + coordinate_error;
+        radius = radius.min(nearest * sphere.condition * (1.0 + SQUARE_ERROR) + coordinate_error);
+    }
+    let limit = error.add(I::F32x16::splat(radius));
     let limit = limit.mul(limit).add(I::F32x16::splat(f32::MIN_POSITIVE));
     // A distance that is not a number is near.
     let near = <I::F32x16 as Vector>::to_bitmask(squared.le(limit));
     let far = <I::F32x16 as Vector>::to_bitmask(limit.le(squared));
-    (near | !far) & ((1u32 << leaf.count) - 1)
+    (near | !far) & used
+}
+
+/// An upper bound of the distance to the nearest of the triangles `used`.
+#[inline(always)]
+fn least_upper_bound<I: Isa>(squared: I::F32x16, error: I::F32x16, used: u32) -> f32 {
+    let squared = <I::F32x16 as Vector>::select(I::F32x16::from_bitmask(used), squared, I::F32x16::splat(f32::MAX));
+    let least = squared.reduce_min();
+    let is_nearest = squared.eq(I::F32x16::splat(least));
+    let error = <I::F32x16 as Vector>::select(is_nearest, error, I::F32x16::splat(0.0)).reduce_max();
+    least.sqrt() + error
 }
 
 #[inline(always)]

@@ -109,7 +109,7 @@ impl PointSearch<'_> {
         let scene = self.scene;
         let point = self.local.map(|x| x as f32);
         let error = 2.0 * scene.box_padding(max_abs(point)) + 2.0 * self.error as f32;
-        let mut sphere = Sphere::new(point, error);
+        let mut sphere = Sphere::new(point, error, 1.0);
         let mut stack = Stack::new();
         let mut at = scene.root;
         loop {
@@ -141,8 +141,8 @@ impl PointSearch<'_> {
         let point = to_mesh_point(record, self.local);
         let distance = max_abs(self.local.map(|x| x as f32));
         let error = coordinate_error(scene, record, distance, self.error) + 8.0 * f32::EPSILON * max_abs(point);
-        let scale = scene.scale * f64::from(record.max_scale) * (1.0 + 8.0 * f64::from(f32::EPSILON));
-        let mut sphere = Sphere::new(point, error);
+        let scale = scene.scale * f64::from(record.max_length_scale);
+        let mut sphere = Sphere::new(point, error, record.length_condition);
         let mut stack = Stack::new();
         let mut at = subtree.node;
         loop {
@@ -154,7 +154,7 @@ impl PointSearch<'_> {
                 }
             } else {
                 let leaf = leaf(mesh.blocks(), at);
-                let mut near = near_triangles::<I>(leaf, &sphere);
+                let mut near = near_triangles::<I>(leaf, &sphere, self.filter.is_none());
                 while near != 0 {
                     let lane = near.trailing_zeros();
                     near &= near - 1;
