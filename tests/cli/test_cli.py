@@ -19,6 +19,7 @@ from raycam import dataset
 from raycam.calibration import WRITTEN_FORMATS
 from raycam.cli import COMMANDS, main
 from support.gltf_document import Document
+from support.patience import PATIENCE
 
 BOX = """
 [camera]
@@ -254,7 +255,7 @@ def test_a_texture_is_not_overwritten_by_default(folder: Path, capsys: pytest.Ca
 
 
 def shell(*command: str, **keys: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, **keys)  # type: ignore[call-overload,no-any-return]
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, **keys)  # type: ignore[call-overload,no-any-return]
 
 
 def test_the_installed_command_and_the_module(folder: Path) -> None:
