@@ -47,9 +47,12 @@ def test_an_executor_that_breaks_is_made_anew(tmp_path: Path) -> None:
     Job(tmp_path / "one", one).run(Pool())
     job = Job(tmp_path / "two", one)
 
+    killed: list[int] = []
+
     def kill(done: int, total: int, failed: int) -> None:
-        if done >= 3 and len(executors) == 1:
-            os.kill(next(iter(executors[0]._processes)), signal.SIGKILL)
+        if done >= 3 and not killed:
+            killed.append(next(iter(executors[0]._processes)))
+            os.kill(killed[0], signal.SIGKILL)
 
     with make_pool(spawn) as pool:
         job.run(pool, progress=kill)
