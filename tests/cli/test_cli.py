@@ -314,6 +314,13 @@ keyframe = [{ time = 0, rig = "stereo", location = [0, 0, 0] }, { time = 2, rig 
 """
 
 
+def test_a_size_has_a_cross_or_a_comma(folder: Path) -> None:
+    for size in ("24x18", "24,18", "24X18"):
+        assert run(f"render box.toml -o a.png --samples 1 --size {size}") == 0
+        with Image.open("a.png") as image:
+            assert image.size == (24, 18)
+
+
 def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("car.toml").write_text(CAR)
     assert run("render car.toml --rig stereo -o car.npz --channels depth,disparity --samples 1") == 0

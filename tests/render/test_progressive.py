@@ -186,13 +186,16 @@ def test_a_small_picture_does_not_wait_for_a_long_one(world: raycam.World, camer
     def long() -> None:
         begin = {"cancel": cancel, "progress": lambda *_: begun.set()}
         with pytest.raises(raycam.Cancelled):
-            raycam.render(world, camera.resized((640, 525)), integrator="path", samples=1 << 13, **begin)
+            raycam.render(world, camera.resized((640, 525)), integrator="path", samples=1 << 24, **begin)
         ended.set()
 
     thread = threading.Thread(target=long)
     thread.start()
     assert begun.wait(PATIENCE)
-    raycam.render(world, camera.resized((80, 66)), samples=4)
+    small = threading.Thread(target=lambda: raycam.render(world, camera.resized((80, 66)), samples=4))
+    small.start()
+    small.join(PATIENCE)  # a tile of the long one takes hours
+    assert not small.is_alive()
     assert not ended.is_set()
     cancel.cancel()
     thread.join()

@@ -265,29 +265,4 @@ mod tests {
             assert_eq!(*order.lock().unwrap(), ["little", "much"]);
         }
     }
-
-    #[test]
-    fn little_work_does_not_wait_for_the_end_of_a_part() {
-        for threads in [1, 2] {
-            let [started, is_over] = [AtomicBool::new(false), AtomicBool::new(false)];
-            let workers = || Workers::for_work(Some(threads), f64::INFINITY, false).unwrap();
-            let much = |_: &mut (), _: &i32| {
-                started.store(true, Ordering::Relaxed);
-                // As many batches as little takes; without turns there is no end.
-                while !is_over.load(Ordering::Relaxed) {
-                    give_turn();
-                    std::thread::sleep(Duration::from_millis(1));
-                }
-                Ok(())
-            };
-            std::thread::scope(|scope| {
-                scope.spawn(|| workers().for_each_dynamic(&[0; 4], &much).unwrap());
-                while !started.load(Ordering::Relaxed) {
-                    std::thread::yield_now();
-                }
-                workers().for_each_dynamic(&[0; 4], |_: &mut (), _: &i32| Ok(())).unwrap();
-                is_over.store(true, Ordering::Relaxed);
-            });
-        }
-    }
 }
