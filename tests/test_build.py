@@ -8,13 +8,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from support.patience import PATIENCE
 
 ROOT = Path(__file__).resolve().parent.parent
 PREREQUISITES = ROOT / ".ci" / "prerequisites"
 
 
 def make(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(["make", *words], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    return subprocess.run(["make", *words], cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
 
 
 def test_make_alone_says_what_there_is() -> None:
@@ -57,7 +58,7 @@ def check(tools: Path) -> str:
         env={"PATH": str(tools), "HOME": os.environ.get("HOME", "/")},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
     )
     return done.stderr
 

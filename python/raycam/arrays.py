@@ -18,6 +18,7 @@ __all__ = [
     "limits",
     "numbers",
     "paired",
+    "refuse_mask",
     "rows_of",
     "size_of",
     "thread_count",
@@ -41,6 +42,7 @@ def floats(
     name, the given and the expected shape.
     """
     wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
+    refuse_mask(name, value, error)
     try:
         array = numbers(name, value, error) if is_tensor(value) else np.asarray(value)
     except (TypeError, ValueError) as fault:
@@ -105,6 +107,7 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
         raise error(f"{name} needs a gradient, which raycam does not compute: pass {name}.detach()")
     elif (place := _device_of(value)) is not None:
         raise error(f"{name} is on {place}: raycam works on the CPU, pass {name}.cpu()")
+    refuse_mask(name, value, error)
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as fault:
@@ -112,6 +115,15 @@ def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt
     if array.dtype.kind not in "fiu" and array.size:
         raise error(f"{name} must be numbers, not of dtype {array.dtype}")
     return array
+
+
+def refuse_mask(name: str, value: object, error: type[Error] = SettingsError) -> None:
+    """Raises `error` for a masked array some of whose values are masked: they would count as if they were not."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        count = np.count_nonzero(value.mask)
+        raise error(
+            f"{name} has {count} masked values: leave these rows out, or fill them ({name}.filled(...))"
+        )
 
 
 def _device_of(value: object) -> str | None:

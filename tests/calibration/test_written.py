@@ -272,3 +272,18 @@ def test_directions_of_the_command(tmp_path: Path) -> None:
     told = run(str(tmp_path / "a.txt"), *shared)
     assert "neither direction" not in told
     np.testing.assert_allclose(np.loadtxt(tmp_path / "b.txt").reshape(3, 4)[:, 3], [-5, -6, -7])
+
+
+def test_of_an_orthographic_camera_kitti_loses_the_plane_of_its_depth_and_says_so(tmp_path: Path) -> None:
+    plan = raycam.Camera.orthographic([3, 2, 1], target=[0, 0, 0], height=4, size=SIZE)
+    told = raycam.save_cameras(tmp_path / "calib.txt", {"plan": plan}, "kitti")
+    assert any(
+        "its plane from which its rays come, and so depth is not written" in notice for notice in told
+    ), told
+    back = raycam.load_cameras(tmp_path / "calib.txt", size=SIZE)["P0"]
+    world = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    np.testing.assert_allclose(back.project(world)[0], plan.project(world)[0], atol=1e-9)
+    told = raycam.save_cameras(
+        tmp_path / "again.txt", {"P0": back}, "kitti"
+    )  # from infinity: it has no such plane
+    assert not any("plane" in notice for notice in told)

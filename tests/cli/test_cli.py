@@ -19,6 +19,7 @@ from raycam import dataset
 from raycam.calibration import WRITTEN_FORMATS
 from raycam.cli import COMMANDS, main
 from support.gltf_document import Document
+from support.patience import PATIENCE
 
 BOX = """
 [camera]
@@ -254,7 +255,7 @@ def test_a_texture_is_not_overwritten_by_default(folder: Path, capsys: pytest.Ca
 
 
 def shell(*command: str, **keys: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, **keys)  # type: ignore[call-overload,no-any-return]
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, **keys)  # type: ignore[call-overload,no-any-return]
 
 
 def test_the_installed_command_and_the_module(folder: Path) -> None:
@@ -311,6 +312,13 @@ fps = 1
 interpolation = "linear"
 keyframe = [{ time = 0, rig = "stereo", location = [0, 0, 0] }, { time = 2, rig = "stereo", location = [2, 0, 0] }]
 """
+
+
+def test_a_size_has_a_cross_or_a_comma(folder: Path) -> None:
+    for size in ("24x18", "24,18", "24X18"):
+        assert run(f"render box.toml -o a.png --samples 1 --size {size}") == 0
+        with Image.open("a.png") as image:
+            assert image.size == (24, 18)
 
 
 def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ import pytest
 from raycam.cluster import dask_pool as module
 from raycam.jobs import Job, scheduler
 from support.cluster_faults import film, poison, scheduler_lost, storm
+from support.patience import PATIENCE
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
@@ -39,7 +40,7 @@ def test_it_listens_to_this_machine_alone(dask_pool: module.DaskPool) -> None:
 def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text("from raycam.cluster import make_pool\nwith make_pool('local:1'):\n    pass\n")
-    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=PATIENCE)
     assert ended.returncode == 1
     last = ended.stderr.splitlines()[-1]
     assert last.startswith("raycam.errors.SettingsError: local:1: its processes do not start")

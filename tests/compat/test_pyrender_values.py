@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import urllib.request
 from typing import Any
 
@@ -11,6 +10,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.compat import pyrender
+from support.patience import until
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -241,10 +241,7 @@ def test_viewer_opens_raycams_own_and_follows_the_scene(monkeypatch: pytest.Monk
             assert page.status == 200
         with viewer.render_lock:
             scene.set_pose(node, placed(2))
-        until = time.monotonic() + 5
-        while viewer._view.world.objects[0].matrix[0, 3] != 2 and time.monotonic() < until:
-            time.sleep(0.02)
-        assert viewer._view.world.objects[0].matrix[0, 3] == 2
+        until(lambda: viewer._view.world.objects[0].matrix[0, 3] == 2)
     finally:
         viewer.close_external()
     assert not viewer.is_active

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -432,3 +434,55 @@ def test_a_film_of_an_animation(tmp_path: Path) -> None:
     assert len(VideoPlan(world, fps=2, seconds=5, animation="all")) == 10
     with pytest.raises(raycam.SettingsError, match=r"no animation 'none'; there are 'all'"):
         VideoPlan(world, animation="none")
+
+
+CAMERA = raycam.Camera.look_at([0, -5, 1], [0, 0, 0], size=(640, 480), fov=40)
+BALL = {"sphere": {"radius": 1}, "name": "ball"}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda world: world.add_object(box={}, category="crate"), "categories of objects are left out"),
+        (lambda world: world.add_object(plane={}, shadow_catcher=True), "1 shadow catchers are surfaces like others"),
+        (lambda world: world.add_object(box={}, visible=False), "1 objects that are not visible are left out"),
+        (lambda world: world.add_object(box={}, type="metal", metal="gold"), "its index of refraction becomes"),
+        (lambda world: world.add_light("sky", radiance=1), "light 0: sky is left out"),
+        (
+            lambda world: world.add_light("disk", position=[2, 0, 2], direction=[0, 0, -1], radius=1, radiance=1),
+            "light 0: disk is left out",
+        ),
+        (
+            lambda world: world.add_light("sun", direction=[0, 0, -1], irradiance=3, angular_diameter=0.53),
+            "light 0: its angular diameter is left out",
+        ),
+        (lambda world: world.set_video(fps=10, seconds=1, orbit={"target": [0, 0, 0]}), r"\[video\] is left out"),
+        (
+            lambda world: world.add_camera(CAMERA.replace(distortion=[-0.2, 0.05, 0, 0], model="opencv"), "a"),
+            'camera "a": its distortion: left out',
+        ),
+        (lambda world: world.add_camera(CAMERA.with_aperture(0.1, focus=4), "a"), 'camera "a": its aperture: left out'),
+        (
+            lambda world: world.add_camera(CAMERA.cropped(3, 2, 620, 465), "a"),
+            'camera "a": .*a principal point off the middle, or skew: left out',
+        ),
+        (
+            lambda world: world.add_camera(
+                raycam.Camera.from_matrix([[9, 0, 0, 16], [0, 0, -9, 12], [0, 0, 0, 1]], size=(32, 24)), "a"
+            ),
+            'camera "a": its centre lies at infinity: left out',
+        ),
+    ],
+    ids=range(12),
+)  # fmt: skip
+def test_what_glb_cannot_hold_is_told(
+    tmp_path: Path, change: Callable[[raycam.World], object], words: str
+) -> None:
+    plain, other = raycam.World(), raycam.World()
+    for world in (plain, other):
+        world.add_object(**BALL)
+    change(other)
+    told, before = other.to_gltf(tmp_path / "a.glb"), plain.to_gltf(tmp_path / "b.glb")
+    added = [notice for notice in told if notice not in before]
+    assert len(added) == 1, told
+    assert re.search(words, added[0]), added

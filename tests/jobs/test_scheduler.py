@@ -14,6 +14,7 @@ from raycam.errors import JobError, WorldError
 from raycam.jobs import scheduler as module
 from raycam.jobs.scheduler import FailedFrame, PoolLost, WorkerDied, schedule, shared_threads
 from raycam.jobs.worker import FrameResult, FrameTask, WorkerUnfit
+from support.patience import PATIENCE
 
 
 class Pool:
@@ -186,7 +187,7 @@ def test_where_blame_is_uncertain_suspects_are_tried_alone() -> None:
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
     found = outcomes(pool, range(20))
-    thread.join(10)
+    thread.join(PATIENCE)
     assert list(failed(found)) == [poison]
     assert len(found) == 20
     assert kills[poison] == 3

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import Any
 
 import numpy as np
 import pytest
 import raycam
+from support.patience import PATIENCE
 
 CHANNELS = ("color", "alpha", "coverage")
 
@@ -88,7 +88,7 @@ def test_a_cancelled_picture_goes_on_to_the_same_bytes(
     watch = threading.Timer(wait, cancel.cancel)
     watch.start()
     with pytest.raises(raycam.Cancelled):
-        picture.add_for(600, cancel=cancel)
+        picture.add_for(86400, cancel=cancel)
     watch.join()
     assert cancel.is_cancelled
     # Tiles were up to a round of 16 ahead of others when it was stopped.
@@ -99,9 +99,9 @@ def test_a_cancelled_picture_goes_on_to_the_same_bytes(
 
 def test_time_ends_at_the_samples_asked_for(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera, channels=CHANNELS, samples=21)
-    assert picture.add_for(60) == 21
+    assert picture.add_for(3600) == 21
     assert bytes_of(picture.frame()) == expected(world, camera, 21)
-    assert picture.add_for(60) == 21
+    assert picture.add_for(3600) == 21
     again = raycam.Progressive(world, camera, samples=64)
     steps = 0
     while again.add_for(0) < 64:
@@ -181,17 +181,21 @@ def test_render_and_rays_are_cancelled(world: raycam.World, camera: raycam.Camer
 
 
 def test_a_small_picture_does_not_wait_for_a_long_one(world: raycam.World, camera: raycam.Camera) -> None:
-    cancel, ended = raycam.Cancel(), threading.Event()
+    cancel, begun, ended = raycam.Cancel(), threading.Event(), threading.Event()
 
     def long() -> None:
+        begin = {"cancel": cancel, "progress": lambda *_: begun.set()}
         with pytest.raises(raycam.Cancelled):
-            raycam.render(world, camera.resized((640, 525)), integrator="path", samples=64, cancel=cancel)
+            raycam.render(world, camera.resized((640, 525)), integrator="path", samples=1 << 24, **begin)
         ended.set()
 
     thread = threading.Thread(target=long)
     thread.start()
-    time.sleep(0.05)
-    raycam.render(world, camera.resized((80, 66)), samples=4)
+    assert begun.wait(PATIENCE)
+    small = threading.Thread(target=lambda: raycam.render(world, camera.resized((80, 66)), samples=4))
+    small.start()
+    small.join(PATIENCE)  # a tile of the long one takes hours
+    assert not small.is_alive()
     assert not ended.is_set()
     cancel.cancel()
     thread.join()

@@ -7,7 +7,6 @@ import itertools
 import json
 import shutil
 import subprocess
-import time
 import urllib.request
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,13 +14,14 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
+from .patience import PATIENCE, until
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 OPTIONS = [
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update"),
     *("--remote-debugging-port=0", "--remote-allow-origins=*"),
 ]
-PATIENCE = 180.0  # seconds
 
 
 class Tab:
@@ -66,10 +66,7 @@ class Tab:
 
     def wait(self, condition: str) -> None:
         """Waits until a script is true."""
-        deadline = time.monotonic() + PATIENCE
-        while not self.evaluate(condition):
-            assert time.monotonic() < deadline, f"never true: {condition}"
-            time.sleep(0.05)
+        until(lambda: self.evaluate(condition), f"never true: {condition}")
 
     def show(self, width: int, height: int, scheme: str = "light") -> None:
         """Sets the size of the window, and light or dark."""
@@ -121,10 +118,7 @@ def chromium(folder: Path, *more: str) -> Iterator[Tab]:
     ) as process:
         try:
             told = folder / "DevToolsActivePort"
-            deadline = time.monotonic() + PATIENCE
-            while not (told.exists() and "\n" in told.read_text()):
-                assert time.monotonic() < deadline, "the browser did not start"
-                time.sleep(0.05)
+            until(lambda: told.exists() and "\n" in told.read_text(), "the browser did not start")
             port = told.read_text().split("\n")[0]
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=PATIENCE) as answer:
                 (tab,) = [each for each in json.load(answer) if each["type"] == "page"]

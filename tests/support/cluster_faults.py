@@ -30,6 +30,7 @@ from raycam.jobs import Job, scheduler
 from raycam.jobs.worker import FrameResult, FrameTask
 
 from support.job_frames import Pool, check_intact, film, results
+from support.patience import PATIENCE
 
 SHARE = 0.3
 """The share of the workers killed in one storm."""
@@ -264,7 +265,7 @@ def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> 
             time.sleep(0.01)
             assert process.poll() is None, process.communicate()
         engine.scheduler.kill()
-        _, said = process.communicate(timeout=120)
+        _, said = process.communicate(timeout=PATIENCE)
     finally:
         engine.close()
     assert process.returncode == 1
@@ -276,7 +277,9 @@ def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> 
     before = {path: path.stat().st_mtime_ns for path in (folder / "frames").glob("*.png")}
     engine = Engine(folder, count, engine.port)
     try:
-        subprocess.run([*command, "--cluster", engine.address], check=True, capture_output=True, timeout=300)
+        subprocess.run(
+            [*command, "--cluster", engine.address], check=True, capture_output=True, timeout=PATIENCE
+        )
     finally:
         engine.close()
     assert results(folder / "frames") == whole

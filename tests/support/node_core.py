@@ -15,10 +15,11 @@ import pytest
 from raycam.viewer import bundle as bundling
 from raycam.viewer.web import core
 
+from .patience import PATIENCE
+
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="there is no node (Debian, Ubuntu: apt install nodejs)")
 needs_core = pytest.mark.skipif(not core.is_built(), reason="raycam for pages is not built: make web")
-PATIENCE = 300
 
 
 def run(script: str) -> Any:

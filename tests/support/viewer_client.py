@@ -10,6 +10,8 @@ from typing import Any
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
+from .patience import PATIENCE
+
 SPACE = {"width": 48, "height": 32, "ratio": 1}
 
 
@@ -27,7 +29,7 @@ class Client:
 
     def next(self) -> tuple[dict[str, Any], list[bytes]]:
         """The next message, with its buffers."""
-        data = self.socket.recv(timeout=60)
+        data = self.socket.recv(timeout=PATIENCE)
         assert isinstance(data, bytes)
         (length,) = struct.unpack_from("<I", data)
         message = json.loads(data[4 : 4 + length])

@@ -22,6 +22,7 @@ from raycam.video import write_video
 from raycam.video.audio import RATE
 from raycam.video.job import job_folder, make_video
 from support.job_frames import Pool, film, package, results, world
+from support.patience import PATIENCE, until
 from support.sound import heard, tone, write_wave
 
 WORLD = """
@@ -149,7 +150,8 @@ def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Pat
 # The command line ---------------------------------------------------------------------------------------------
 
 
-def test_low_priority_is_that_of_every_worker(here: Path) -> None:
+@pytest.mark.parametrize(("workers", "count"), [(["--workers", "2"], 3), ([], 1)])
+def test_low_priority_is_that_of_every_worker(here: Path, workers: list[str], count: int) -> None:
     # In a process of its own: what has given way cannot take it back.
     command = [
         sys.executable,
@@ -157,15 +159,12 @@ def test_low_priority_is_that_of_every_worker(here: Path) -> None:
         "raycam",
         *shlex.split("video box.toml -o frames --samples 100000 --low-priority"),
     ]
-    for workers, count in ((["--workers", "2"], 3), ([], 1)):
-        process = subprocess.Popen([*command, *workers], stderr=subprocess.DEVNULL)
-        try:
-            while len(pids := [process.pid, *children(process.pid)]) < count or niceness(process.pid) < 19:
-                time.sleep(0.02)
-            assert [niceness(pid) for pid in pids] == [19] * count
-        finally:
-            process.terminate()
-            process.wait()
+    process = subprocess.Popen([*command, *workers], stderr=subprocess.DEVNULL)
+    try:
+        until(lambda: [19] * count == [niceness(pid) for pid in (process.pid, *children(process.pid))])
+    finally:
+        process.terminate()
+        process.wait()
 
 
 def children(pid: int) -> list[int]:
@@ -244,7 +243,7 @@ def test_commands_of_jobs(
 )
 def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, workers: str) -> None:
     command = [sys.executable, "-m", "raycam"]
-    command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 4 {workers}")
+    command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 40 {workers}")
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
@@ -252,7 +251,7 @@ def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, worke
         time.sleep(0.02)
         assert process.poll() is None
     os.killpg(process.pid, number)  # as a terminal does, and batch systems
-    _, error = process.communicate(timeout=30)
+    _, error = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert error.splitlines()[-1] == "raycam: stopped"
     assert "Traceback" not in error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,7 +12,8 @@ import raycam
 from raycam.viewer.scene.gizmo import handles
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
-from support.chromium import PATIENCE, Tab
+from support.chromium import Tab
+from support.patience import until
 from support.viewer_page import Place, drag, held, opened, place_of, readout, text_of
 
 pytestmark = pytest.mark.proof
@@ -61,10 +61,14 @@ def serve(small_world: raycam.World) -> Iterator[Serve]:
 
 def rest(tab: Tab, session: Session) -> None:
     """Waits for the last sample of the view as it is now."""
-    deadline = time.monotonic() + PATIENCE
-    while session.moved != session.version or session.still is None or session.sent != session.acknowledged:
-        assert time.monotonic() < deadline, "no picture of the last change"
-        time.sleep(0.02)
+    until(
+        lambda: (
+            session.moved == session.version
+            and session.still is not None
+            and session.sent == session.acknowledged
+        ),
+        "no picture of the last change",
+    )
     tab.wait(DONE)
 
 

@@ -10,7 +10,7 @@ import itertools
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import av
@@ -21,8 +21,9 @@ from PIL import Image
 from raycam.viewer.files import film
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
-from support.chromium import PATIENCE, Tab
+from support.chromium import Tab
 from support.gltf_document import Document
+from support.patience import until
 from support.viewer_page import opened, text_of
 
 pytestmark = pytest.mark.proof
@@ -100,14 +101,6 @@ def live(world: raycam.World) -> Iterator[Server]:
     made = Server(lambda: Session(world, camera, samples=SAMPLES, title="w"), port=0)
     yield made
     made.close()
-
-
-def until(condition: Callable[[], object]) -> None:
-    """Waits until something is so."""
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, "it never was so"
-        time.sleep(0.02)
 
 
 def rest(tab: Tab, session: Session) -> None:

@@ -7,8 +7,9 @@ import time
 import pytest
 import raycam
 from raycam.render.channel_picture import encode_jpeg
-from raycam.viewer.scheduler import IN_FLIGHT, Scheduler
+from raycam.viewer.scheduler import IN_FLIGHT, REST, Scheduler
 from raycam.viewer.session import Session
+from support.patience import PATIENCE
 
 
 def ready(world: raycam.World, touched: float = 0.0) -> Session:
@@ -40,8 +41,12 @@ def test_moving_comes_before_resting_and_the_oldest_first(small_world: raycam.Wo
 
 
 def test_a_view_rests_for_a_while_before_it_is_refined(small_world: raycam.World) -> None:
-    session = ready(small_world, time.monotonic())
+    session = ready(
+        small_world, time.monotonic() + PATIENCE
+    )  # touched after all that a busy machine may take
     assert Scheduler(lambda: [session])._next() is None
+    session.touched -= PATIENCE + REST
+    assert Scheduler(lambda: [session])._next() is not None
 
 
 def test_refinement_ends_at_the_samples_asked_for(small_world: raycam.World) -> None:

@@ -16,6 +16,7 @@ import raycam
 from raycam import cli
 from raycam.viewer import viewer as viewing
 from raycam.viewer.viewer import Viewer
+from support.patience import PATIENCE
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def no_browser(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def page_at(url: str) -> str:
-    with urllib.request.urlopen(url.split("#")[0], timeout=30) as answer:
+    with urllib.request.urlopen(url.split("#")[0], timeout=PATIENCE) as answer:
         return answer.read().decode()
 
 
@@ -146,4 +147,4 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
         assert url
         assert "<html" in page_at(url[0])
         made.send_signal(2)
-        assert made.wait(30) == cli.STOPPED
+        assert made.wait(PATIENCE) == cli.STOPPED

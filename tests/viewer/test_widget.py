@@ -12,6 +12,7 @@ import raycam
 from raycam.viewer.server import MOST_SESSIONS
 from raycam.viewer.session import Session
 from raycam.viewer.widget import Views, cell_page, make_widget
+from support.patience import PATIENCE
 
 HELLO = {"type": "hello", "width": 48, "height": 32, "ratio": 1, "session": ""}
 
@@ -31,7 +32,7 @@ class Channel:
 
     def hear(self, view: str, kind: str) -> tuple[dict[str, Any], list[bytes]]:
         while True:
-            content, buffers = self.heard.get(timeout=60)
+            content, buffers = self.heard.get(timeout=PATIENCE)
             message = content["message"]
             if message["type"] == "picture":
                 self.say(content["view"], {"type": "ack", "picture": message["picture"]})

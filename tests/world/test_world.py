@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from types import MappingProxyType
 
@@ -352,3 +353,21 @@ def test_categories_are_names_or_numbers() -> None:
     for wrong in (-1, 1.5, ""):
         with pytest.raises(raycam.WorldError, match="category"):
             cube(world, category=wrong)
+
+
+def test_masked_values_do_not_count_as_if_they_were_not() -> None:
+    """NumPy's `asarray` drops the mask, and a depth or point that is not there became one."""
+    points = np.ma.masked_greater(np.eye(3), 0.5)
+    calls: list[Callable[[raycam.World], object]] = [
+        lambda world: world.add_mesh(points, [[0, 1, 2]]),
+        lambda world: world.add_mesh(np.eye(3), np.ma.masked_equal([[0, 1, 2]], 2)),
+        lambda world: world.add_object(plane={}, texture=np.ma.masked_equal(np.eye(4), 0)),
+        lambda world: world.cast_rays(np.zeros((3, 3)), points),
+        lambda _: raycam.Camera.look_at(points[0], [0, 0, 0]),
+    ]
+    for call in calls:
+        world = raycam.World()
+        world.add_object(box={})
+        with pytest.raises(raycam.Error, match="masked values"):
+            call(world)
+    world.add_mesh(np.ma.masked_greater(np.eye(3), 5), [[0, 1, 2]])  # a mask of nothing

@@ -2,6 +2,7 @@
 //!
 //! WebAssembly has no threads: there all work is done by the caller, for whom rayon runs its parts one after the other.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -26,6 +27,7 @@ impl SharedPool {
     /// Counts a call until the result is dropped.
     fn enter(&self) -> CountedCall<'_> {
         self.calls.fetch_add(1, Ordering::Relaxed);
+        CALLS.fetch_add(1, Ordering::Relaxed);
         CountedCall(&self.calls)
     }
 }
@@ -35,7 +37,16 @@ struct CountedCall<'a>(&'a AtomicUsize);
 impl Drop for CountedCall<'_> {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::Relaxed);
+        CALLS.fetch_sub(1, Ordering::Relaxed);
     }
+}
+
+/// Calls of all pools.
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    /// Calls whose parts stand still below what this thread does.
+    static WAITING: Cell<u32> = const { Cell::new(0) };
 }
 
 static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
@@ -74,6 +85,8 @@ pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
 const WORK_PER_THREAD: f64 = 0.2e6;
 /// Time after which a call gives way to others that wait for the same threads: a small picture beside a long one.
 const TURN: Duration = Duration::from_millis(10);
+/// Calls that may stand still on one thread, whose stack holds them.
+const MOST_WAITING: u32 = 8;
 
 impl Workers {
     /// Threads for an estimated time of work in nanoseconds: `threads` at most (`None`: all that this process may use), and
@@ -156,6 +169,22 @@ impl Workers {
         }
         Ok(())
     }
+}
+
+/// Lets another call that waits for this thread have its turn, in the middle of a part that may take seconds. The caller
+/// holds no lock that the other could want.
+pub(crate) fn give_turn() {
+    if !HAS_THREADS || CALLS.load(Ordering::Relaxed) < 2 {
+        return;
+    }
+    WAITING.with(|waiting| {
+        let others = waiting.get();
+        if others < MOST_WAITING {
+            waiting.set(others + 1);
+            rayon::yield_now();
+            waiting.set(others);
+        }
+    });
 }
 
 /// Threads that this process may use, read once: finding out opens files, which takes longer than a short query.

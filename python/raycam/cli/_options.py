@@ -282,8 +282,8 @@ def rendering(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def size_of(text: str) -> tuple[int, int]:
-    """Parses "640x480" as (width, height)."""
-    width, _, height = text.lower().partition("x")
+    """Parses "640x480" as (width, height), and "640,480" as well."""
+    width, _, height = text.lower().replace(",", "x").partition("x")
     try:
         return int(width), int(height)
     except ValueError:

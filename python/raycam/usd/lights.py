@@ -40,6 +40,9 @@ def light_spec(
         return None, f"light {name} is left out: its transform has scale 0, or is not finite"
     forward = (-axes[:, 2]).tolist()
     normalized = value("normalize", False)
+    fault = _odd_size(kind, value, normalized)
+    if fault:
+        return None, f"light {name} is left out: {fault}"
 
     def radiance(area: float) -> list[float]:
         return [float(value) for value in color / (area if normalized else 1.0)]
@@ -51,10 +54,9 @@ def light_spec(
         sun = {"type": "sun", "direction": forward, "irradiance": irradiance.tolist()}
         return sun | {"angular_diameter": float(np.degrees(angle))}, None
     if kind == "SphereLight":
-        point = value("treatAsPoint", False)
+        point = prim.GetAttribute("treatAsPoint").Get(time)
         radius = float(value("radius", 0.5) * scale.mean())
-        area = 4 * np.pi * radius**2
-        power = np.array(radiance(area)) * np.pi * area
+        power = color * np.pi * (1.0 if normalized else 4 * np.pi * radius**2)
         bulb: dict[str, Any] = {"position": place.tolist(), "power": power.tolist()}
         cone = value("shaping:cone:angle", 180.0)
         if cone <= 90:
@@ -93,6 +95,22 @@ def light_spec(
         sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}
         return sky | {"scale": float(color.mean())}, said
     return None, f"light {name} is left out: {kind} is not known"
+
+
+def _odd_size(kind: str, value: Callable[[str, Any], Any], normalized: bool) -> str | None:
+    """The reason why a light of this size gives no light that can be told; None for others."""
+    keys = {"DistantLight": ["angle"], "RectLight": ["width", "height"]}.get(kind, ["radius"])
+    for key in keys:
+        size = value(key, 1.0)
+        may_be_zero = kind == "DistantLight" or (kind == "SphereLight" and normalized)
+        if (
+            not np.isfinite(size)
+            or size < 0
+            or (size == 0 and not may_be_zero)
+            or (key == "angle" and size > 180)
+        ):
+            return f"its {key} is {size:g}"
+    return None
 
 
 def _color(kind: str, value: Callable[[str, Any], Any]) -> tuple[Any, str | None]:

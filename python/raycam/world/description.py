@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import floats, is_tensor, numbers
+from ..arrays import floats, is_tensor, numbers, refuse_mask
 from ..errors import WorldError
 from .texture import Texture
 
@@ -29,6 +29,7 @@ def plain(value: Any, name: str = "value") -> Any:
         return {key: plain(item, str(key)) for key, item in value.items()}
     if isinstance(value, list | tuple) and any(isinstance(item, Mapping | Texture) for item in value):
         return [plain(item, name) for item in value]
+    refuse_mask(name, value, WorldError)
     return numbers(name, value, WorldError) if is_tensor(value) else value
 
 
@@ -57,6 +58,7 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
 
 def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
     """Checks vertex indices of triangles [m, 3], m >= 1; raises `WorldError`."""
+    refuse_mask(name, value, WorldError)
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as fault:

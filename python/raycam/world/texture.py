@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import refuse_mask
 from ..errors import WorldError
 
 Wrap = Literal["repeat", "clamp", "mirror"]
@@ -52,6 +53,7 @@ class Texture:
 def _image(image: object) -> object:
     if isinstance(image, str | os.PathLike):
         return os.fspath(image)
+    refuse_mask("texture", image, WorldError)
     array = np.asarray(image)
     if array.ndim not in (2, 3) or array.size == 0 or (array.ndim == 3 and not 1 <= array.shape[2] <= 4):
         raise WorldError(f"texture of shape {list(array.shape)}: expected [h, w] or [h, w, 1..4]")

@@ -78,7 +78,9 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     if height == 0 || width == 0 || height > 65_536 || width > 65_536 {
         return Err(world_error(format!("an image of {width} x {height} texels: expected 1 to 65536 each way")));
     }
-    check_memory(&format!("an image of {width} x {height} texels"), width * height * 48)?;
+    // RGBA, and copies in another order or of another width.
+    let texel_bytes = if array.dtype().kind() == b'f' { 48 } else { 8 };
+    check_memory(&format!("an image of {width} x {height} texels"), width * height * texel_bytes)?;
     let texels = if let Ok(bytes) = array.cast::<PyArrayDyn<u8>>() {
         Texels::Srgb8(texels_of(bytes, channels, 255)?)
     } else if array.dtype().kind() == b'f' {

@@ -60,12 +60,10 @@ impl CameraRecord {
     pub fn from_camera(name: impl Into<String>, camera: &Camera) -> Self {
         let mut record = Self::new(name, camera.pixel_center());
         record.size = Some(camera.size());
-        let has = [
-            ("aperture", camera.aperture().is_some()),
-            ("vignetting", camera.vignetting().is_some()),
-            ("shutter", camera.motion().is_some()),
-        ];
-        record.unsupported = has.iter().filter(|(_, has)| *has).map(|(what, _)| *what).collect();
+        record.unsupported = camera.further_properties().collect();
+        if camera.center() == Center::Plane {
+            record.unsupported.push("plane from which its rays come, and so depth");
+        }
         if camera.center() != Center::Point {
             record.matrix = Some(camera.p());
             return record;

@@ -14,6 +14,7 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::Settings;
 use crate::soa::{LANES, get_lane, set_lane};
+use crate::thread_pool::give_turn;
 use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRenderer};
 
 /// Approximate rays per batch.
@@ -35,6 +36,7 @@ impl TileRenderer<'_> {
             let pixels = BATCH_RAYS / (next - first) as usize;
             let all = std::mem::take(&mut scratch.lists.active);
             for some in all.chunks(pixels) {
+                give_turn();
                 control.check()?;
                 scratch.lists.batch.clear();
                 let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));

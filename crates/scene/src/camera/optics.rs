@@ -12,6 +12,17 @@ use crate::camera::{Aperture, Background, Camera, Center, Pose, ShutterMotion, V
 use crate::error::SceneError;
 
 impl Camera {
+    /// The names of what it has beyond K, a lens and a pose.
+    pub fn further_properties(&self) -> impl Iterator<Item = &'static str> {
+        let has = [
+            ("aperture", self.aperture().is_some()),
+            ("vignetting", self.vignetting().is_some()),
+            ("shutter", self.motion().is_some()),
+            ("background", self.background().is_some()),
+        ];
+        has.into_iter().filter(|(_, has)| *has).map(|(what, _)| what)
+    }
+
     /// The same camera with another lens; every constructor gives a pinhole.
     ///
     /// # Errors

@@ -26,6 +26,7 @@ impl Writer<'_> {
         if !matches!(camera.lens(), Lens::Pinhole) {
             lost.push("its distortion".into());
         }
+        lost.extend(camera.further_properties().map(|what| format!("its {what}")));
         let plain = intrinsics_from_focal(y, size, camera.pixel_center());
         let shift = (k.z_axis - plain.z_axis).abs().max_element();
         if shift > 1e-6 * width.max(height) || k.y_axis.x.abs() > 1e-9 * x {
