@@ -88,7 +88,7 @@ def start(tab: Tab) -> None:
     tab.evaluate(
         f"(0, eval)({json.dumps((built / core.GLUE).read_text() + ';globalThis.core = wasm_bindgen')}), null"
     )
-    wasm = base64.b64encode((built / core.CORE).read_bytes()).decode()
+    wasm = base64.b64encode(core.core_bytes()).decode()
     tab.evaluate(
         "globalThis.bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)),"
         f"core({{ module_or_path: bytesOf('{wasm}') }}).then(() => null)"

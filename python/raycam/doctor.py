@@ -53,7 +53,7 @@ def _lines() -> Iterator[str]:
 
 
 PACKAGES = {
-    **{"numpy": "", "rich": "", "websockets": ""},
+    **{"numpy": "", "websockets": ""},
     **{"av": "video", "pyoidn": "denoise", "usd-core": "usd", "cairosvg": "figure", "h5py": "hdf5"},
     **{"opencv-python-headless": "selfcheck", "distributed": "cluster", "embreex": "bench"},
 }

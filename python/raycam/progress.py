@@ -6,19 +6,19 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
 
 __all__ = ["bar", "frames_bar"]
 
-# Seconds. Shorter work shows no bar, and so does not import `rich`.
 SHOW_AFTER_SECONDS = 0.5
+"""Shorter work shows no bar."""
 SHOWN = True
 """False for no progress at all: `--quiet`."""
 LINE_AFTER_SECONDS = 20.0
 """The time between two lines of progress where there is no terminal: in a pipe, a log or a notebook."""
+DRAW_AFTER_SECONDS = 0.1
+"""The time between two pictures of a bar."""
+BAR_WIDTH = 30
+"""The letters of a bar."""
 
 
 @contextmanager
@@ -27,31 +27,94 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
 
     Without a terminal, a line tells it every `LINE_AFTER_SECONDS`.
     """
-    start = time.monotonic()
-    shown: Progress | None = None
+    drawn = _Bar(title)
     lines = _Lines(title)
 
     def progress(done: int, total: int) -> None:
-        nonlocal shown
         lines.print_progress(done, total)
-        if (
-            SHOWN
-            and shown is None
-            and sys.stderr.isatty()
-            and done < total
-            and time.monotonic() - start > SHOW_AFTER_SECONDS
-        ):
-            shown = _rich_bar()
-            shown.start()
-            shown.add_task(title, total=total)
-        if shown is not None:
-            shown.update(shown.task_ids[0], completed=done, total=total)
+        drawn.draw(done, total, f"{done / max(total, 1):4.0%}".replace("%", " %"))
 
     try:
         yield progress
     finally:
-        if shown is not None:
-            shown.stop()
+        drawn.clear()
+
+
+@contextmanager
+def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
+    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate,
+    the remaining time and the failures.
+
+    Without a terminal, a line tells them every `LINE_AFTER_SECONDS`.
+    """
+    start = time.monotonic()
+    drawn = _Bar(title)
+    lines = _Lines(title, what)
+    first: int | None = None
+
+    def progress(done: int, total: int, failed: int) -> None:
+        nonlocal first
+        ended = done + failed
+        first = ended if first is None else first
+        lines.print_progress(ended, total)
+        rate = (ended - first) / max(time.monotonic() - start, 1e-9)
+        failures = f"  {failed} failed" if failed else ""
+        drawn.draw(ended, total, f"{ended}/{total} {what}  {rate:.3g}/s{failures}")
+
+    try:
+        yield progress
+    finally:
+        drawn.clear()
+
+
+class _Bar:
+    """A bar on a terminal, in one line of stderr. It is drawn without control sequences, which old consoles lack, and
+    leaves the cursor before it, so that whatever is printed meanwhile writes over it.
+    """
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._start = time.monotonic()
+        self._begun: int | None = None
+        """What was done before the bar began: a job that goes on."""
+        self._last: float | None = None
+        self._width = 0
+
+    def draw(self, done: int, total: int, text: str) -> None:
+        """Draws the bar, with a text behind it, if the work is long and the last picture is not new."""
+        now = time.monotonic()
+        self._begun = done if self._begun is None else self._begun
+        if not SHOWN or not sys.stderr.isatty() or total <= 0:
+            return
+        if self._last is None and (done >= total or now - self._start <= SHOW_AFTER_SECONDS):
+            return
+        if self._last is not None and done < total and now - self._last < DRAW_AFTER_SECONDS:
+            return
+        self._last = now
+        full = BAR_WIDTH * min(done, total) // total
+        drawn = "=" * full + (">" if full < BAR_WIDTH else "")
+        since = done - self._begun
+        left = _clock((now - self._start) * (total - done) / since) if since > 0 else "-:--:--"
+        self._write(f"{self._title} [{drawn:{BAR_WIDTH}}] {text}  {left}")
+
+    def clear(self) -> None:
+        """Removes the bar."""
+        if self._last is not None:
+            self._write("")
+
+    def _write(self, text: str) -> None:
+        from shutil import get_terminal_size  # imported here: `import raycam` does not wait for it
+
+        text = text[: max(1, get_terminal_size().columns - 1)]
+        sys.stderr.write("\r" + text.ljust(self._width) + "\r")
+        sys.stderr.flush()
+        self._width = len(text)
+
+
+def _clock(seconds: float) -> str:
+    """A time as hours, minutes and seconds."""
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02}:{whole % 60:02}"
 
 
 class _Lines:
@@ -70,76 +133,3 @@ class _Lines:
         left = (now - self._start) * (total - done) / done
         count = f"{done} of {total} {self._what}" if self._what else f"{done / total:.0%}"
         print(f"raycam: {self._title}: {count}, about {left:.0f} s left", file=sys.stderr, flush=True)
-
-
-def _rich_bar() -> Progress:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )
-
-
-@contextmanager
-def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
-    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate,
-    the remaining time and the failures.
-
-    Without a terminal, a line tells them every `LINE_AFTER_SECONDS`.
-    """
-    start = time.monotonic()
-    lines = _Lines(title, what)
-    first: int | None = None
-    shown: Progress | None = None
-
-    def progress(done: int, total: int, failed: int) -> None:
-        nonlocal shown, first
-        first = done + failed if first is None else first
-        lines.print_progress(done + failed, total)
-        if (
-            SHOWN
-            and shown is None
-            and sys.stderr.isatty()
-            and done < total
-            and time.monotonic() - start > SHOW_AFTER_SECONDS
-        ):
-            shown = _rich_frames(what)
-            shown.start()
-            shown.add_task(title, total=total, rate="", failed="")
-        if shown is not None:
-            rate = (done + failed - first) / max(time.monotonic() - start, 1e-9)
-            shown.update(
-                shown.task_ids[0],
-                completed=done + failed,
-                total=total,
-                rate=f"{rate:.3g}/s",
-                failed=f"{failed} failed" if failed else "",
-            )
-
-    try:
-        yield progress
-    finally:
-        if shown is not None:
-            shown.stop()
-
-
-def _rich_frames(what: str) -> Progress:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn(what + "  {task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("[red]{task.fields[failed]}"),
-        console=Console(stderr=True),
-        transient=True,
-    )

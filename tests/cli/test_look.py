@@ -185,6 +185,12 @@ def test_errors(folder: Path, capsys: pytest.CaptureFixture[str], command: str) 
         (["raycam", "render", "a.glb", "--view-f"], ["--view-from"]),
         (["raycam", "render", "a.glb", "--preset", "b"], ["best"]),
         (["raycam", "completion", "f"], ["fish"]),
+        (["raycam", "render", "a.glb", "--integrator", "pa"], ["path"]),
+        (["raycam", "render", "a.glb", "--channels", "color", "dep"], ["depth"]),
+        (["raycam", "render", "a.glb", "--channels", "color", "--integ"], ["--integrator"]),
+        (["raycam", "render", "a.glb", "--view-from", "t"], ["top"]),
+        (["raycam", "dataset", "a.glb", "--format", "coc"], ["coco"]),
+        (["raycam", "cameras", "a.yaml", "--to", "ro"], ["ros"]),
         (["raycam", "render", "a"], []),
     ],
 )
@@ -199,9 +205,11 @@ def test_bash_completes(words: list[str], completed: list[str], capsys: pytest.C
 
 def test_other_shells(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("completion zsh") == 0
-    assert capsys.readouterr().out.startswith("autoload")
+    assert "bashcompinit" in capsys.readouterr().out
     assert run("completion fish") == 0
-    assert "complete -c raycam" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "complete -c raycam" in out
+    assert "-l integrator -x -a 'flat direct path" in out
 
 
 @pytest.mark.parametrize(

@@ -135,3 +135,15 @@ def test_every_local_link_leads_somewhere() -> None:
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
             if "://" not in target:
                 assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
+
+
+def test_the_page_of_installing_names_every_extra() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+        "optional-dependencies"
+    ]
+    rows = dict(
+        re.findall(r"^\| `(\w+)` \| (.*) \|$", (ROOT / "docs/install.md").read_text(encoding="utf-8"), re.M)
+    )
+    assert rows.keys() == extras.keys()
+    (whole,) = extras["all"]
+    assert set(re.findall(r"`(\w+)`", rows["all"])) == set(re.findall(r"\w+", whole.partition("[")[2]))

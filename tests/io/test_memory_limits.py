@@ -141,3 +141,30 @@ def test_limits_are_read_as_people_write_them(text: int | str, count: int) -> No
 def test_what_is_no_limit_is_refused_by_its_name(text: int | str) -> None:
     with pytest.raises(errors.SettingsError, match="limit is "):
         memory_limits.parse_size("limit", text)
+
+
+VM_STAT = """Mach Virtual Memory Statistics: (page size of 16384 bytes)
+Pages free:                                5000.
+Pages active:                            300000.
+Pages inactive:                          200000.
+Pages speculative:                         1000.
+Pages throttled:                              0.
+"""
+
+
+def test_what_macos_can_give(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert memory_limits.mac_available(VM_STAT) == 206_000 * 16384
+    assert memory_limits.mac_available("") == 0
+    monkeypatch.setattr(memory_limits.sys, "platform", "darwin")
+    monkeypatch.setattr(
+        memory_limits, "_said", lambda *command: VM_STAT if command[0] == "vm_stat" else "4096\n"
+    )
+    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    assert memory_limits.limits() == [(total, max(0, total - 206_000 * 16384))]
+    assert memory_limits.peak_bytes(1) == 4096 * 1024
+
+
+def test_windows_is_asked_by_its_own_functions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory_limits.sys, "platform", "win32")
+    monkeypatch.setattr(memory_limits.windows_memory, "limit_and_used", lambda: (8 * GIB, 5 * GIB))
+    assert memory_limits.available_bytes() == 3 * GIB

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import io
 import os
 import re
 import sys
@@ -77,6 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     TOLD.clear()
     set_loudness(quiet=False, verbose=False)
     _open_closed_streams()
+    _write_utf8()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)  # commands print notices themselves
         return _main(words)
@@ -124,6 +126,14 @@ def _open_closed_streams() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+
+
+def _write_utf8() -> None:
+    """Makes pipes and files UTF-8 on Windows, where their encoding is that of old programs, without many letters."""
+    if os.name == "nt":
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
+                stream.reconfigure(encoding="utf-8")
 
 
 def _joined(words: Sequence[str]) -> list[str]:

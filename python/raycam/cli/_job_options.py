@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import logging
-import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
+from ..io.system_calls import lower_own_priority
 from ._options import print_notice, print_notices
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ def shard_of(options: argparse.Namespace) -> tuple[int, int] | None:
 
 def lower_priority(options: argparse.Namespace) -> None:
     """Lowers the priority of the process if `--low-priority` is given."""
-    if options.low_priority and hasattr(os, "nice"):
-        os.nice(19)  # inherited by threads and processes
+    if options.low_priority:
+        lower_own_priority()
 
 
 @contextmanager

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import get_args
 
 from ._options import Command
 
@@ -22,6 +23,7 @@ def _run(options: argparse.Namespace) -> None:
         print("\n".join(_fish(parsers)))
         return
     if options.shell == "zsh":
+        print("(( $+functions[compdef] )) || { autoload -U +X compinit && compinit -i }")
         print("autoload -U +X bashcompinit && bashcompinit")
     print("\n".join(_bash(parsers)))
 
@@ -30,13 +32,43 @@ def _actions(command: argparse.ArgumentParser) -> list[argparse.Action]:
     return [action for action in command._actions if action.option_strings]
 
 
-def _choices(command: argparse.ArgumentParser) -> dict[str, list[str]]:
-    """The values of options, and of the first argument under "", that have a fixed list."""
+def _values(name: str, action: argparse.Action) -> list[str]:
+    """The values of an option, or of an argument, of the command `name` that has a list of them; else none."""
+    if action.choices:
+        return [str(choice) for choice in action.choices]
+    lists = _lists()
+    for option in action.option_strings:
+        for key in (f"{name} {option}", option):
+            if key in lists:
+                return list(lists[key])
+    return []
+
+
+def _lists() -> dict[str, Iterable[str]]:
+    """The values of options whose errors list them, by option, or by command and option."""
+    from ..calibration import FORMATS, WRITTEN_FORMATS
+    from ..camera._arguments import Model
+    from ..camera.asked import SIDES
+    from ..dataset.formats import FORMATS as DATA_SETS
+    from ..explanation import SUBJECTS
+    from ..render import FILTERS, INTEGRATORS, channel_names
+    from ..render.frame import VIEWS
+
     return {
-        option: [str(choice) for choice in action.choices]
-        for action in command._actions
-        if action.choices
-        for option in action.option_strings or [""]
+        "--axes": ("opencv", "opengl"),
+        "--board": ("charuco", "checkerboard"),
+        "--camera-format": FORMATS,
+        "--channels": ("all", *channel_names("all")),
+        "--direction": ("world_from_camera", "camera_from_world"),
+        "--filter": FILTERS,
+        "--format": FORMATS,
+        "dataset --format": DATA_SETS,
+        "--integrator": INTEGRATORS,
+        "--lens": get_args(Model),
+        "--of": SUBJECTS,
+        "--to": WRITTEN_FORMATS,
+        "--view": VIEWS,
+        "--view-from": SIDES,
     }
 
 
@@ -50,12 +82,24 @@ def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
     yield "        return"
     yield "    fi"
     yield '    case "${COMP_WORDS[1]} $last" in'
+    several = []
     for name, command in parsers.items():
-        for option, values in _choices(command).items():
-            place = f"{name} {option}" if option else f"{name} {name}"
-            yield f'        "{place}") words="{" ".join(values)}" ;;'
+        for action in command._actions:
+            if values := " ".join(_values(name, action)):
+                places = [f'"{name} {option}"' for option in action.option_strings or [name]]
+                line = f'        {"|".join(places)}) words="{values}" ;;'
+                several += [line] if action.nargs == "+" else []
+                yield line
     yield "    esac"
-    yield '    if [ -z "$words" ] && [ "${word#-}" != "$word" ]; then'
+    # Options with several values: the nearest option before the word counts.
+    yield '    local option="" i'
+    yield "    for ((i = COMP_CWORD - 1; i > 1; i--)); do"
+    yield '        case "${COMP_WORDS[i]}" in -*) option="${COMP_WORDS[i]}"; break ;; esac'
+    yield "    done"
+    yield '    case "${COMP_WORDS[1]} $option" in'
+    yield from several
+    yield "    esac"
+    yield '    if [ "${word#-}" != "$word" ]; then'
     yield '        case "${COMP_WORDS[1]}" in'
     for name, command in parsers.items():
         options = [option for action in _actions(command) for option in action.option_strings]
@@ -69,6 +113,7 @@ def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
 
 def _fish(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
     """The script for fish."""
+    yield from FISH_WITHIN
     for name, command in parsers.items():
         about = _quoted((command.description or "").rstrip("."))
         yield f"complete -c raycam -n __fish_use_subcommand -a {name} -d {about}"
@@ -77,9 +122,27 @@ def _fish(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
             longs = [option[2:] for option in action.option_strings if option.startswith("--")]
             shorts = [option[1:] for option in action.option_strings if not option.startswith("--")]
             flags = [f"-l {long}" for long in longs] + [f"-s {short}" for short in shorts]
-            values = f" -x -a {_quoted(' '.join(map(str, action.choices)))}" if action.choices else ""
+            found = _quoted(" ".join(_values(name, action)))
+            values = f" -x -a {found}" if found != "''" else " -r" if action.nargs is None else ""
             about = _quoted(textwrap.shorten(action.help or "", 70, placeholder=" ..."))
             yield f"complete -c raycam {within} {' '.join(flags)}{values} -d {about}"
+            if action.nargs == "+" and values.startswith(" -x"):
+                option = action.option_strings[-1]
+                yield f"complete -c raycam {within[:-1]}; and __raycam_within {option}' -f -a {found}"
+        for action in command._get_positional_actions():
+            if values := " ".join(_values(name, action)):
+                yield f"complete -c raycam {within} -f -a {_quoted(values)}"
+
+
+FISH_WITHIN = """function __raycam_within -d 'the nearest option before the word is this one'
+    for word in (commandline -opc)[-1..1]
+        if string match -q -- '-*' $word
+            test $word = $argv[1]
+            return $status
+        end
+    end
+    return 1
+end""".splitlines()
 
 
 def _quoted(text: str) -> str:
@@ -91,7 +154,8 @@ COMMAND = Command(
     _add,
     "print what makes a shell complete raycam's commands and options",
     [
-        'eval "$(raycam completion bash)"          in ~/.bashrc; zsh too',
+        'eval "$(raycam completion bash)"          in ~/.bashrc',
+        'eval "$(raycam completion zsh)"           in ~/.zshrc',
         "raycam completion fish > ~/.config/fish/completions/raycam.fish",
     ],
 )

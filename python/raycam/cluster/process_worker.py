@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Iterable
 from typing import IO, Any
 
+from ..io.system_calls import parent_watch
 from ..io.temp_stream import Piece
 from ..jobs.worker import FrameTask, render_frame
 
@@ -23,7 +24,7 @@ class _StreamedFile(bytes):
 
 def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
     """Renders tasks until the input ends, or the parent process dies."""
-    asked_by = os.getppid()
+    parent_ended = parent_watch()
 
     def send(pieces: Iterable[Piece]) -> bytes:
         """Sends pieces as they are made, so that this process holds only one."""
@@ -35,7 +36,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
         return _StreamedFile()
 
     def go_on(done: int, total: int) -> None:
-        if os.getppid() != asked_by:  # the parent was killed: free the cores for whoever resumes the job
+        if parent_ended():  # the parent was killed: free the cores for whoever resumes the job
             raise SystemExit(1)
 
     for line in tasks:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from .file_lock import try_lock
+from .system_calls import BINARY, sync
 
 __all__ = ["atomic_path", "check_writable", "make_folder", "sync", "with_path", "write"]
 
@@ -46,10 +47,13 @@ def _remove_stale_temp_files(target: str) -> None:
             path = os.path.join(folder, other)
             file = os.open(path, os.O_RDWR)
             try:
-                if try_lock(file):
+                stale = try_lock(file)
+                if stale and os.name != "nt":
                     os.unlink(path)
             finally:
                 os.close(file)
+            if stale and os.name == "nt":  # Windows cannot remove an open file
+                os.unlink(path)
 
 
 @contextlib.contextmanager
@@ -66,7 +70,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
         with with_path(target, temporary), contextlib.ExitStack() as opened:
             if scratch is None:
                 _remove_stale_temp_files(target)
-            file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+            file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
             opened.callback(os.close, file)
             try_lock(file)  # a temporary file without a lock belongs to a dead process
             yield temporary, file
@@ -138,15 +142,6 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     if free < max(size, 1):
         text = f"has {free} bytes free, about {size} are needed" if size else "is full"
         raise OSError(errno.ENOSPC, f"the disk {text}", target)
-
-
-def sync(path: str | os.PathLike[str]) -> None:
-    """Syncs a file or folder to the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def make_folder(folder: Path) -> None:

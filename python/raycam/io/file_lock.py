@@ -9,8 +9,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import JobError
+from .system_calls import read_at, write_at
 
 __all__ = ["hold_lock", "lock_holder", "try_lock"]
+
+LOCKED_BYTE = 1 << 20
+"""The place of the byte that Windows locks."""
 
 
 @contextlib.contextmanager
@@ -28,14 +32,14 @@ def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]
             if time.monotonic() < end:
                 time.sleep(0.02)
                 continue
-            who = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
+            who = read_at(file, 200, 0).decode(errors="replace").strip() or "another process"
             raise JobError(
                 f"{folder}: {who} is at it already; wait for it, stop it, or give each run its part: --shard I/N"
             )
         from socket import gethostname  # imported here: `import raycam` does not wait for it
 
         os.ftruncate(file, 0)
-        os.pwrite(file, f"process {os.getpid()} on {gethostname()}".encode(), 0)
+        write_at(file, f"process {os.getpid()} on {gethostname()}".encode(), 0)
         yield
     finally:
         os.close(file)
@@ -48,7 +52,7 @@ def lock_holder(path: Path) -> str | None:
     except OSError:
         return None
     try:
-        return None if try_lock(file) else os.pread(file, 200, 0).decode(errors="replace").strip()
+        return None if try_lock(file) else read_at(file, 200, 0).decode(errors="replace").strip()
     finally:
         os.close(file)
 
@@ -60,11 +64,14 @@ def try_lock(file: int) -> bool:
     except ImportError:  # Windows: locks a byte far beyond the text, which must stay readable
         import msvcrt
 
+        place = os.lseek(file, 0, os.SEEK_CUR)
         try:
-            os.lseek(file, 1 << 20, os.SEEK_SET)
+            os.lseek(file, LOCKED_BYTE, os.SEEK_SET)
             msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
         except OSError:
             return False
+        finally:
+            os.lseek(file, place, os.SEEK_SET)
         return True
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

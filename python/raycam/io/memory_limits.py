@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import SettingsError
+from . import windows_memory
 
-__all__ = ["available_bytes", "parse_size", "peak_bytes"]
+__all__ = ["available_bytes", "mac_available", "parse_size", "peak_bytes"]
 
 CGROUP = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
+"""Linux's folder of processes; other systems have none, or another one."""
 
 
 def available_bytes(share: float = 1.0) -> int:
@@ -26,7 +29,11 @@ def available_bytes(share: float = 1.0) -> int:
 
 
 def peak_bytes(pid: int) -> int:
-    """The peak resident memory of a process in bytes; 0 if unknown."""
+    """The peak resident memory of a process in bytes (macOS: what it has now); 0 if unknown."""
+    if sys.platform == "darwin":
+        return _number_in(_said("ps", "-o", "rss=", "-p", str(pid)), r"(\d+)") * 1024
+    if sys.platform == "win32":
+        return windows_memory.peak_bytes(pid)
     return _line(PROC / str(pid) / "status", "VmHWM") * 1024
 
 
@@ -52,7 +59,11 @@ def parse_size(name: str, size: int | str | None) -> int | None:
 
 def limits() -> list[tuple[int, int]]:
     """Pairs (limit, used) in bytes of the machine and of every limited control group of this process."""
-    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 62
+    if sys.platform == "win32":
+        return [windows_memory.limit_and_used()]
+    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if sys.platform == "darwin":
+        return [(total, max(0, total - mac_available(_said("vm_stat"))))]
     available = _line(PROC / "meminfo", "MemAvailable") * 1024
     found = [(total, max(0, total - available) if available else 0)]
     for folder, files in _groups():
@@ -69,6 +80,31 @@ def limits() -> list[tuple[int, int]]:
             if path == CGROUP:
                 break
     return found
+
+
+def mac_available(vm_stat: str) -> int:
+    """Bytes that macOS can give without swapping, from the text of `vm_stat`: free, speculative and inactive pages."""
+    page = _number_in(vm_stat, r"page size of (\d+) bytes")
+    return page * sum(_number_in(vm_stat, rf"Pages {kind}:\s+(\d+)") for kind in MAC_AVAILABLE)
+
+
+MAC_AVAILABLE = ("free", "speculative", "inactive")
+
+
+def _said(*command: str) -> str:
+    """The output of a command of the system; empty if it fails."""
+    from subprocess import SubprocessError, run  # imported here: `import raycam` does not wait for it
+
+    try:
+        return run(command, capture_output=True, text=True, check=True, timeout=5).stdout
+    except (OSError, SubprocessError):
+        return ""
+
+
+def _number_in(text: str, pattern: str) -> int:
+    """The number that the pattern's group finds in a text; 0 if it finds none."""
+    found = re.search(pattern, text)
+    return int(found[1]) if found else 0
 
 
 class _Files(NamedTuple):

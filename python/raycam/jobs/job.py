@@ -240,11 +240,14 @@ class Job:
             if there:
                 self._read()
             yield there
+        if not (self._state / "job.json").exists():
+            self._remove_locks()
 
     def remove(self) -> None:
         """Removes all files of the job, and the folder if nothing else is in it."""
         with hold_lock(self._state / "lock", self.folder):
             self._remove()
+        self._remove_locks()
         with contextlib.suppress(OSError):
             self.folder.rmdir()
 
@@ -358,7 +361,24 @@ class Job:
         with contextlib.suppress(JobError):
             self._results.remove(name for name in self._results.assembled() if not name.startswith(".."))
         (self._state / "job.json").unlink(missing_ok=True)
-        shutil.rmtree(self._state)
+        if os.name != "nt":
+            shutil.rmtree(self._state)
+            return
+        for path in self._state.iterdir():  # Windows cannot remove a lock that is open
+            if path.is_dir():
+                shutil.rmtree(path)
+            elif not path.name.startswith("lock"):
+                path.unlink()
+
+    def _remove_locks(self) -> None:
+        """Removes the closed locks of a removed job, and its folders if nothing else is in them (Windows)."""
+        if os.name != "nt":
+            return
+        with contextlib.suppress(OSError):  # another process may hold a lock still: the last one removes them
+            for path in self._state.glob("lock*"):
+                path.unlink()
+            self._state.rmdir()
+            self.folder.rmdir()
 
 
 def _selected_frames(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:

@@ -25,7 +25,8 @@ from types import TracebackType
 from typing import Any
 
 from ..errors import JobError
-from ..io.atomic_files import sync, with_path
+from ..io.atomic_files import with_path
+from ..io.system_calls import BINARY, read_at, sync, sync_file
 
 __all__ = ["Journal", "JournalEntry", "Stamp", "digest", "erase_line", "read", "read_entry"]
 
@@ -109,7 +110,7 @@ def erase_line(path: Path, place: int) -> None:
             lines.seek(place)
             lines.write(b" " * (len(line) - 1))
             lines.flush()
-            os.fsync(lines.fileno())
+            sync_file(lines.fileno())
 
 
 def _entry(line: bytes) -> JournalEntry | None:
@@ -140,7 +141,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         new = not path.exists()
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | BINARY, 0o666)
         try:
             if new:
                 sync(path.parent)
@@ -155,13 +156,13 @@ class Journal:
         end = size
         while end > 0:
             start = max(0, end - 4096)
-            newline = os.pread(self._file, end - start, start).rfind(b"\n")
+            newline = read_at(self._file, end - start, start).rfind(b"\n")
             end = start + newline + 1 if newline >= 0 else start
             if newline >= 0:
                 break
         if end != size:
             os.ftruncate(self._file, end)
-            os.fsync(self._file)
+            sync_file(self._file)
 
     def add(self, entry: JournalEntry) -> int:
         """Appends an entry, syncs it to the disk, and returns its byte offset. On failure, nothing is appended."""
@@ -174,7 +175,7 @@ class Journal:
                     os.ftruncate(self._file, before)
                     if os.write(self._file, line) != len(line):
                         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-                os.fsync(self._file)
+                sync_file(self._file)
         except OSError:
             os.ftruncate(self._file, before)
             raise

@@ -301,7 +301,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             arrays["pixel_center"] = np.array(camera.pixel_center)
             if camera.distortion is not None:
                 arrays |= {"distortion": camera.distortion, "lens": np.array(camera.model)}
-        arrays = {"size": np.array(self.size), "region": np.array(self.region), **arrays}
+        arrays = {"size": np.array(self.size, np.int64), "region": np.array(self.region, np.int64), **arrays}
         return npz_bytes(arrays, compressed=True)
 
     def _repr_png_(self) -> bytes | None:

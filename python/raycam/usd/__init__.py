@@ -120,9 +120,12 @@ def read(
 
 
 def _terminate(process: Popen[bytes]) -> None:
-    """Kills the worker and its child processes."""
-    from signal import SIGKILL
+    """Kills the worker and its child processes (Windows: the worker, which has none)."""
+    import signal
 
     with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, SIGKILL)
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
     process.wait()

@@ -42,10 +42,18 @@ def apply_rlimits(memory: int, seconds: float, size: int) -> None:
         import resource
     except ImportError:  # Windows
         return
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    limits = {
+        resource.RLIMIT_AS: (memory, memory),
+        resource.RLIMIT_CPU: (int(seconds) + 1, int(seconds) + 2),
+        resource.RLIMIT_FSIZE: (size, size),
+        resource.RLIMIT_CORE: (0, 0),
+    }
+    for kind, limit in limits.items():
+        try:
+            resource.setrlimit(kind, limit)
+        except (ValueError, OSError):
+            if sys.platform != "darwin":  # macOS refuses limits of the address space
+                raise
 
 
 @dataclass(frozen=True)

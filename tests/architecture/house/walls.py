@@ -21,7 +21,6 @@ MAY_USE: dict[str, set[str]] = {
 }
 THIRD_PARTY_PYTHON = {
     "numpy",
-    "rich",
     "av",
     "dask",
     "distributed",

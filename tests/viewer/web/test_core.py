@@ -24,7 +24,7 @@ def run_in_browser(script: str, worlds: Mapping[str, bytes], folder: Path) -> An
     """What `run_core` gives, by Chromium."""
     built = Path(core.__file__).parent / core.FOLDER
     packed = {name: base64.b64encode(data).decode() for name, data in worlds.items()}
-    wasm = base64.b64encode((built / core.CORE).read_bytes()).decode()
+    wasm = base64.b64encode(core.core_bytes()).decode()
     with chromium(folder) as tab:
         tab.evaluate(
             f"(0, eval)({json.dumps((built / core.GLUE).read_text() + ';globalThis.core = wasm_bindgen')}), null"

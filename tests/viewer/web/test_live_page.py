@@ -23,7 +23,7 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
     """A stand-in for the core that was built."""
     data = bytes(range(256)) * 20
     (tmp_path / core.GLUE).write_text(GLUE)
-    (tmp_path / core.CORE).write_bytes(data)
+    (tmp_path / core.CORE).write_bytes(core.deflated(data))
     monkeypatch.setattr(core, "FOLDER", str(tmp_path))
     return data
 
@@ -47,7 +47,7 @@ def test_a_page_carries_the_core_the_world_and_the_camera(
     frame.save(path, world=small_world, live=True, exposure=1.5, view="agx", title="</script>")
     page = path.read_text(encoding="utf-8")
     assert element(page, "core-glue") == GLUE
-    assert unpacked(element(page, "core-wasm")) == built
+    assert unpacked(element(page, "core-wasm")) == core.core_bytes() == built
     options = json.loads(element(page, "core-options"))
     assert (options["exposure"], options["view"], options["title"]) == (1.5, "agx", "</script>")
     world = raycam.World._of(_core.world_from_bytes(unpacked(element(page, "core-world")), None, ""))

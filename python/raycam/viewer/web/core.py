@@ -8,10 +8,11 @@ from importlib.resources import files
 
 from ...errors import SettingsError
 
-__all__ = ["core_blocks", "is_built", "packed"]
+__all__ = ["core_blocks", "core_bytes", "deflated", "is_built", "packed"]
 
 FOLDER = "wasm"
-GLUE, CORE = "raycam_web.js", "raycam_web_bg.wasm"
+GLUE, CORE = "raycam_web.js", "raycam_web_bg.wasm.deflate"
+"""The JavaScript around raycam, and raycam as `packed` without base64."""
 LEVEL = 9
 
 
@@ -33,11 +34,25 @@ def core_blocks() -> list[str]:
         raise ValueError("the text of the core would end the script that holds it")
     return [
         f'<script type="text/plain" id="core-glue">{glue}</script>',
-        f'<script type="text/plain" id="core-wasm">{packed((folder / CORE).read_bytes())}</script>',
+        f'<script type="text/plain" id="core-wasm">{_base64((folder / CORE).read_bytes())}</script>',
     ]
+
+
+def core_bytes() -> bytes:
+    """raycam as WebAssembly. Raises `FileNotFoundError` where it was not built."""
+    return zlib.decompress((files(__package__) / FOLDER / CORE).read_bytes(), -15)
 
 
 def packed(data: bytes) -> str:
     """Raw deflate in base64, as the client unpacks it."""
+    return _base64(deflated(data))
+
+
+def deflated(data: bytes) -> bytes:
+    """The bytes as raw deflate."""
     packer = zlib.compressobj(LEVEL, zlib.DEFLATED, -15)
-    return base64.b64encode(packer.compress(data) + packer.flush()).decode()
+    return packer.compress(data) + packer.flush()
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode()

@@ -1,0 +1,95 @@
+"""Calls of the operating system that Windows and macOS have in another form."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+
+__all__ = ["BINARY", "lower_own_priority", "parent_watch", "read_at", "sync", "sync_file", "write_at"]
+
+BINARY: int = getattr(os, "O_BINARY", 0)
+"""The flag of `os.open` with which Windows keeps line ends as they are; 0 elsewhere."""
+
+
+def read_at(file: int, count: int, place: int) -> bytes:
+    """Reads up to `count` bytes of an open file from the byte `place`; on Windows this moves the file's position."""
+    if hasattr(os, "pread"):
+        return os.pread(file, count, place)
+    os.lseek(file, place, os.SEEK_SET)
+    return os.read(file, count)
+
+
+def write_at(file: int, data: bytes, place: int) -> int:
+    """Writes bytes to an open file from the byte `place`, and returns their number; on Windows this moves the file's
+    position.
+    """
+    if hasattr(os, "pwrite"):
+        return os.pwrite(file, data, place)
+    os.lseek(file, place, os.SEEK_SET)
+    return os.write(file, data)
+
+
+def sync_file(file: int) -> None:
+    """Syncs an open file to the disk, on macOS also through the disk's own cache. Raises `OSError` from the disk."""
+    if sys.platform == "darwin":
+        import fcntl
+
+        try:
+            fcntl.fcntl(file, fcntl.F_FULLFSYNC)
+            return
+        except OSError:  # a network disk may not have it
+            pass
+    os.fsync(file)
+
+
+def sync(path: str | os.PathLike[str]) -> None:
+    """Syncs a file or folder to the disk.
+
+    Windows syncs a file only if it is open for writing, and has no sync of a folder, whose entries NTFS journals.
+    Raises `OSError` from the disk.
+    """
+    windows = os.name == "nt"
+    if windows and os.path.isdir(path):
+        return
+    descriptor = os.open(path, os.O_RDWR | BINARY if windows else os.O_RDONLY)
+    try:
+        sync_file(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def lower_own_priority() -> None:
+    """Lowers the priority of this process, and of the threads and processes that it starts from now on."""
+    if hasattr(os, "nice"):
+        os.nice(19)
+        return
+    import ctypes
+
+    kernel = ctypes.windll.kernel32  # type: ignore[attr-defined]
+    kernel.GetCurrentProcess.restype = ctypes.c_void_p
+    kernel.SetPriorityClass(ctypes.c_void_p(kernel.GetCurrentProcess()), IDLE_PRIORITY_CLASS)
+
+
+IDLE_PRIORITY_CLASS = 0x40
+"""Windows: runs while nobody else wants to; processes that such a process starts have it too."""
+SYNCHRONIZE = 0x00100000
+"""Windows: the right to wait for a process."""
+WAIT_OBJECT_0 = 0
+"""Windows: the answer of waiting for a process that has ended."""
+
+
+def parent_watch() -> Callable[[], bool]:
+    """A function that returns True once the process that started this one has ended."""
+    parent = os.getppid()
+    if os.name != "nt":
+        return lambda: os.getppid() != parent
+    # The number of the parent never changes on Windows; its handle says when it ends.
+    import ctypes
+
+    kernel = ctypes.windll.kernel32  # type: ignore[attr-defined]
+    kernel.OpenProcess.restype = ctypes.c_void_p
+    handle = kernel.OpenProcess(SYNCHRONIZE, False, parent)
+    if not handle:
+        return lambda: False
+    return lambda: kernel.WaitForSingleObject(ctypes.c_void_p(handle), 0) == WAIT_OBJECT_0
