@@ -151,7 +151,7 @@ def _drawn(
     for line in lines:
         spread = np.linspace(0, 1, PIECES + 1)[:, None]
         pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
-        flat = [on_page(piece) for piece in pieces]
+        flat = on_page(np.concatenate(pieces)).reshape(len(pieces), PIECES + 1, 2)
         for color, wide in (("#ffffff", 4.0), (line.color, 1.8)):
             for piece in flat:
                 for p, q in itertools.pairwise(piece):
