@@ -91,8 +91,8 @@ class _Smallest:
             found = np.partition(keys, self._most - 1)[self._most - 1]
             kept = ~(keys > found)
             index, keys, t = index[kept], keys[kept], t[kept]
-        index, keys, t = (
-            np.concatenate(pair) for pair in ((self.index, index), (self._keys, keys), (self.t, t))
-        )
-        order = np.argsort(keys, kind="stable")[: self._most]
-        self.index, self._keys, self.t = index[order], keys[order], t[order]
+        all_keys = np.concatenate([self._keys, keys])
+        order = np.argsort(all_keys, kind="stable")[: self._most]
+        self._keys = all_keys[order]
+        self.index = np.concatenate([self.index, index])[order]
+        self.t = np.concatenate([self.t, t])[order]
