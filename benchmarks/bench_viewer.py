@@ -39,7 +39,12 @@ VIEWS = [(640, 480), (1280, 720)]
 RATE = 60  # moves a second
 PATIENCE = 100  # seconds of a part of the measurement, at most
 RIVALS = ("viser", "f3d", "open3d")
-SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+SOFTWARE = (
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+)
 """Options of a browser that draws WebGL without a graphics card."""
 REST = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
 WATCH = """(() => {
