@@ -39,6 +39,13 @@ VIEWS = [(640, 480), (1280, 720)]
 RATE = 60  # moves a second
 PATIENCE = 100  # seconds of a part of the measurement, at most
 RIVALS = ("viser", "f3d", "open3d")
+SOFTWARE = (
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+)
+"""Options of a browser that draws WebGL without a graphics card."""
 REST = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
 WATCH = """(() => {
   globalThis.moves = []; globalThis.shown = [];
@@ -478,7 +485,7 @@ def everything(options: argparse.Namespace, folder: Path) -> list[Row]:
     if options.rivals:
         mesh = folder / "spot.ply"
         write_triangles(mesh)
-        with chromium(folder / "other", "--enable-unsafe-swiftshader") as tab:
+        with chromium(folder / "other", *SOFTWARE) as tab:
             tab.show(640, 480)
             for name in RIVALS:
                 add(name, functools.partial(rival, options.rivals, name, mesh, options.seconds, tab))

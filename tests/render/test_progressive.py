@@ -54,6 +54,18 @@ def test_any_slices_give_the_picture_of_their_sum(
     assert picture.samples == slices.sum()
 
 
+@pytest.mark.parametrize("integrator", ["direct", "path"])
+def test_worlds_without_textures_keep_their_first_samples(camera: raycam.Camera, integrator: Any) -> None:
+    plain = raycam.World()
+    plain.add_object(plane={"size": [8, 8]}, color="#808080")
+    plain.add_object(sphere={"radius": 0.5}, location=[0, 0, 0.5], type="glass")
+    plain.add_light("sun", direction=[-1, 1, -2], irradiance=3)
+    picture = raycam.Progressive(plain, camera, integrator=integrator, channels=CHANNELS)
+    for count in (2, 2, 12, 16):  # the cone of a sample narrows up to 16
+        picture.add(count)
+        assert bytes_of(picture.frame()) == expected(plain, camera, picture.samples, integrator=integrator)
+
+
 def test_the_error_is_that_of_render(world: raycam.World, camera: raycam.Camera) -> None:
     picture = raycam.Progressive(world, camera, channels=["color", "error"], seed=4)
     picture.add(5)

@@ -21,6 +21,7 @@ from ..errors import SettingsError
 from ..io import atomic_files
 from ..reference.units import Bools, Floats, Units
 from . import figure, text
+from .all_triangles import Tried, tried
 from .lens import LensSteps, lens_steps
 from .light_path import LightPath, light_path
 from .lighting import Lighting, lighting
@@ -30,11 +31,6 @@ from .tree import TreeSearch, tree_search
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..world import World
-
-# The numbers of triangles with full details: the closest hits, and the nearest misses.
-HITS_SHOWN = 3
-MISSES_SHOWN = 1
-MISSES_SHOWN_WITHOUT_A_HIT = 2
 
 Subject = Literal["ray", "light", "tree"]
 SUBJECTS: tuple[Subject, ...] = ("ray", "light", "tree")
@@ -236,7 +232,6 @@ def explain(
     matrix = camera.P if lens is None else lens.P
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
     units = Units.for_world(world_corners.reshape(-1, 3), reference.camera_center(matrix))
-    corners = units.points(world_corners)
     P = units.camera(matrix)
     center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])
 
@@ -246,17 +241,9 @@ def explain(
     line = reference.lines(X, C)
     r = reference.pointed_forward(line, forward) if lens is None else lens.direction[None]
 
-    n = reference.normals(corners)
-    t = reference.plane_distances(n, corners[:, 0], C, r)[0]
-    hit_t = np.full(len(t), np.inf)
-    for start in range(0, len(t), reference.PAIRS_AT_ONCE):
-        some = slice(start, start + reference.PAIRS_AT_ONCE)
-        hit_t[some] = reference.hit_distances(corners[some], n[some], C, r)[0]
-    without_area = ~n.any(axis=1)
-    inside = np.isfinite(hit_t)
-    outside = (t >= 0) & ~inside
-
-    candidates, winner = _shown(world, corners, n, C, r[0], t, hit_t)
+    found = tried(world_corners, units.points, C, r[0])
+    candidates = _candidates(world, found, units.points(world_corners[found.shown]), C, r[0])
+    winner = candidates.get(found.nearest)
     distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
     axis = forward if lens is None else lens.forward
     depth = winner.t * float(r[0] @ axis) * units.scale if winner else np.inf
@@ -276,12 +263,12 @@ def explain(
         forward=forward,
         forward_dot_line=float(forward @ line[0]),
         r=r[0],
-        triangles=len(corners),
-        without_area=int(without_area.sum()),
-        parallel=int((np.isnan(t) & ~without_area).sum()),
-        behind=int((t < 0).sum()),
-        outside=int(outside.sum()),
-        candidates=candidates,
+        triangles=found.triangles,
+        without_area=found.without_area,
+        parallel=found.parallel,
+        behind=found.behind,
+        outside=found.outside,
+        candidates=tuple(candidates.values()),
         winner=winner,
         color=winner.color if winner else reference.background(world),
         depth=depth,
@@ -290,17 +277,15 @@ def explain(
     )
 
 
-def _shown(
-    world: World, corners: Floats, n: Floats, C: Floats, r: Floats, t: Floats, hit_t: Floats
-) -> tuple[tuple[Candidate, ...], Candidate | None]:
-    """The triangles with full details, by t, and the closest hit among them."""
-    inside = np.isfinite(hit_t)
-    nearest = np.argsort(hit_t, kind="stable")[: min(HITS_SHOWN, inside.sum())]
-    misses = MISSES_SHOWN if len(nearest) else MISSES_SHOWN_WITHOUT_A_HIT
-    shown = np.concatenate([nearest, narrowest_misses(corners, t, (t >= 0) & ~inside, C, r)[:misses]])
-    shown = shown[np.lexsort([shown, t[shown]])]
-    candidates = {int(i): candidate(world, int(i), corners, n, C, r, t) for i in shown}
-    return tuple(candidates.values()), candidates[int(nearest[0])] if len(nearest) else None
+def _candidates(world: World, found: Tried, corners: Floats, C: Floats, r: Floats) -> dict[int, Candidate]:
+    """The details of the triangles that are shown, by their index; `corners` are theirs."""
+    ids, colors = world.triangle_ids()[found.shown], world.triangle_colors()[found.shown]
+    n = reference.normals(corners)
+    t = reference.plane_distances(n, corners[:, 0], C, r[None])[0]
+    return {
+        int(index): candidate(world, ids[i], colors[i], corners[i], n[i], C, r, float(t[i]))
+        for i, index in enumerate(found.shown)
+    }
 
 
 FIGURES = (".svg", ".png", ".pdf")
@@ -346,35 +331,33 @@ def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
     return column, row
 
 
-def narrowest_misses(
-    corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats
-) -> npt.NDArray[np.int64]:
-    """The triangles of `missed` nearest to the intersection of ray and plane, relative to their size."""
-    index = np.nonzero(missed)[0]
-    middle = corners[index].mean(axis=1)
-    f = C + t[index, None] * r
-    radius = reference.length(corners[index] - middle[:, None]).max(axis=1)
-    return index[np.argsort(reference.length(f - middle) / radius, kind="stable")]
-
-
-def candidate(world: World, i: int, corners: Floats, n: Floats, C: Floats, r: Floats, t: Floats) -> Candidate:
-    """The details of the `i`-th triangle."""
-    f = C + t[i] * r
-    found = reference.crossings(corners[i], n[i], f, reference.edge_tolerance(corners[i], n[i], C, r, f))
-    v1, v2, v3 = reference.edge_vectors(corners[i])
-    instance, triangle = (int(number) for number in world.triangle_ids()[i])
+def candidate(
+    world: World,
+    ids: npt.NDArray[np.int32],
+    color: npt.NDArray[np.float32],
+    corners: Floats,
+    n: Floats,
+    C: Floats,
+    r: Floats,
+    t: float,
+) -> Candidate:
+    """The details of a triangle: its ids (instance, triangle), its colour, and where the ray meets its plane."""
+    f = C + t * r
+    found = reference.crossings(corners, n, f, reference.edge_tolerance(corners, n, C, r, f))
+    v1, v2, v3 = reference.edge_vectors(corners)
+    instance, triangle = (int(number) for number in ids)
     return Candidate(
         instance=instance,
         triangle=triangle,
         object_name=world.objects[instance].name,
-        color=np.asarray(world.triangle_colors()[i], dtype=np.float64),
-        a=corners[i, 0],
-        b=corners[i, 1],
-        c=corners[i, 2],
-        n=n[i],
-        n_dot_a_minus_C=float(n[i] @ (corners[i, 0] - C)),
-        n_dot_r=float(n[i] @ r),
-        t=float(t[i]),
+        color=np.asarray(color, dtype=np.float64),
+        a=corners[0],
+        b=corners[1],
+        c=corners[2],
+        n=n,
+        n_dot_a_minus_C=float(n @ (corners[0] - C)),
+        n_dot_r=float(n @ r),
+        t=t,
         f=f,
         v1=v1,
         v2=v2,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -151,14 +150,13 @@ def _drawn(
     for line in lines:
         spread = np.linspace(0, 1, PIECES + 1)[:, None]
         pieces = [a + spread * (b - a) for a, b in zip(line.points[:-1], line.points[1:], strict=True)]
-        flat = [on_page(piece) for piece in pieces]
+        flat = on_page(np.concatenate(pieces)).reshape(len(pieces), PIECES + 1, 2)
+        shown = [_plain(run) for piece in flat for run in _runs(piece)]
         for color, wide in (("#ffffff", 4.0), (line.color, 1.8)):
-            for piece in flat:
-                for p, q in itertools.pairwise(piece):
-                    if np.isfinite(p).all() and np.isfinite(q).all():
-                        svg.line(p, q, color, wide)
-        visible = [p for piece in flat for p in piece if np.isfinite(p).all()]
-        if line.name and visible:
+            for run in shown:
+                svg.polyline(run.tolist(), color, wide)
+        visible = flat[np.isfinite(flat).all(axis=2)]
+        if line.name and len(visible):
             x, y = visible[-1]
             at_right = x > left + 0.7 * scale * width
             anchor = "end" if at_right else "start"
@@ -170,6 +168,22 @@ def _drawn(
         if np.isfinite(at).all():
             svg.dot(at, 5, RAY, "#ffffff")
             svg.text((at[0] + 8, at[1] + 16), name, 13, INK, bold=True, halo=True)
+
+
+def _runs(points: Floats) -> list[Floats]:
+    """The runs of two and more points of [n, 2] without a NaN between them."""
+    finite = np.isfinite(points).all(axis=1)
+    pieces = np.split(points, np.nonzero(~finite)[0])
+    pieces = [piece[np.isfinite(piece).all(axis=1)] for piece in pieces]
+    return [piece for piece in pieces if len(piece) > 1]
+
+
+def _plain(points: Floats) -> Floats:
+    """Points [n, 2] of a line, or its two ends where it is straight to a hundredth of a pixel."""
+    way = points[-1] - points[0]
+    away = points[1:-1] - points[0]
+    aside = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0])
+    return points[[0, -1]] if (aside <= 0.01 * np.hypot(*way)).all() else points
 
 
 def _veiled(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -7,15 +7,15 @@ enters are built.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import reference
 from ..reference.units import Bools, Floats
+from .all_triangles import BLOCK, Indices
 from .digits import number, vector
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ LEAF = 4
 """The triangles of a leaf at most."""
 SHOWN = 40
 """The boxes that the text lists."""
-
-Indices = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -77,21 +75,21 @@ class TreeSearch:
 
 def tree_search(explanation: Explanation) -> TreeSearch:
     """The search of an explained pixel's ray through all triangles of its world."""
-    corners = explanation.units.points(np.asarray(explanation.world.triangles(), np.float64))
-    lows, highs, middles = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
+    world_corners = np.asarray(explanation.world.triangles(), np.float64)
+    lows, highs, middles = _extents(world_corners, explanation.units.points)
     C, r = explanation.C, explanation.r
-    normals = reference.normals(corners)
     winner, closest = -1, np.inf
     boxes: list[Box] = []
     counts = {"boxes": 0, "skipped": 0, "triangles": 0}
 
     def bounds(members: Indices) -> tuple[Floats, Floats, float, float]:
-        low, high = lows[members].min(axis=0), highs[members].max(axis=0)
+        low = np.array([axis[members].min() for axis in lows])
+        high = np.array([axis[members].max() for axis in highs])
         counts["boxes"] += 1
         return low, high, *entered(low, high, C, r)
 
-    everything = np.arange(len(corners))
-    waiting = [(everything, 0, *bounds(everything))] if len(corners) else []
+    everything = np.arange(len(world_corners))
+    waiting = [(everything, 0, *bounds(everything))] if len(world_corners) else []
     while waiting:
         members, depth, low, high, enters, leaves = waiting.pop()
         if enters > leaves or enters > closest:
@@ -101,13 +99,14 @@ def tree_search(explanation: Explanation) -> TreeSearch:
         boxes.append(Box(low, high, depth, len(members), enters, leaves, is_leaf))
         if is_leaf:
             counts["triangles"] += len(members)
-            t = reference.hit_distances(corners[members], normals[members], C, r[None])[0]
+            corners = explanation.units.points(world_corners[members])
+            t = reference.hit_distances(corners, reference.normals(corners), C, r[None])[0]
             first = int(np.argmin(t))
             if t[first] < closest:
                 winner, closest = int(members[first]), float(t[first])
             continue
-        axis = int(np.argmax(np.ptp(middles[members], axis=0)))
-        order = np.argpartition(middles[members, axis], len(members) // 2)
+        places = [axis[members] for axis in middles]
+        order = np.argpartition(max(places, key=np.ptp), len(members) // 2)
         halves = (members[order[: len(members) // 2]], members[order[len(members) // 2 :]])
         children = [(half, depth + 1, *bounds(half)) for half in halves]
         waiting += sorted(children, key=lambda each: -each[4])  # the nearer one is opened first
@@ -116,10 +115,22 @@ def tree_search(explanation: Explanation) -> TreeSearch:
         counts["boxes"],
         int(counts["skipped"]),
         counts["triangles"],
-        len(corners),
+        len(world_corners),
         winner,
         closest,
     )
+
+
+def _extents(world_corners: Floats, points: Callable[[Floats], Floats]) -> Floats:
+    """The least and greatest coordinates of triangles [n, 3, 3] and their middles, [3, axis, n]."""
+    made = np.empty((3, 3, len(world_corners)))
+    for start in range(0, len(world_corners), BLOCK):
+        a, b, c = points(world_corners[start : start + BLOCK]).transpose(1, 2, 0)
+        some = slice(start, start + BLOCK)
+        made[0, :, some] = np.minimum(np.minimum(a, b), c)
+        made[1, :, some] = np.maximum(np.maximum(a, b), c)
+        made[2, :, some] = (a + b + c) / 3
+    return made
 
 
 def entered(low: Floats, high: Floats, C: Floats, r: Floats) -> tuple[float, float]:

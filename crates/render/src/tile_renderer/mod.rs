@@ -166,7 +166,8 @@ impl<'a> TileRenderer<'a> {
         let pays = |samples| self.world.geometry.flattening_pays(width * height * u64::from(samples));
         let is_flat = self.scene.is_single_level() && !self.world.geometry.scene.is_single_level();
         let same_scene = pays(samples) == is_flat || pays(planned) != is_flat;
-        same_scene && RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned)
+        let same_filter = || RayCone::for_pixel(self.camera, samples) == RayCone::for_pixel(self.camera, planned);
+        same_scene && (self.world.geometry.textures.is_empty() || same_filter())
     }
 
     /// True if a tile of this many samples goes on to the renderer's number: its samples are those of such a frame.
