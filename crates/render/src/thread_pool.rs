@@ -174,17 +174,12 @@ impl Workers {
 /// Lets another call that waits for this thread have its turn, in the middle of a part that may take seconds. The caller
 /// holds no lock that the other could want.
 pub(crate) fn give_turn() {
-    if !HAS_THREADS || CALLS.load(Ordering::Relaxed) < 2 {
-        return;
+    let waiting = WAITING.get();
+    if HAS_THREADS && CALLS.load(Ordering::Relaxed) > 1 && waiting < MOST_WAITING {
+        WAITING.set(waiting + 1);
+        rayon::yield_now();
+        WAITING.set(waiting);
     }
-    WAITING.with(|waiting| {
-        let others = waiting.get();
-        if others < MOST_WAITING {
-            waiting.set(others + 1);
-            rayon::yield_now();
-            waiting.set(others);
-        }
-    });
 }
 
 /// Threads that this process may use, read once: finding out opens files, which takes longer than a short query.

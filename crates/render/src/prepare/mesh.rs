@@ -121,9 +121,13 @@ impl PreparedMesh {
         let vertices = center_vertices(&mesh, center);
         let bvh =
             Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build { mesh: index, source })?;
-        Ok(Self {
+        Ok(Self::new(mesh, bvh.sah_cost(), bvh, [lower, upper, center]))
+    }
+
+    fn new(mesh: Arc<Mesh>, built_cost: f64, bvh: Bvh, [lower, upper, center]: [DVec3; 3]) -> Self {
+        Self {
             mesh,
-            built_cost: bvh.sah_cost(),
+            built_cost,
             bvh: Arc::new(bvh),
             lower,
             upper,
@@ -131,7 +135,7 @@ impl PreparedMesh {
             is_closed: OnceLock::new(),
             surface: OnceLock::new(),
             point_triangles: OnceLock::new(),
-        })
+        }
     }
 
     /// Result of [`is_watertight`]. Computed outside of the cell: threads must not wait for it.
@@ -170,17 +174,8 @@ impl PreparedMesh {
         let center = rounded_center(lower, upper);
         let mut bvh = Bvh::clone(&self.bvh);
         bvh.refit(&center_vertices(mesh, center), &mesh.triangles).ok()?;
-        (bvh.sah_cost() <= MAX_REFIT_COST_RATIO * self.built_cost).then(|| Self {
-            mesh: mesh.clone(),
-            built_cost: self.built_cost,
-            bvh: Arc::new(bvh),
-            lower,
-            upper,
-            center,
-            is_closed: OnceLock::new(),
-            surface: OnceLock::new(),
-            point_triangles: OnceLock::new(),
-        })
+        (bvh.sah_cost() <= MAX_REFIT_COST_RATIO * self.built_cost)
+            .then(|| Self::new(mesh.clone(), self.built_cost, bvh, [lower, upper, center]))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::model::AssetLoader;
 use crate::schema::build_failure::BuildFailure;
 use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
-use crate::schema::material_keys::MATERIAL_KEYS;
+use crate::schema::material_keys::has_material_keys;
 use crate::schema::shorthand::{Category, Splat};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
@@ -79,7 +79,7 @@ impl ObjectSpec {
                 let id = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
                 let Object { mesh, materials, category: theirs, .. } = world.objects[id].clone();
                 category = category.or(theirs);
-                let changed = !keys.given(&MATERIAL_KEYS).is_empty();
+                let changed = has_material_keys(&keys);
                 let materials = match changed {
                     true => self.materials_of_instance(mesh, &materials, &keys, &name, world, files)?,
                     false => materials,

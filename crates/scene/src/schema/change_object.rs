@@ -13,7 +13,7 @@ use crate::schema::build_failure::BuildFailure;
 use crate::schema::build_object::{GEOMETRY, PLACEMENT, SHAPES};
 use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
-use crate::schema::material_keys::MATERIAL_KEYS;
+use crate::schema::material_keys::has_material_keys;
 use crate::schema::shorthand::Category;
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
@@ -248,7 +248,7 @@ impl ObjectSpec {
         files: &mut F,
     ) -> Result<Option<ChangedMaterials>, BuildFailure<F::Error>> {
         let colored = !keys.given(&["face_colors", "vertex_colors"]).is_empty();
-        if keys.given(&MATERIAL_KEYS).is_empty() && !colored {
+        if !has_material_keys(keys) && !colored {
             return Ok(None);
         }
         let (textures, bindings) = self.read_textures(mesh, world.textures.len(), files)?;

@@ -11,43 +11,9 @@ use crate::schema::shorthand::{Color, Splat};
 use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
-/// The keys that change a material.
-pub(crate) const MATERIAL_KEYS: [&str; 33] = [
-    "type",
-    "color",
-    "texture",
-    "textures",
-    "wrap",
-    "diffuse",
-    "specular",
-    "shininess",
-    "emission",
-    "opacity",
-    "alpha",
-    "metal",
-    "roughness",
-    "ior",
-    "thin",
-    "dispersion",
-    "attenuation_color",
-    "attenuation_distance",
-    "priority",
-    "metallic",
-    "specular_color",
-    "transmission",
-    "clearcoat",
-    "clearcoat_roughness",
-    "sheen_color",
-    "sheen_roughness",
-    "iridescence",
-    "iridescence_ior",
-    "iridescence_thickness",
-    "anisotropy",
-    "anisotropy_rotation",
-    "diffuse_transmission",
-    "diffuse_transmission_color",
-];
-
+/// The keys of several types of materials.
+const COMMON_KEYS: [&str; 10] =
+    ["type", "color", "texture", "textures", "wrap", "specular", "emission", "opacity", "alpha", "roughness"];
 /// The keys that the lecture's material alone has, and those of metal, of glass and of principled.
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
@@ -68,6 +34,12 @@ const PRINCIPLED_KEYS: [&str; 14] = [
     "diffuse_transmission",
     "diffuse_transmission_color",
 ];
+
+/// True if a key is given that changes a material.
+pub(crate) fn has_material_keys(keys: &Keys<KEYS>) -> bool {
+    let all = [&COMMON_KEYS[..], &PHONG_KEYS, &METAL_KEYS, &GLASS_KEYS, &PRINCIPLED_KEYS];
+    all.into_iter().any(|some| !keys.given(some).is_empty())
+}
 
 impl ObjectSpec {
     /// Checks that the material keys go together and that their values make sense, where a file or an object `has_material`

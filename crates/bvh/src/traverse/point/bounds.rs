@@ -36,10 +36,9 @@ impl Sphere {
     /// The sphere around a point; everything is near to a point that is too far away.
     pub fn new(center: [f32; 3], error: f32, condition: f32) -> Sphere {
         let reach = center.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
-        if reach <= MAX_POINT && error <= MAX_POINT {
-            return Sphere { center, error, radius: f32::MAX, condition };
-        }
-        Sphere { center: [0.0; 3], error: f32::MAX, radius: f32::MAX, condition }
+        let is_known = reach <= MAX_POINT && error <= MAX_POINT;
+        let (center, error) = if is_known { (center, error) } else { ([0.0; 3], f32::MAX) };
+        Sphere { center, error, radius: f32::MAX, condition }
     }
 
     /// The greatest squared float32 distance of a box that may be near. Finite: unused children are infinitely far away.
