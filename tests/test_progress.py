@@ -6,6 +6,13 @@ import pytest
 from raycam import progress
 
 
+def on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes stderr a terminal on which even short work is drawn, at once."""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setattr(progress, "SHOW_AFTER_SECONDS", 0.0)
+    monkeypatch.setattr(progress, "DRAW_AFTER_SECONDS", 0.0)
+
+
 def test_it_is_silent_away_from_a_terminal(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -20,9 +27,7 @@ def test_it_is_silent_away_from_a_terminal(
 def test_it_shows_long_work_on_a_terminal(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    monkeypatch.setattr(progress, "SHOW_AFTER_SECONDS", 0.0)
-    monkeypatch.setattr(progress, "DRAW_AFTER_SECONDS", 0.0)
+    on_a_terminal(monkeypatch)
     with progress.bar("rendering") as tell:
         for i in range(5):
             tell(i, 4)
@@ -45,9 +50,7 @@ def test_short_work_shows_nothing(capfd: pytest.CaptureFixture[str], monkeypatch
 def test_frames_tell_their_rate_and_failures(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    monkeypatch.setattr(progress, "SHOW_AFTER_SECONDS", 0.0)
-    monkeypatch.setattr(progress, "DRAW_AFTER_SECONDS", 0.0)
+    on_a_terminal(monkeypatch)
     monkeypatch.setenv("COLUMNS", "100")
     clock = iter(range(0, 1000, 10))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))

@@ -16,9 +16,9 @@ SHOWN = True
 LINE_AFTER_SECONDS = 20.0
 """The time between two lines of progress where there is no terminal: in a pipe, a log or a notebook."""
 DRAW_AFTER_SECONDS = 0.1
-"""The time between two pictures of a bar."""
+"""The time between two drawings of a bar."""
 BAR_WIDTH = 30
-"""The letters of a bar."""
+"""The characters of a bar."""
 
 
 @contextmanager
@@ -47,19 +47,14 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
 
     Without a terminal, a line tells them every `LINE_AFTER_SECONDS`.
     """
-    start = time.monotonic()
     drawn = _Bar(title)
     lines = _Lines(title, what)
-    first: int | None = None
 
     def progress(done: int, total: int, failed: int) -> None:
-        nonlocal first
         ended = done + failed
-        first = ended if first is None else first
         lines.print_progress(ended, total)
-        rate = (ended - first) / max(time.monotonic() - start, 1e-9)
         failures = f"  {failed} failed" if failed else ""
-        drawn.draw(ended, total, f"{ended}/{total} {what}  {rate:.3g}/s{failures}")
+        drawn.draw(ended, total, f"{ended}/{total} {what}  {drawn.rate(ended):.3g}/s{failures}")
 
     try:
         yield progress
@@ -80,10 +75,15 @@ class _Bar:
         self._last: float | None = None
         self._width = 0
 
-    def draw(self, done: int, total: int, text: str) -> None:
-        """Draws the bar, with a text behind it, if the work is long and the last picture is not new."""
-        now = time.monotonic()
+    def rate(self, done: int) -> float:
+        """How much was done a second since the bar began; what was done before does not count."""
         self._begun = done if self._begun is None else self._begun
+        return (done - self._begun) / max(time.monotonic() - self._start, 1e-9)
+
+    def draw(self, done: int, total: int, text: str) -> None:
+        """Draws the bar, with a text behind it, if the work is long and was last drawn some time ago."""
+        now = time.monotonic()
+        rate = self.rate(done)
         if not SHOWN or not sys.stderr.isatty() or total <= 0:
             return
         if self._last is None and (done >= total or now - self._start <= SHOW_AFTER_SECONDS):
@@ -93,8 +93,7 @@ class _Bar:
         self._last = now
         full = BAR_WIDTH * min(done, total) // total
         drawn = "=" * full + (">" if full < BAR_WIDTH else "")
-        since = done - self._begun
-        left = _clock((now - self._start) * (total - done) / since) if since > 0 else "-:--:--"
+        left = _clock((total - done) / rate) if rate > 0 else "-:--:--"
         self._write(f"{self._title} [{drawn:{BAR_WIDTH}}] {text}  {left}")
 
     def clear(self) -> None:

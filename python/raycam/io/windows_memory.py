@@ -17,6 +17,7 @@ def limit_and_used() -> tuple[int, int]:
     class MemoryStatus(ctypes.Structure):
         """MEMORYSTATUSEX."""
 
+        # Fields that nobody reads are letters.
         _fields_ = [
             ("length", ctypes.c_ulong),
             ("load", ctypes.c_ulong),

@@ -194,8 +194,7 @@ fn norm(m: &[[f64; 4]; 3]) -> f64 {
 /// the largest eigenvalue is the square of that factor. Exact for turns with one scale.
 fn length_scale(m: &[[f64; 4]; 3]) -> f64 {
     let product = |i: usize, j: usize| m.iter().map(|row| row[i] * row[j]).sum::<f64>();
-    let row_sum = |i: usize| (0..3).map(|j| product(i, j).abs()).sum::<f64>();
-    (0..3).map(row_sum).fold(0.0, f64::max).sqrt()
+    norm(&[0, 1, 2].map(|i| [product(i, 0), product(i, 1), product(i, 2), 0.0])).sqrt()
 }
 
 /// The AABB of an instance in the scene; `None` for an empty mesh.

@@ -69,9 +69,9 @@ fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32
     gap.mul(gap)
 }
 
-/// Bit i: triangle i of the leaf may be near. If all triangles count, none is near that is surely farther than another.
+/// Bit i: triangle i of the leaf may be near. Unless a filter may refuse the nearest, none is that is surely farther than it.
 #[inline(always)]
-pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, all_count: bool) -> u32 {
+pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: bool) -> u32 {
     // Without closures, whose code would lack the instruction set.
     let [x, y, z] = sphere.center;
     let x = vertices_minus::<I>(leaf, 0, x);
@@ -91,7 +91,7 @@ pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, all_count: bool)
     let used = (1u32 << leaf.count) - 1;
     let coordinate_error = 4.0 * sphere.error * unit;
     let mut radius = sphere.radius * unit + coordinate_error;
-    if all_count {
+    if is_unfiltered {
         let nearest = least_upper_bound::<I>(squared, error, used) + coordinate_error;
         radius = radius.min(nearest * sphere.condition * (1.0 + SQUARE_ERROR) + coordinate_error);
     }
