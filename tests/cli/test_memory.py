@@ -5,14 +5,14 @@ import sys
 
 PROGRAM = """
 import ctypes, sys
-from raycam.cli.view import _give_memory_back
+from raycam.io.system_calls import give_memory_back
 
 class Counts(ctypes.Structure):
     _fields_ = [(name, ctypes.c_size_t) for name in "arena ordblks smblks hblks hblkhd".split()]
     _fields_ += [(f"rest{number}", ctypes.c_size_t) for number in range(5)]
 
 library = ctypes.CDLL(None)
-asked = _give_memory_back() if "with" in sys.argv else False
+asked = give_memory_back() if "with" in sys.argv else False
 bytearray(24 << 20)  # freed at once, which raises the bound of blocks that are mapped
 before = library.mallinfo2
 before.restype = Counts

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import ctypes
 import ipaddress
-import sys
 from pathlib import Path
 from typing import Any
 
 from ..errors import SettingsError
+from ..io.system_calls import give_memory_back
 from ._options import Command, add_camera, load_world, print_notice, view
-
-TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # options of mallopt, malloc.h
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -78,7 +75,7 @@ def _view_world(options: argparse.Namespace) -> None:
     from ..viewer.viewer import Viewer, open_browser
 
     _check_host(options)
-    _give_memory_back()
+    give_memory_back()
     world = load_world(options)
     with Viewer(
         world,
@@ -100,18 +97,6 @@ def _view_world(options: argparse.Namespace) -> None:
             port = viewer.url.split("/#")[0].rsplit(":", 1)[1]
             print_notice(f"from another machine: ssh -L {port}:127.0.0.1:{port} HOST, then the same address")
         viewer.wait(exit_when_closed=options.exit_when_closed)
-
-
-def _give_memory_back() -> bool:
-    """Has the C library return freed blocks to the system; False if it is not glibc, and nothing is done.
-
-    Without it each thread keeps up to 64 MiB of what it freed, because a large block that is freed once raises both
-    bounds. Large enough that the planes of moving pictures stay where they are.
-    """
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
-    if mallopt is None:
-        return False
-    return all([mallopt(MMAP_THRESHOLD, 4 << 20) == 1, mallopt(TRIM_THRESHOLD, 8 << 20) == 1])
 
 
 def _check_host(options: argparse.Namespace) -> None:
