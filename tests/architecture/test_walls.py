@@ -18,6 +18,7 @@ RULES: list[Callable[[Path], list[str]]] = [
     walls.python_outside_bindings,
     walls.oracle_that_shares,
     walls.unknown_python_packages,
+    walls.undeclared_python_packages,
     walls.compat_that_reaches_in,
 ]
 
@@ -43,6 +44,9 @@ def broken_house(tmp_path: Path) -> Path:
     write(
         "python/raycam/reference/__init__.py", '"""Text."""\nfrom .. import _core\nfrom raycam import world\n'
     )
+    manifest = '[project]\ndependencies = ["numpy"]\n[project.optional-dependencies]\n[dependency-groups]\ntest = []\n'
+    write("pyproject.toml", manifest)
+    write("tests/architecture/test_a.py", "import numpy\nimport pygments\n")
     write("python/raycam/compat/other.py", "from raycam.world import World\n")
     return tmp_path
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 from .python_imports import imported_packages
@@ -146,4 +147,27 @@ def compat_that_reaches_in(root: Path) -> list[str]:
                 offences.append(f"{path.relative_to(root)} imports {name}; expected names of raycam itself")
             if not inside and re.search(r"(^|\.)compat\b", name):
                 offences.append(f"{path.relative_to(root)} imports {name}, which is for users alone")
+    return offences
+
+
+def undeclared_python_packages(root: Path) -> list[str]:
+    """Imports by the tests of what no line of pyproject.toml installs: another package may stop bringing it."""
+    manifest = tomllib.loads(text_of(root / "pyproject.toml"))
+    project = manifest["project"]
+    lines = [*project["dependencies"], *manifest["dependency-groups"]["test"]]
+    lines += [line for extra in project["optional-dependencies"].values() for line in extra]
+    declared = {re.split(r"[^\w.-]", line, maxsplit=1)[0].lower() for line in lines}
+    installed = packages_distributions()
+    beside = [
+        path for folder in ("tests", "tests/architecture", "docs") for path in (root / folder).glob("*")
+    ]
+    known = {path.stem for path in beside} | {"raycam", "tests"} | set(sys.stdlib_module_names)
+    offences = []
+    for path in sorted((root / "tests").rglob("*.py")):
+        for name in sorted(imported_packages(path) - known):
+            distributions = {found.lower() for found in installed.get(name, [name])}
+            if not name.startswith(".") and not distributions & declared:
+                offences.append(
+                    f"{path.relative_to(root)} imports {name}, which pyproject.toml does not install"
+                )
     return offences
