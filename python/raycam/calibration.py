@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from . import _core
-from .arrays import size_of
+from .arguments import size_of, word
 from .camera import Camera
 from .camera._arguments import Model, Size, Up
 from .errors import CameraError, FormatError, SettingsError, nearest
@@ -197,7 +197,7 @@ def load_cameras(
         raise SettingsError(f"path must be the path of a calibration, not {type(path).__name__}")
     pair = None if size is None else size_of(size, error=CameraError)
     if not isinstance(intrinsics, Camera | None):
-        raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
+        raise SettingsError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
     core = None if intrinsics is None else intrinsics._core
     convention = None
     if direction is not None or axes is not None:
@@ -234,7 +234,7 @@ def save_cameras(
     written; `OSError`.
     """
     if not isinstance(cameras, Camera | Mapping):
-        raise TypeError(
+        raise SettingsError(
             f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}"
         )
     images, times = dict(images or {}), dict(times or {})
@@ -258,13 +258,17 @@ def save_cameras(
             records.append(record)
             continue
         item = given[name]
+        if not isinstance(item, Camera | Rig):
+            raise SettingsError(f"cameras[{name!r}] must be a Camera or a Rig, not {type(item).__name__}")
         if isinstance(item, Rig):
             for own, camera in item.items():
                 add(f"{name}/{own}", camera, (item._core, name, own))
         else:
             add(name, item)
-    files, notices = _core.write_cameras(records, os.fspath(path), format)
-    folder = Path(path)
+    files, notices = _core.write_cameras(
+        records, os.fsdecode(path), word("format", format, error=FormatError)
+    )
+    folder = Path(os.fsdecode(path))
     if any(name for name, _ in files):
         folder.mkdir(parents=True, exist_ok=True)
     for name, data in files:

@@ -51,11 +51,11 @@ class SettingsError(Error, ValueError):
     """Invalid settings or arrays."""
 
 
-def nearest(what: str, given: str, valid: list[str]) -> str:
+def nearest(what: str, given: object, valid: list[str]) -> str:
     """The message for an unknown name: the nearest valid name, and all valid names."""
     import difflib
 
     names = {name.lower(): name for name in valid}
-    close = difflib.get_close_matches(given.lower(), names, n=1)
+    close = difflib.get_close_matches(str(given).lower(), names, n=1)
     guess = f"; did you mean {names[close[0]]!r}?" if close else ""
     return f"unknown {what} {given!r}{guess} (there are: {', '.join(valid) or 'none'})"

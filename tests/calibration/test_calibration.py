@@ -73,11 +73,11 @@ def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cameras", ["opencv", [1], None])
 def test_what_are_no_cameras_is_said(tmp_path: Path, cameras: Any) -> None:
     with pytest.raises(
-        TypeError, match=r"cameras must be a Camera, a Rig or a mapping.*, not (str|list|NoneType)"
+        raycam.SettingsError, match=r"cameras must be a Camera, a Rig or a mapping.*, not (str|list|NoneType)"
     ):
         raycam.save_cameras(tmp_path / "a.yaml", cameras, "opencv")
     if cameras is not None:
-        with pytest.raises(TypeError, match=r"intrinsics must be a Camera, not (str|list)"):
+        with pytest.raises(raycam.SettingsError, match=r"intrinsics must be a Camera, not (str|list)"):
             raycam.load_cameras(tmp_path / "poses.tum", intrinsics=cameras)
 
 

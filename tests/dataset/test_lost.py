@@ -132,7 +132,7 @@ def test_every_set_says_which_view_is_of_which_image(tmp_path: Path, format: str
 def test_no_digit_depends_on_the_kernel_of_blas() -> None:
     script = """
 import numpy as np
-from raycam.arrays import lengths, product
+from raycam.arguments import lengths, product
 rng = np.random.default_rng(1)
 numbers = [product(rng.normal(size=(50, 3)), rng.normal(size=(3, 3))), lengths(rng.normal(size=(50, 3)))]
 from raycam.randomize import views

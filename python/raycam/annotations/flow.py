@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import product, thread_count
+from ..arguments import product, thread_count
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import CameraError
@@ -87,18 +87,16 @@ def disparity(
     world = world_of(world)
     if isinstance(left, str) and left in world.rigs:
         left = world.rigs[left]
-    if isinstance(left, str | os.PathLike):
-        left = camera_of(world, left)
-    if isinstance(right, str | os.PathLike):
-        right = camera_of(world, right)
-    if not isinstance(left, Camera):
+    if hasattr(left, "pair"):
         if right is not None:
             raise CameraError("a rig has both cameras of the pair: give the rig alone, or two cameras")
-        rig, names = left, left.pair()
-        left, right = rig[names[0]], rig[names[1]]
+        rig: Any = left
+        left, right = (rig[name] for name in rig.pair())
+    left = camera_of(world, left)
     if right is None:
         raise CameraError("the right camera of the pair is missing")
-    if of not in ("left", "right"):
+    right = camera_of(world, right)
+    if not isinstance(of, str) or of not in ("left", "right"):
         raise CameraError(f'of is {of!r}; expected "left" or "right", the camera that sees it')
     check_rectified(left, right)
     first, second = (left, right) if of == "left" else (right, left)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, floats, thread_count, whole
+from ..arguments import Bools, Floats, floats, real, thread_count, wholes
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
@@ -70,7 +70,7 @@ def keypoints(
             "triangles need objects, one for each: a triangle has its number in its object's mesh"
         )
     numbers = {
-        name: None if given is None else [whole(name, number, 0, (1 << 31) - 1) for number in given]
+        name: None if given is None else wholes(name, given, 0, (1 << 31) - 1)
         for name, given in (("objects", objects), ("triangles", triangles))
     }
     for name, given in numbers.items():
@@ -81,7 +81,7 @@ def keypoints(
         places,
         numbers["objects"],
         numbers["triangles"],
-        tolerance,
+        real("tolerance", tolerance, 0.0, what="a part of the distance"),
         thread_count(threads),
     )
     return Keypoints(**found, visible=found["in_picture"] & (found["occluder"] == -1))

@@ -11,12 +11,23 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, product, thread_count, whole
+from ..arguments import (
+    Bools,
+    Floats,
+    numbers,
+    one_of,
+    product,
+    several,
+    thread_count,
+    whole,
+    wholes,
+)
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
-from ..errors import SettingsError, nearest
+from ..errors import SettingsError
 from ..render import render
 from ..world import World
+from ..world.parts import Object
 
 __all__ = ["Box3D", "Label", "box3d", "label"]
 
@@ -124,7 +135,7 @@ def label(
     world: World | str | os.PathLike[str],
     camera: Camera | str | os.PathLike[str] | None = None,
     *,
-    objects: Sequence[int] | None = None,
+    objects: Sequence[int | str] | None = None,
     instance: npt.NDArray[np.int32] | None = None,
     margin: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -148,25 +159,23 @@ def label(
     wanted = (
         [item.id for item in known if not item.shadow_catcher]
         if objects is None
-        else [whole("object", i, 0, len(known) - 1) for i in objects]
+        else [_number(known, one) for one in several("objects", objects, "ids or names")]
     )
     width, height = camera.size
     if instance is None:
         instance = render(world, camera, integrator="flat", samples=1, channels="instance", threads=threads)[
             "instance"
         ]
-    elif instance.shape != (height, width):
+    instance = numbers("instance", instance)
+    if instance.shape != (height, width) or instance.dtype.kind not in "iu":
         raise SettingsError(
-            f"instance has the shape {list(instance.shape)}, expected {[height, width]}: that of the camera's picture"
+            f"instance has the shape {list(instance.shape)} and the dtype {instance.dtype}; expected whole numbers "
+            f"{[height, width]}, as the camera's picture"
         )
-    space = (
-        (width, height)
-        if margin is None
-        else (whole("margin", margin[0], 0, 1 << 16), whole("margin", margin[1], 0, 1 << 16))
-    )
+    columns, rows = (width, height) if margin is None else wholes("margin", margin, 0, 1 << 16, count=2)
     found = []
     for number, (x, y, w, h), amodal in _core.silhouettes(
-        world._core, camera._core, wanted, space, thread_count(threads)
+        world._core, camera._core, wanted, (columns, rows), thread_count(threads)
     ):
         visible = np.zeros_like(amodal)
         left, top, right, bottom = max(x, 0), max(y, 0), min(x + w, width), min(y + h, height)
@@ -190,6 +199,14 @@ def label(
     return found
 
 
+def _number(known: Sequence[Object], which: int | str) -> int:
+    """The id of an object, given by its id or its name; raises `SettingsError` for an unknown one."""
+    if isinstance(which, str):
+        names = {item.name: item.id for item in known}
+        return names[one_of("object", which, list(names))]
+    return whole("object", which, 0, len(known) - 1)
+
+
 def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
     """The oriented box around an object of the world, by its id or its name.
 
@@ -198,10 +215,5 @@ def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
     Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
     """
     world = world_of(world)
-    if isinstance(number, str):
-        names = {item.name: item.id for item in world.objects}
-        if number not in names:
-            raise SettingsError(nearest("object", number, list(names)))
-        number = names[number]
-    rotation, center, size = _core.oriented_box(world._core, whole("object", number, 0, 1 << 31))
+    rotation, center, size = _core.oriented_box(world._core, _number(world.objects, number))
     return Box3D(np.array(rotation), np.array(center), np.array(size))

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Floats, floats, whole
+from ..arguments import Floats, floats, whole
 from ..camera import Camera
 from ..doctor import processor
 from ..errors import SettingsError, nearest

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, whole
+from ..arguments import Floats, whole
 from ..errors import SettingsError, nearest
 
 __all__ = ["SCENES", "BenchScene", "generate"]

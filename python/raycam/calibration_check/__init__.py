@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, whole
+from ..arguments import Floats, whole
 from ..camera import Camera
 from ..camera._arguments import Size
 from ..camera.asked import only_camera

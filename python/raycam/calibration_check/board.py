@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats
+from ..arguments import Floats
 from ..camera import Camera
 from ..errors import SettingsError
 from ..world import World

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._serialization import DictSerializable
-from ..arrays import Bools, Floats, floats
+from ..arguments import Bools, Floats, floats
 from ..errors import CameraError
 from ..io.html_form import html_table
 from ..notices import understands

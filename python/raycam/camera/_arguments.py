@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Floats, floats, size_of
-from ..errors import CameraError, nearest
+from ..arguments import Floats, floats, one_of, size_of
+from ..errors import CameraError
 
 PixelCenter = Literal["integer", "half"]
 Up = Literal["z", "y"]
@@ -52,7 +52,7 @@ def either_order(constructor: Constructor) -> Constructor:
 def make(constructor: str, *args: Any) -> _core.Camera:
     """Makes a core camera by the name of its constructor, "" for the class."""
     *numbers, size, pixel_center = args
-    if pixel_center not in ("integer", "half"):
+    if not isinstance(pixel_center, str) or pixel_center not in ("integer", "half"):
         raise CameraError(
             f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
             'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
@@ -64,8 +64,7 @@ def make(constructor: str, *args: Any) -> _core.Camera:
 
 def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
     """The lens of a constructor's arguments; None for a pinhole."""
-    if model not in PANORAMAS:
-        raise CameraError(nearest("lens model", model, list(PANORAMAS)))
+    one_of("lens model", model, list(PANORAMAS), error=CameraError)
     if distortion is None:
         if PANORAMAS[model]:
             return model, []
@@ -95,10 +94,8 @@ def number(name: str, value: float) -> float:
 
 def checked_up(up: str) -> Up:
     """Returns the checked name of the up axis."""
-    if up == "z":
-        return "z"
-    if up == "y":
-        return "y"
+    if isinstance(up, str) and up in ("y", "z"):
+        return "y" if up == "y" else "z"
     raise CameraError(f'up is {up!r}; expected "z" or "y"')
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Floats, floats, lengths, product, size_of
-from ..errors import CameraError, nearest
+from ..arguments import Floats, floats, lengths, one_of, product, size_of, word
+from ..errors import CameraError
 from ..notices import understands
 from ._arguments import (
     Lens,
@@ -286,12 +286,8 @@ class Constructors:
         "camera_from_world" (COLMAP). `axes` are as in `from_transform`. Neither has a default: a wrong guess is silent.
         Raises `CameraError` for a length that differs from 1 by more than 1e-3.
         """
-        if order not in ("wxyz", "xyzw"):
-            raise CameraError(f'order is {order!r}; expected "wxyz" or "xyzw"')
-        if direction not in ("world_from_camera", "camera_from_world"):
-            raise CameraError(
-                f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"'
-            )
+        one_of("order", order, ("wxyz", "xyzw"), error=CameraError)
+        one_of("direction", direction, ("world_from_camera", "camera_from_world"), error=CameraError)
         q = floats("quaternion", quaternion, (4,), error=CameraError)
         length = float(lengths(q))
         if abs(length - 1.0) > 1e-3:
@@ -321,9 +317,7 @@ class Constructors:
         up: Up,
     ) -> Self:
         """A camera from a pose in a direction, between the world and a camera with some axes."""
-        if axes not in OPENCV_FROM:
-            raise CameraError(nearest("axes", axes, list(OPENCV_FROM)))
-        opencv_from_axes = OPENCV_FROM[axes]
+        opencv_from_axes = OPENCV_FROM[one_of("axes", axes, list(OPENCV_FROM), error=CameraError)]
         if direction == "world_from_camera":
             R, C = product(opencv_from_axes, rotation.T), translation
         else:
@@ -355,7 +349,7 @@ class Constructors:
         """
         values = np.ravel(floats("params", params, ("n",), error=CameraError)).tolist()
         pose = (matrix("R", R).tolist(), vector("t", t))
-        made = make("from_colmap", model, values, *pose, size, pixel_center)
+        made = make("from_colmap", word("model", model, error=CameraError), values, *pose, size, pixel_center)
         return cls._of(made, up)
 
     @classmethod

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, product, size_of
+from ..arguments import Floats, one_of, product, real, size_of
 from ..errors import CameraError
 from ._arguments import Model, PixelCenter, Size, Up, lens_of, matrix, number, vector
 from ._background import Background
+from .asked import only_camera
 
 if TYPE_CHECKING:
     from . import Camera
@@ -58,9 +59,9 @@ class Copies:
             )
             camera = camera.at_pose(*pose)
         table = camera.to_dict()
+        if pixel_center is not None:
+            one_of("pixel_center", pixel_center, ("integer", "half"), error=CameraError)
         if pixel_center is not None and pixel_center != camera.pixel_center:
-            if pixel_center not in ("integer", "half"):
-                raise CameraError(f'pixel_center is {pixel_center!r}; expected "integer" or "half"')
             table["pixel_center"] = pixel_center
             if K is None:
                 _require_k(table)
@@ -75,10 +76,10 @@ class Copies:
             distortion = camera.distortion
         if distortion is not None or model is not None:
             named: Model = "opencv" if camera.model == "pinhole" else camera.model
-            lens = lens_of(distortion, model or named)
+            lens = lens_of(distortion, named if model is None else model)
             if lens is not None:
                 table["lens"], table["distortion"] = lens
-        made: Camera = camera.from_dict(table, up=up or camera.up)
+        made: Camera = camera.from_dict(table, up=camera.up if up is None else up)
         return made
 
     def pinhole(self) -> Camera:
@@ -101,10 +102,14 @@ class Copies:
         The part may reach beyond the picture. Raises `CameraError` unless all are whole numbers.
         """
         camera: Any = self
-        for name, value in (("x", x), ("y", y)):
-            if int(value) != value:
+        left, top = (
+            real(name, value, what="a column or row", error=CameraError)
+            for name, value in (("x", x), ("y", y))
+        )
+        for name, value in (("x", left), ("y", top)):
+            if not value.is_integer():
                 raise CameraError(f"{name} is {value}; expected a whole number of pixels")
-        shift = np.array([[1.0, 0.0, -float(x)], [0.0, 1.0, -float(y)], [0.0, 0.0, 1.0]])
+        shift = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
         new = size_of((width, height), error=CameraError)
         return self._with_intrinsics(product(shift, camera.K), new)
 
@@ -162,6 +167,7 @@ class Copies:
         does not see it. Raises `CameraError` unless both cameras stand at the same place.
         """
         camera: Any = self
+        source = only_camera(source)
         if camera.is_parallel or source.is_parallel or not np.allclose(camera.C, source.C, rtol=0, atol=1e-9):
             raise CameraError("a map between pictures is of two cameras at one place")
         origins, directions = camera.rays()

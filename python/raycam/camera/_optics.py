@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
 import numpy.typing as npt
 
-from ..arrays import floats
+from ..arguments import flag, floats
 from ..errors import CameraError
 from ._arguments import number
+from .asked import only_camera
 
 if TYPE_CHECKING:
     from . import Camera
@@ -82,8 +82,8 @@ class Optics:
         The colour is multiplied by 1 + a r² + b r⁴ + ... with the coefficients `polynomial`, where r is the distance
         from the principal point in focal lengths, and by cos⁴ of the angle to the principal axis if `cos4`.
         """
-        terms = floats("polynomial", np.asarray(polynomial, dtype=float), ("n",), error=CameraError).tolist()
-        return self._changed(vignetting={"cos4": cos4, "polynomial": terms})
+        terms = floats("polynomial", polynomial, ("n",), error=CameraError).tolist()
+        return self._changed(vignetting={"cos4": flag("cos4", cos4, error=CameraError), "polynomial": terms})
 
     def moving(
         self,
@@ -109,8 +109,10 @@ class Optics:
             "readout": number("readout", readout),
             "direction": direction,
         }
-        if isinstance(to, Sequence):
-            shutter["track"] = [{"time": number("time", time), "pose": _pose(camera)} for time, camera in to]
+        if isinstance(to, Sequence) and not isinstance(to, str | bytes):
+            shutter["track"] = [
+                {"time": number("time", time), "pose": _pose(camera)} for time, camera in map(_moment, to)
+            ]
             nowhere = dict.fromkeys(("R", "C", "matrix"))
             return self.still()._changed(**self._as_pose({}), **nowhere, shutter=shutter)
         shutter["end"] = _pose(to)
@@ -137,5 +139,15 @@ class Optics:
         return self._changed(shutter=None, **self._as_pose(_pose(self)))
 
 
+def _moment(given: Any) -> tuple[float, Camera]:
+    """A time and a camera of a track."""
+    try:
+        time, camera = given
+    except (TypeError, ValueError):
+        raise CameraError(f"a track is a list of (seconds, camera), not of {given!r}") from None
+    return time, camera
+
+
 def _pose(camera: Any) -> dict[str, Any]:
+    camera = only_camera(camera)
     return {"R": camera.R.tolist(), "C": camera.location.tolist()}

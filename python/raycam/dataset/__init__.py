@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import whole
+from ..arguments import whole
 from ..calibration import Cameras
 from ..camera import Camera
 from ..camera.asked import UNPOSED, is_unposed_within, world_of

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from ..annotations.labels import Label, Region
-from ..arrays import product
+from ..arguments import product
 from ..camera import Camera
 from ..errors import CameraError
 from .bop_models import MILLIMETRES, ModelCatalogue, models, scene

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..annotations.labels import box3d
-from ..arrays import Floats, lengths, product
+from ..arguments import Floats, lengths, product
 from .per_world import part, world_count
 from .plan import Plan, Record
 

@@ -11,7 +11,7 @@ import numpy as np
 from .. import _core
 from ..annotations.keypoints import keypoints
 from ..annotations.labels import Label
-from ..arrays import Bools
+from ..arguments import Bools
 from ..errors import SettingsError
 from .plan import Format, Index, Made, Plan, Record, Shot
 

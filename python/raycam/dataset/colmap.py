@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..annotations.keypoints import keypoints
-from ..arrays import Floats, product
+from ..arguments import Floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
 from . import colmap_rigs

@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..arrays import product
+from ..arguments import product
 from ..camera import Camera
 from ..errors import CameraError
 from .plan import Index, Plan, matrix_text

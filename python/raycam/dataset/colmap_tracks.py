@@ -8,7 +8,7 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Bools
+from ..arguments import Bools
 
 __all__ = ["Tracks"]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Bools
+from ..arguments import Bools
 from ..errors import SettingsError
 from .plan import Record
 

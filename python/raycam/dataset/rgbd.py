@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..arrays import Floats, lengths
+from ..arguments import Floats, lengths
 from ..errors import CameraError, SettingsError
 from .lost import check_depth_scale, depth_units
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, k_with_integer_centers, matrix_text, png

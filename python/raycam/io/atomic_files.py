@@ -109,7 +109,7 @@ def write(
 
     `scratch` is another folder on the same disk for the temporary file, which the caller cleans up after a crash.
     """
-    with _atomic(os.fspath(path), None if scratch is None else os.fspath(scratch)) as (_, file):
+    with _atomic(os.fsdecode(path), None if scratch is None else os.fsdecode(scratch)) as (_, file):
         for piece in (data,) if isinstance(data, bytes) else data:
             rest = memoryview(piece)
             while rest:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from ..arguments import real
 from ..errors import SettingsError
 from . import windows_memory
 
@@ -45,13 +47,15 @@ def parse_size(name: str, size: int | str | None) -> int | None:
     """
     if size is None:
         return None
+    count = 0
     if isinstance(size, str):
         found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(?:([kmgt]?)(i?)b)?\s*", size, re.IGNORECASE)
         step = 1024 if found and found[3] else 1000
         exponent = " kmgt".index((found[2] or " ").lower()) if found else 0
         count = int(float(found[1]) * step**exponent) if found else 0
     else:
-        count = 0 if isinstance(size, bool) or size != int(size) else int(size)
+        with contextlib.suppress(SettingsError):
+            count = int(size) if real(name, size).is_integer() else 0
     if not 0 < count < 1 << 63:
         raise SettingsError(f'{name} is {size!r}; expected bytes, or a size as in "512 MiB"')
     return count

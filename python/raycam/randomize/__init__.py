@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..arrays import Floats, product, whole
+from ..arguments import Floats, product, whole
 from ..camera import Background, Camera
 from ..errors import FormatError, SettingsError, WorldError
 from ..io.html_form import html_table

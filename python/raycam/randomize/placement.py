@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, product
+from ..arguments import Floats, product
 from ..errors import WorldError, nearest
 from ..world import World
 from .draws import RandomStream, RejectedSample, rounded

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..annotations.labels import Label, box3d, label
-from ..arrays import Floats, lengths, product
+from ..arguments import Floats, lengths, product
 from ..camera import Camera
 from ..errors import WorldError, nearest
 from ..world import World

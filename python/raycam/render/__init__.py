@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from .._core import Cancel
-from ..arrays import whole
+from ..arguments import flag, one_of, real, whole, words
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError, nearest
@@ -135,13 +135,14 @@ def render(
     world has no camera and nothing to frame.
     """
     world = world_of(world)
+    denoise, catcher_truth = flag("denoise", denoise), flag("catcher_truth", catcher_truth)
     framed = camera is None and not world.cameras
     camera = camera_of(world, camera)
     renamed = current_names(
         {
             "noise_threshold": noise_threshold,
             "time_limit": time_limit,
-            "transparent_background": transparent_background or None,
+            "transparent_background": None if transparent_background is False else transparent_background,
             **old_names,
         }
     )
@@ -150,7 +151,7 @@ def render(
             raise SettingsError(f"render has no option {name}: {ELSEWHERE[name]}")
         raise SettingsError(nearest("option of render", name, OPTIONS))
     given = {
-        "integrator": integrator,
+        "integrator": None if integrator is None else one_of("integrator", integrator, INTEGRATORS),
         "samples": samples,
         "noise_threshold": renamed["noise_threshold"],
         "time_limit": renamed["time_limit"],
@@ -168,7 +169,9 @@ def render(
         world, camera, framed, chosen, surface, frame, region, denoise, catcher_truth, progress, cancel
     )
     names = channel_names(channels)
-    clear = bool(renamed["transparent_background"])
+    clear = renamed["transparent_background"] is not None and flag(
+        "transparent_background", renamed["transparent_background"]
+    )
     if background is not None and clear:
         raise SettingsError("background and transparent_background are given: expected one of them")
     if background is not None and "color" not in names:
@@ -297,16 +300,16 @@ def request_of(
         asked["samples"] = MAX_SAMPLES
     settings |= asked
     stops = _stops(settings.pop("exposure"))
-    display = _name("view", settings.pop("view"), VIEWS)
+    display = one_of("view", settings.pop("view"), VIEWS)
     request = {
-        "integrator": _name("integrator", settings["integrator"], INTEGRATORS),
+        "integrator": one_of("integrator", settings["integrator"], INTEGRATORS),
         "samples": whole("samples", settings["samples"], 1, (1 << 32) - 1),
-        "filter": _name("filter", settings["filter"], FILTERS),
+        "filter": one_of("filter", settings["filter"], FILTERS),
         "seed": whole("seed", settings["seed"], 0, (1 << 64) - 1),
         "frame": whole("frame", frame, 0, (1 << 32) - 1),
         "channels": names,
-        "surface": _name("surface", surface, SURFACES),
-        "transparent_background": bool(transparent_background),
+        "surface": one_of("surface", surface, SURFACES),
+        "transparent_background": flag("transparent_background", transparent_background),
         "max_depth": _optional("max_depth", settings["max_depth"]),
         "noise_threshold": _positive("noise_threshold", settings["noise_threshold"], "a radiance"),
         "time_limit": _positive("time_limit", settings["time_limit"], "seconds"),
@@ -432,12 +435,12 @@ OPTIONS = [name for name in inspect.signature(render).parameters if name != "old
 
 def channel_names(channels: Sequence[str] | str) -> list[str]:
     """Returns the names of channels without duplicates; "all" means every channel. Raises `SettingsError`."""
-    if isinstance(channels, str):
-        channels = list(CHANNELS) if channels == "all" else [channels]
-    names = [_name("channel", name, list(CHANNELS)) for name in channels]
+    names = words(
+        "channel", list(CHANNELS) if isinstance(channels, str) and channels == "all" else channels, CHANNELS
+    )
     if not names:
         raise SettingsError(f"channels is empty; there are {', '.join(CHANNELS)}")
-    return list(dict.fromkeys(names))
+    return names
 
 
 def _denoised(one: _Picture, names: list[str], clear: bool, said: list[str]) -> Frame:
@@ -484,7 +487,7 @@ def _reference(
     from .. import reference
 
     shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
-    shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
+    shown["view"] = one_of("view", chosen.pop("view", "standard"), VIEWS)
     if chosen.get("samples") == 1:
         del chosen["samples"]  # what it does anyway
     unused = unused | (chosen.keys() - {"integrator"})
@@ -501,20 +504,13 @@ def _reference(
     return Frame(planes, camera=camera, size=camera.size, **shown)
 
 
-def _name(what: str, given: object, valid: list[str]) -> str:
-    if not isinstance(given, str):
-        raise SettingsError(f"{what} must be one of {', '.join(valid)}, not {given!r}")
-    if given not in valid:
-        raise SettingsError(nearest(what, given, valid))
-    return given
-
-
 def _occlusion(value: object) -> float | None:
     """The maximum distance of ambient occlusion: None for off, infinite for True."""
     if isinstance(value, bool):
         return math.inf if value else None
-    if isinstance(value, int | float) and value > 0:
-        return float(value)
+    distance = real("ambient_occlusion", value, what="True, False or a distance > 0")
+    if distance > 0:
+        return distance
     raise SettingsError(f"ambient_occlusion must be True, False or a distance > 0, not {value!r}")
 
 
@@ -526,15 +522,14 @@ def _positive(name: str, value: object, what: str) -> float | None:
     """Returns a finite number above 0, or None."""
     if value is None:
         return None
-    if not isinstance(value, bool) and isinstance(value, int | float) and 0 < value < math.inf:
-        return float(value)
+    number = real(name, value, what=f"{what} > 0")
+    if number > 0:
+        return number
     raise SettingsError(f"{name} must be {what} > 0, not {value!r}")
 
 
 def _stops(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 100:
-        raise SettingsError(f"exposure must be a number of stops from -100 to 100, not {value!r}")
-    return float(value)
+    return real("exposure", value, -100, 100, what="a number of stops")
 
 
 def _region(value: Region) -> list[int]:

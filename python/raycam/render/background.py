@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats
+from ..arguments import Bools, Floats
 from ..camera import Background, Camera
 from ..errors import FormatError, SettingsError, WorldError
 

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..arguments import flag, one_of, real, whole
 from ..camera import Camera
 from ..errors import FormatError, SettingsError, nearest
 from ..io import atomic_files
@@ -170,11 +171,14 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             raise SettingsError(
                 f"no picture without the channel color; this frame has {', '.join(self._channels)}"
             )
-        stops = self.exposure if exposure is None else exposure
+        stops = (
+            self.exposure
+            if exposure is None
+            else real("exposure", exposure, -100, 100, what="a number of stops")
+        )
         linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
         chosen = self.view if view is None else view
-        if chosen not in VIEWS:
-            raise SettingsError(nearest("view", chosen, VIEWS))
+        one_of("view", chosen, VIEWS)
         return _core.srgb_from_linear(linear, 2.0**stops, bits, chosen)
 
     def save(
@@ -261,8 +265,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _shown(self, channel: str | None) -> str:
         """The channel that a picture shows: the one asked for, colour, or the only one."""
         if channel is not None:
-            self[channel]  # raises KeyError
-            return channel
+            return one_of("channel", channel, list(self._channels))
         return "color" if "color" in self._channels else next(iter(self._channels))
 
     def to_jpeg(
@@ -278,6 +281,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return _core.encode_hdr(np.ascontiguousarray(self._channels["color"], dtype=np.float32))
 
     def _exr(self, half: bool = False) -> bytes:
+        half = flag("half", half)
         planes = dict(self._channels)
         if (
             self.transparent and "color" in planes and "alpha" in planes
@@ -438,10 +442,10 @@ def check_save(
 def _losses(target: Path, frame: Frame, options: Mapping[str, Any]) -> Iterator[str]:
     """Yields what the file of a frame does not hold of the channels that it has."""
     ending = target.suffix.lower()
-    shows_color = options.get("channel", "color") == "color" and "color" in frame.channels
+    shows_color = frame._shown(options.get("channel")) == "color" and "color" in frame.channels
     if frame.transparent and ending in OPAQUE and shows_color:
         yield f"{target}: a {ending} file has no opacity, and shows the colour over black: take .png or .exr"
-    if ending == ".exr" and options.get("half"):
+    if ending == ".exr" and flag("half", options.get("half", False)):
         lost = {}
         for name, values in frame.items():
             if np.issubdtype(values.dtype, np.floating):
@@ -481,5 +485,5 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
     for name in options:
         if name not in SAVERS[ending][1]:
             raise SettingsError(f"{name} is not an option of {ending} files")
-    if options.get("bits", 8) not in (8, 16):
+    if whole("bits", options.get("bits", 8), 0, 64) not in (8, 16):
         raise SettingsError(f"bits is {options['bits']}, a PNG has 8 or 16")

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import floats, whole
+from ..arguments import floats, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import Notice, SettingsError, WorldError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from .. import _core
 from .._core import Cancel
-from ..arrays import whole
+from ..arguments import whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import SettingsError
@@ -166,7 +166,7 @@ def progressive(
     from ..errors import Cancelled
 
     picture = Progressive(world, camera, **options)
-    most = int(picture._options["samples"])
+    most = whole("samples", picture._options["samples"], 1, 1 << 24)
     try:
         while (least := picture.samples) < most:
             if every is None:

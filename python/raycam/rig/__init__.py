@@ -12,11 +12,12 @@ import numpy.typing as npt
 from .. import _core
 from .._serialization import DictSerializable
 from ..annotations.flow import disparity
-from ..arrays import Floats, product
+from ..arguments import Floats, one_of, product, several, word
 from ..camera import Camera
 from ..camera._arguments import Up, checked_up, matrix, number, vector
 from ..camera._optics import Readout
-from ..errors import CameraError, nearest
+from ..camera.asked import only_camera
+from ..errors import CameraError
 from ..io.html_form import html_table
 from ..render import channel_names, render
 from ..render.frame import Frame
@@ -54,8 +55,12 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         name: str = "rig",
         up: Up = "z",
     ) -> None:
-        named = [(key, camera._core) for key, camera in cameras.items()]
-        self._set(_core.Rig(name, matrix("R", R).tolist(), vector("C", C), named), up)
+        if not isinstance(cameras, Mapping):
+            raise CameraError(f"cameras must be a mapping from names to cameras, not {cameras!r}")
+        named = [
+            (word("the name of a camera", key), only_camera(camera)._core) for key, camera in cameras.items()
+        ]
+        self._set(_core.Rig(word("name", name), matrix("R", R).tolist(), vector("C", C), named), up)
 
     def _set(self, core: _core.Rig, up: str) -> None:
         self._core = core
@@ -186,11 +191,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         names = list(self)
         if len(names) < 2:
             raise CameraError(f"a pair of cameras is asked for, and the rig {self.name!r} has one")
-        chosen = (first or names[0], second or next(name for name in names if name != (first or names[0])))
-        for name in chosen:
-            if name not in self:
-                raise CameraError(nearest("camera", name, names))
-        return chosen
+        left = names[0] if first is None else one_of("camera", first, names, error=CameraError)
+        others = [name for name in names if name != left]
+        return left, others[0] if second is None else one_of("camera", second, names, error=CameraError)
 
     # Poses ------------------------------------------------------------------------------------------------
 
@@ -256,7 +259,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
         Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
         """
-        asked = [channels] if isinstance(channels, str) else list(channels)
+        asked = [channels] if isinstance(channels, str) else several("channels", channels, "names")
+        asked = [word("channel", name) for name in asked]
         names = [name for name in asked if name != "disparity"]
         found: dict[str, npt.NDArray[Any]] = {}
         if len(names) < len(asked):

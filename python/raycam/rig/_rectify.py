@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, lengths, product, size_of
+from ..arguments import Floats, lengths, product, size_of
 from ..camera import Camera
 from ..camera._arguments import matrix
 from ..errors import CameraError

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats, whole
+from ..arguments import Floats, whole
 from ..camera import Camera
 from ..camera.asked import camera_of, world_of
 from ..errors import CameraError, SettingsError, nearest

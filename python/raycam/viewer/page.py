@@ -66,7 +66,8 @@ def page(
 
         unused = {"explain": tuple(explain), "compare": compare, "arrays": arrays, "half": half}
         return Page(live_page(frame, world, unused, exposure=exposure, view=view, title=title))
-    from ..render import _name, _stops
+    from ..arguments import one_of
+    from ..render import _stops
     from ..render.frame import VIEWS
 
     more = dict(arrays or {})
@@ -90,7 +91,7 @@ def page(
         "names": _names(world),
         "origin": [x, y],
         "exposure": _stops(frame.exposure if exposure is None else exposure),
-        "view": _name("view", frame.view if view is None else view, VIEWS),
+        "view": one_of("view", frame.view if view is None else view, VIEWS),
         "about": _about(frame),
         "notices": notices,
         "explanations": _explanations(frame, world, explain),

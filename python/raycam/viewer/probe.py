@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arguments import Floats
 from ..camera import Camera
 from ..explanation import Explanation, explain
 from ..explanation.scene_figure import Line, light_figure, light_lines, tree_figure

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from .._core import Cancel, __version__
-from ..arrays import Floats
+from ..arguments import Floats
 from ..camera import Camera
 from ..errors import CameraError, Error, SettingsError, WorldError
 from ..explanation.scene_figure import Line

@@ -9,9 +9,9 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import one_of
 from ..camera import Camera
 from ..errors import SettingsError
-from ..render import _name
 from ..render.frame import Frame
 from ..world import World
 from .scene.edits import Edits
@@ -53,7 +53,7 @@ class Viewer:
         `cell` makes a widget `height` pixels high in place of a server, and needs raycam[notebook].
         """
         if integrator is not None:
-            _name("integrator", integrator, list(DEFAULT_SAMPLES))
+            one_of("integrator", integrator, list(DEFAULT_SAMPLES))
         if samples is not None and not (isinstance(samples, int) and 1 <= samples <= 1 << 16):
             raise SettingsError(f"samples must be a whole number from 1 to {1 << 16}, not {samples!r}")
         self._edits = Edits(world, allowed=edit)

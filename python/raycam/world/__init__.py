@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Floats, floats, size_of, thread_count, whole
+from ..arguments import Floats, floats, one_of, real, size_of, thread_count, whole
 from ..camera import Camera
 from ..camera.asked import only_camera
-from ..errors import WorldError
+from ..errors import FormatError, WorldError
 from ..io import memory_limits
 from ..io.atomic_files import write
 from ..io.fork_guard import no_fork
@@ -106,8 +106,12 @@ class World(RayQueries, PointQueries):
     @classmethod
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
+        if not isinstance(data, bytes | bytearray | memoryview):
+            raise FormatError(f"data must be the bytes of World.to_bytes, not {type(data).__name__}")
         return cls._of(
-            _core.world_from_bytes(data, memory_limits.parse_size("texture_memory", texture_memory), "")
+            _core.world_from_bytes(
+                bytes(data), memory_limits.parse_size("texture_memory", texture_memory), ""
+            )
         )
 
     def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
@@ -178,6 +182,8 @@ class World(RayQueries, PointQueries):
         }
         description: dict[str, Any] = {"vertices": corners, "triangles": indices("faces", faces)}
         description |= {key: value for key, value in optional.items() if value is not None}
+        if material is not None and not isinstance(material, Mapping):
+            raise WorldError(f"material must be a table of keys and values, not {material!r}")
         for part in ({"name": name} if name is not None else {}, material or {}, placement):
             twice = description.keys() & part.keys()
             if twice:
@@ -259,7 +265,8 @@ class World(RayQueries, PointQueries):
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; a name that is taken gets a number. The first camera is the default camera."""
         hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
-        self._core.add_camera(name, only_camera(camera, hint)._core)
+        camera = only_camera(camera, hint)
+        self._core.add_camera(_camera_name(name), camera._core)
 
     def add_rig(self, rig: Rig) -> None:
         """Adds a rig under its name; its cameras are appended under the names rig/camera."""
@@ -502,7 +509,9 @@ class World(RayQueries, PointQueries):
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
-        return self._derived(self._core.at(float(time), animation))
+        elif animation is not None:
+            animation = whole("animation", animation, 0, len(self.animations) - 1, error=WorldError)
+        return self._derived(self._core.at(real("time", time, what="seconds", error=WorldError), animation))
 
     @property
     def variants(self) -> list[str]:
@@ -511,7 +520,9 @@ class World(RayQueries, PointQueries):
 
     def with_variant(self, name: str) -> World:
         """The same world with the material variant of this name; raises `WorldError` with the nearest known name."""
-        return self._derived(self._core.with_variant(name))
+        return self._derived(
+            self._core.with_variant(one_of("variant", name, self.variants, error=WorldError))
+        )
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
         """`camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
@@ -519,7 +530,10 @@ class World(RayQueries, PointQueries):
         For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
         linear steps.
         """
-        return Camera._of(self._core.video_camera(camera._core, float(time)), self.up)
+        core = only_camera(camera)._core
+        return Camera._of(
+            self._core.video_camera(core, real("time", time, what="seconds", error=WorldError)), self.up
+        )
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
         """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else like the camera."""

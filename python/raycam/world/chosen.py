@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..arrays import Bools
+from ..arguments import Bools
 from ..errors import WorldError, nearest
 
 __all__ = ["Chosen", "object_mask", "object_number", "one_object"]
 
+MAX_NUMBER = (1 << 31) - 1
+"""The largest number that an object may have."""
 Chosen = int | str | Iterable[int | str]
 """An object, or several: numbers and names."""
 
@@ -48,9 +50,12 @@ def one_object(which: object) -> int | str:
     try:
         if isinstance(which, bool | np.bool_):
             raise TypeError
-        return operator.index(which)  # type: ignore[arg-type]
+        number = operator.index(which)  # type: ignore[arg-type]
     except TypeError:
         raise WorldError(f"an object is a number or a name, not {which!r}") from None
+    if abs(number) > MAX_NUMBER:
+        raise WorldError(f"object {number} of a world with fewer than {MAX_NUMBER}")
+    return number
 
 
 def _numbers(names: list[str], chosen: Chosen) -> list[int]:

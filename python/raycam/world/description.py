@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import floats, is_tensor, numbers, refuse_mask
+from ..arguments import floats, is_tensor, numbers, refuse_mask
 from ..errors import WorldError
 from .texture import Texture
 

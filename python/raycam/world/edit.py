@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..arrays import floats
+from ..arguments import floats
 from ..errors import WorldError
 from .description import corner_values, indices
 from .keys import light_keys, object_keys

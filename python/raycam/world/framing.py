@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import Floats, floats, product
+from ..arguments import Floats, floats, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 

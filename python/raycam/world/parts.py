@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..arrays import Floats
+from ..arguments import Floats
 from ..errors import WorldError
 
 

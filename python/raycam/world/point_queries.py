@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arrays import Bools, Floats, limits, paired, rows_of, thread_count, triples
+from ..arguments import Bools, Floats, limits, one_of, paired, rows_of, thread_count, triples
 from ..errors import SettingsError
 from ..io.fork_guard import no_fork
 from .chosen import Chosen, object_mask, object_number
-from .ray_queries import Surface, one_of
+from .ray_queries import Surface
 
 __all__ = ["PointQueries", "Topology"]
 

@@ -10,8 +10,20 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import Cancel
-from ..arrays import Bools, limits, numbers, paired, rows_of, thread_count, triples, whole
-from ..errors import SettingsError, nearest
+from ..arguments import (
+    Bools,
+    flag,
+    limits,
+    numbers,
+    one_of,
+    paired,
+    rows_of,
+    thread_count,
+    triples,
+    whole,
+    words,
+)
+from ..errors import SettingsError
 from ..io.fork_guard import no_fork
 from .chosen import Chosen, object_mask
 
@@ -224,7 +236,7 @@ class RayQueries:
             surface=surface,
             threads=threads,
         )
-        return _core.world_count_intersections(self._core, query, bool(signed)).reshape(shape)
+        return _core.world_count_intersections(self._core, query, flag("signed", signed)).reshape(shape)
 
     def _rays(
         self,
@@ -253,8 +265,8 @@ class RayQueries:
             "directions": rows_of(ways),
             "t_min": limits("t_min", t_min, shape),
             "t_max": limits("t_max", t_max, shape),
-            "exact": bool(exact),
-            "coherent": coherent,
+            "exact": flag("exact", exact),
+            "coherent": None if coherent is None else flag("coherent", coherent),
             "objects": object_mask(self._core, objects, exclude),
             "skip": None if skip is None else _skipped(skip, shape),
             "facing": one_of("facing", facing, ("both", "front", "back", "material")),
@@ -266,21 +278,9 @@ class RayQueries:
         return query, shape
 
 
-def one_of(name: str, given: object, valid: tuple[str, ...]) -> str:
-    """`given` if it is one of the words; raises `SettingsError` with the nearest."""
-    if given not in valid:
-        raise SettingsError(nearest(name, str(given), list(valid)))
-    return str(given)
-
-
 def _fields(names: Iterable[str]) -> list[str]:
     """Names of fields, checked."""
-    given = [names] if isinstance(names, str) else list(names)
-    valid = _core.ray_fields()
-    for name in given:
-        if name not in valid:
-            raise SettingsError(nearest("field", str(name), valid))
-    return list(dict.fromkeys(given))
+    return words("field", names, _core.ray_fields())
 
 
 def _skipped(

@@ -7,7 +7,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arguments import Floats
 from ..errors import WorldError
 
 __all__ = ["ReadOnlyDict", "ReadOnlyList", "ReadOnlyMatrix", "matrix_of"]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Floats, floats
+from ..arguments import Floats, floats
 from ..errors import WorldError, nearest
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import refuse_mask
+from ..arguments import refuse_mask
 from ..errors import WorldError
 
 Wrap = Literal["repeat", "clamp", "mirror"]

@@ -32,7 +32,7 @@ ORDER = {
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
     """,
     "python": """
-        errors notices progress arrays _serialization io camera reference render annotations/flow rig usd world
+        errors notices progress arguments _serialization io camera reference render annotations/flow rig usd world
         annotations
         calibration interop world/load data randomize jobs cluster video dataset calibration_check explanation viewer
         info doctor bench demo cli

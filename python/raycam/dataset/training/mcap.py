@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...annotations.flow import check_rectified
-from ...arrays import Floats
+from ...arguments import Floats
 from ...camera import Camera
 from ...errors import CameraError, SettingsError
 from ..plan import Format, Index, Made, Plan, Record, k_with_integer_centers

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...annotations.labels import Label
-from ...arrays import product
+from ...arguments import product
 from ...camera import Camera
 from ..plan import Format, Index, Made, Plan, Record, k_with_half_centers, png
 from .semantic import pascal_palette

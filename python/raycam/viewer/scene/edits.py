@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..._core import srgb_from_linear
-from ...arrays import Floats
+from ...arguments import Floats
 from ...errors import SettingsError, WorldError
 from ...world import World
 from ...world.keys import STRENGTHS

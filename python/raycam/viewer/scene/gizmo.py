@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
 from .navigation import rotation_about

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arguments import Floats
 from ...camera import Camera
 
 __all__ = ["dolly", "fit", "move", "orbit", "pan", "roll", "rotation_about", "turn_camera", "turned_around"]

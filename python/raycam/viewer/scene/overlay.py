@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arguments import Floats
 from ...camera import Camera
 from ...errors import Error
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Floats
+from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
 from .edits import Edits, material

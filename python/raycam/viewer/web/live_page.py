@@ -31,7 +31,8 @@ def live_page(
     title: str | None,
 ) -> str:
     """The HTML text of a page that shows what the camera of `frame` sees of `world`. Raises `SettingsError`."""
-    from ...render import _name, _stops
+    from ...arguments import one_of
+    from ...render import _stops
     from ...render.frame import VIEWS
 
     for name, value in unused.items():
@@ -51,7 +52,7 @@ def live_page(
         "title": title or f"raycam {width} x {height}",
         "camera": name,
         "exposure": _stops(frame.exposure if exposure is None else exposure),
-        "view": _name("view", frame.view if view is None else view, VIEWS),
+        "view": one_of("view", frame.view if view is None else view, VIEWS),
     }
     world_text = packed(bytes(_core.world_to_bytes(carried._core)))
     blocks = [

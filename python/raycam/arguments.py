@@ -1,29 +1,38 @@
-"""Conversion of array arguments: numbers of the right shape, or an error that names the argument."""
+"""Checks of arguments: arrays, numbers, flags, words and sizes, or an error that names the argument."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import operator
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import Error, SettingsError
+from .errors import Error, SettingsError, nearest
 
 __all__ = [
     "Bools",
     "Floats",
+    "flag",
     "floats",
     "is_tensor",
     "limits",
     "numbers",
+    "one_of",
     "paired",
+    "real",
     "refuse_mask",
     "rows_of",
+    "several",
     "size_of",
     "thread_count",
     "triples",
     "whole",
+    "wholes",
+    "word",
+    "words",
 ]
 
 Floats = npt.NDArray[np.float64]
@@ -57,33 +66,6 @@ def floats(
         ):
             return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     raise error(f"{name} must have the shape {wanted}, not {list(array.shape)}")
-
-
-def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
-    """Returns `value` as an int from `low` to `high`, both included; raises `error` with the name."""
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise error(f"{name} must be a whole number, not {value!r}")
-    number = int(value.__index__())
-    if not low <= number <= high:
-        raise error(f"{name} is {number}, expected {low} to {high}")
-    return number
-
-
-def thread_count(threads: object) -> int | None:
-    """Returns a number of threads as an int from 1 to 1024, and None for None; raises `SettingsError`."""
-    return None if threads is None else whole("threads", threads, 1, 1024)
-
-
-def size_of(
-    value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
-) -> tuple[int, int]:
-    """Returns `value` as (width, height) in pixels; raises `error` if `value` is no such pair."""
-    try:
-        width, height = value
-    except (TypeError, ValueError):
-        raise error(f"size must be (width, height) in pixels, not {value!r}") from None
-    limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
-    return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)
 
 
 def is_tensor(value: object) -> bool:
@@ -220,3 +202,112 @@ def lengths(vectors: npt.ArrayLike) -> Floats:
         total += squares[..., i]
     found: Floats = np.sqrt(total)
     return found
+
+
+def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
+    """Returns `value` as an int from `low` to `high`, both included; raises `error` with the name."""
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise error(f"{name} must be a whole number, not {value!r}") from None
+    if not low <= number <= high:
+        raise error(f"{name} is {number}, expected {low} to {high}")
+    return number
+
+
+def several(name: str, values: object, what: str, *, error: type[Error] = SettingsError) -> list[Any]:
+    """The items of `values`, which is no single number or text; `what` they are. Raises `error` with the name."""
+    try:
+        if isinstance(values, str | bytes):
+            raise TypeError
+        return list(values)  # type: ignore[call-overload, no-any-return]
+    except TypeError:
+        raise error(f"{name} must be several {what}, not {values!r}") from None
+
+
+def wholes(
+    name: str,
+    values: object,
+    low: int,
+    high: int,
+    *,
+    count: int | None = None,
+    error: type[Error] = SettingsError,
+) -> list[int]:
+    """Returns `values` as `count` ints (None: any number) from `low` to `high`; raises `error` with the name."""
+    found = several(name, values, "whole numbers", error=error)
+    if count is not None and len(found) != count:
+        raise error(f"{name} must be {count} whole numbers, not {values!r}")
+    return [whole(name, value, low, high, error=error) for value in found]
+
+
+def real(
+    name: str,
+    value: object,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    what: str = "a number",
+    error: type[Error] = SettingsError,
+) -> float:
+    """Returns `value` as a finite float from `low` to `high`, both included; raises `error` with the name.
+
+    `what` says what it is, with its unit.
+    """
+    try:
+        if isinstance(value, bool | np.bool_ | str | bytes) or np.ma.is_masked(value):
+            raise TypeError
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise error(f"{name} must be {what}, not {value!r}") from None
+    if math.isfinite(number) and low <= number <= high:
+        return number
+    limits = {(False, False): "finite", (True, False): f"{low:g} or more", (False, True): f"{high:g} or less"}
+    wanted = limits.get((math.isfinite(low), math.isfinite(high)), f"{low:g} to {high:g}")
+    raise error(f"{name} is {number}, expected {what}, {wanted}")
+
+
+def flag(name: str, value: object, *, error: type[Error] = SettingsError) -> bool:
+    """Returns `value` as a bool; raises `error` with the name for anything but True and False."""
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise error(f"{name} must be True or False, not {value!r}")
+
+
+def word(name: str, value: object, *, error: type[Error] = SettingsError) -> str:
+    """Returns `value` as a str; raises `error` with the name for what is none."""
+    if isinstance(value, str):
+        return value
+    raise error(f"{name} must be a text, not {value!r}")
+
+
+def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error] = SettingsError) -> str:
+    """Returns `given` if it is one of the words; raises `error` with the nearest."""
+    if isinstance(given, str) and given in valid:
+        return given
+    raise error(nearest(name, given, list(valid)))
+
+
+def words(name: str, given: object, valid: Iterable[str], *, error: type[Error] = SettingsError) -> list[str]:
+    """Returns one word, or several, without duplicates; raises `error` with the nearest of `valid`."""
+    each = [given] if isinstance(given, str) else several(name, given, "words", error=error)
+    return list(dict.fromkeys(one_of(name, one, list(valid), error=error) for one in each))
+
+
+def thread_count(threads: object) -> int | None:
+    """Returns a number of threads as an int from 1 to 1024, and None for None; raises `SettingsError`."""
+    return None if threads is None else whole("threads", threads, 1, 1024)
+
+
+def size_of(
+    value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
+) -> tuple[int, int]:
+    """Returns `value` as (width, height) in pixels; raises `error` if `value` is no such pair."""
+    try:
+        width, height = value
+    except (TypeError, ValueError):
+        raise error(f"size must be (width, height) in pixels, not {value!r}") from None
+    limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
+    return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)
