@@ -6,12 +6,12 @@ use raycam_formats::{FormatError, Location};
 use serde_json::json;
 
 /// An error without a place.
-pub(crate) fn failure(text: impl ToString) -> String {
+pub fn failure(text: impl ToString) -> String {
     json!({ "text": text.to_string() }).to_string()
 }
 
 /// An error of a file.
-pub(crate) fn format_failure(error: &FormatError) -> String {
+pub fn format_failure(error: &FormatError) -> String {
     let mut found = json!({ "text": error.to_string() });
     if let Some((file, line)) = place_of(error) {
         found["file"] = json!(file.display().to_string());

@@ -31,7 +31,7 @@ const DEFAULT_SAMPLES: u32 = 16;
 const MOST_SAMPLES: u32 = 1 << 14;
 
 /// The settings of a request for a world with these options, and notices.
-pub(crate) fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<String>), String> {
+pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<String>), String> {
     let asked: Request = serde_json::from_str(request).map_err(|error| failure(format!("render: {error}")))?;
     let mut notices = vec![];
     if let Some(seconds) = world.time_limit {

@@ -26,7 +26,7 @@ ORDER = {
         progressive lib
     """,
     "web": """
-        failure request lib
+        failure request page lib
     """,
     "bindings": """
         error cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib

@@ -1,0 +1,314 @@
+//! The classes of JavaScript.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec2, DVec3};
+use raycam_formats::encode::png;
+use raycam_formats::{Budget, MemoryFiles, bundle, load_from_memory};
+use raycam_render::film::display;
+use raycam_render::{Channel, Control, ImagePlane, PixelType, PreparedFamily, PreparedWorld, render_moving};
+use raycam_scene::{Up, ViewTransform, camera, triangles};
+use serde_json::json;
+use wasm_bindgen::prelude::*;
+
+use crate::failure::{failure, format_failure};
+use crate::request;
+
+/// Makes a panic an exception with its text. The instance is of no use afterwards.
+#[wasm_bindgen(start)]
+pub fn start() {
+    std::panic::set_hook(Box::new(|info| {
+        let text = failure(format!("raycam failed at {info}; this is a fault of raycam"));
+        wasm_bindgen::throw_str(&text);
+    }));
+}
+
+/// The version of raycam.
+#[wasm_bindgen]
+pub fn version() -> String {
+    env!("CARGO_PKG_VERSION").into()
+}
+
+/// All channels as JSON: name, type of the numbers, and numbers per pixel.
+#[wasm_bindgen]
+pub fn channels() -> String {
+    let row = |channel: Channel| {
+        let dtype = match channel.pixel_type() {
+            PixelType::F32 => "float32",
+            PixelType::F64 => "float64",
+            PixelType::I32 => "int32",
+        };
+        json!({ "name": channel.name(), "dtype": dtype, "components": channel.components() })
+    };
+    json!(Channel::all().map(row).collect::<Vec<_>>()).to_string()
+}
+
+/// Files by their names.
+#[wasm_bindgen]
+#[derive(Default)]
+pub struct Files(MemoryFiles);
+
+#[wasm_bindgen]
+impl Files {
+    /// No files.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a file.
+    pub fn add(&mut self, path: &str, bytes: Vec<u8>) {
+        self.0.insert(path, bytes);
+    }
+}
+
+/// A world, prepared when its first picture is rendered.
+#[wasm_bindgen]
+pub struct World {
+    world: raycam_scene::World,
+    prepared: Option<PreparedWorld>,
+    family: Arc<PreparedFamily>,
+}
+
+#[wasm_bindgen]
+impl World {
+    /// The world in one of these files, by its name.
+    ///
+    /// # Errors
+    /// Those of `raycam_formats::load`.
+    pub fn load(path: &str, files: Files) -> Result<World, String> {
+        load_from_memory(Path::new(path), files.0, &Budget::of_page())
+            .map(Self::from_scene)
+            .map_err(|e| format_failure(&e))
+    }
+
+    /// The world in the bytes of a bundle.
+    ///
+    /// # Errors
+    /// Those of `raycam_formats::bundle::read`.
+    pub fn unpack(bytes: &[u8]) -> Result<World, String> {
+        let world = bundle::read(bytes, Path::new("world"), Budget::of_page());
+        world.map(Self::from_scene).map_err(|e| format_failure(&e))
+    }
+
+    /// Objects, cameras, bounds and notices, as JSON.
+    pub fn about(&self) -> String {
+        let world = &self.world;
+        let objects: Vec<_> = world.objects.iter().map(|object| &object.name).collect();
+        let cameras: Vec<_> = world.cameras.iter().map(|camera| &camera.name).collect();
+        let bounds = world.bounds().map(|(low, high)| [low.to_array(), high.to_array()]);
+        json!({
+            "up": if world.up == Up::Z { "z" } else { "y" },
+            "objects": objects,
+            "categories": world.categories().names,
+            "cameras": cameras,
+            "bounds": bounds,
+            "triangles": world.stats().object_triangles,
+            "lights": world.lights.len(),
+            "notices": world.notices,
+            "render": world.render,
+        })
+        .to_string()
+    }
+
+    /// The camera of this name; without a name the first one, or one that frames everything in a picture of this size.
+    ///
+    /// # Errors
+    /// No camera of this name, or nothing to frame.
+    pub fn camera(&self, name: Option<String>, width: u32, height: u32) -> Result<Camera, String> {
+        let found = match name {
+            Some(name) => self.world.find_camera(&name).map(|found| found.camera.clone()),
+            None => self.world.default_camera([width, height]),
+        };
+        found.map(|inner| Camera { inner }).map_err(failure)
+    }
+
+    /// Corners of all visible triangles, nine numbers each, in the order of object and triangle.
+    pub fn triangles(&self) -> Vec<f64> {
+        triangles::corners(&self.world, None).into_flattened().into_flattened()
+    }
+
+    /// Object and triangle of each of these triangles.
+    #[wasm_bindgen(js_name = triangleIds)]
+    pub fn triangle_ids(&self) -> Vec<i32> {
+        triangles::ids(&self.world).into_flattened()
+    }
+
+    /// Linear colour of each of these triangles.
+    #[wasm_bindgen(js_name = triangleColors)]
+    pub fn triangle_colors(&self) -> Vec<f32> {
+        triangles::colors(&self.world).into_flattened()
+    }
+
+    /// The picture that a camera sees. `request` is JSON: see `request.rs`.
+    ///
+    /// # Errors
+    /// Invalid settings, or more memory than a page has.
+    pub fn render(&mut self, camera: &Camera, request: &str) -> Result<Frame, String> {
+        let (settings, mut notices) = request::settings(request, &self.world.render)?;
+        let control = Control::new();
+        let prepared = match self.prepared.take() {
+            Some(prepared) => prepared,
+            None => PreparedWorld::in_family(&self.world, &self.family, None, None, &control).map_err(failure)?,
+        };
+        let frame = render_moving(&self.world, &prepared, &camera.inner, &settings, &control);
+        self.prepared = Some(prepared);
+        let mut inner = frame.map_err(failure)?;
+        notices.append(&mut inner.notices);
+        Ok(Frame { inner, notices })
+    }
+}
+
+impl World {
+    fn from_scene(world: raycam_scene::World) -> Self {
+        Self { world, prepared: None, family: Arc::default() }
+    }
+}
+
+/// A camera.
+#[wasm_bindgen]
+#[derive(Clone)]
+pub struct Camera {
+    inner: camera::Camera,
+}
+
+#[wasm_bindgen]
+impl Camera {
+    /// Intrinsics K, row by row.
+    #[wasm_bindgen(getter, js_name = K)]
+    pub fn k(&self) -> Vec<f64> {
+        self.inner.k().transpose().to_cols_array().into()
+    }
+
+    /// Rotation R of the world's axes into the camera's, row by row.
+    #[wasm_bindgen(getter, js_name = R)]
+    pub fn r(&self) -> Vec<f64> {
+        self.inner.r().transpose().to_cols_array().into()
+    }
+
+    /// Centre C.
+    #[wasm_bindgen(getter, js_name = C)]
+    pub fn c(&self) -> Vec<f64> {
+        self.inner.c().to_array().into()
+    }
+
+    /// Camera matrix P, row by row.
+    #[wasm_bindgen(getter, js_name = P)]
+    pub fn p(&self) -> Vec<f64> {
+        self.inner.p().as_flattened().into()
+    }
+
+    /// Width and height of its picture.
+    #[wasm_bindgen(getter)]
+    pub fn size(&self) -> Vec<u32> {
+        self.inner.size().into()
+    }
+
+    /// Pixel coordinates of the centre of the first pixel: 0 or 0.5.
+    #[wasm_bindgen(getter)]
+    pub fn offset(&self) -> f64 {
+        self.inner.pixel_center().offset()
+    }
+
+    /// True if it is a pinhole, whose matrix says all.
+    #[wasm_bindgen(getter, js_name = isPinhole)]
+    pub fn is_pinhole(&self) -> bool {
+        self.inner.lens().coefficients().is_none() && self.inner.c().is_finite()
+    }
+
+    /// Roll, pitch and yaw in degrees, in a world with z or y up.
+    #[wasm_bindgen(js_name = rollPitchYaw)]
+    pub fn roll_pitch_yaw(&self, z_up: bool) -> Vec<f64> {
+        self.inner.roll_pitch_yaw(if z_up { Up::Z } else { Up::Y }).into()
+    }
+
+    /// Origin and unit direction of the ray at pixel coordinates; NaN where there is none.
+    pub fn ray(&self, u: f64, v: f64) -> Vec<f64> {
+        let (origin, direction) = self.inner.ray(DVec2::new(u, v));
+        [origin.to_array(), direction.to_array()].as_flattened().into()
+    }
+
+    /// The same camera at another pose: R row by row, and C.
+    ///
+    /// # Errors
+    /// No rotation, or a centre that is not finite.
+    #[wasm_bindgen(js_name = atPose)]
+    pub fn at_pose(&self, r: &[f64], c: &[f64]) -> Result<Camera, String> {
+        let (Ok(r), Ok(c)) = (r.try_into(), c.try_into()) else {
+            return Err(failure("expected 9 numbers of R and 3 of C"));
+        };
+        let moved = self.inner.at_pose(DMat3::from_cols_array(r).transpose(), DVec3::from_array(c));
+        moved.map(|inner| Camera { inner }).map_err(failure)
+    }
+
+    /// The same view in a picture of another size: K is scaled so that the edges stay the same.
+    ///
+    /// # Errors
+    /// A side that is 0 or too large.
+    pub fn resized(&self, width: u32, height: u32) -> Result<Camera, String> {
+        let [old_width, old_height] = self.inner.size().map(f64::from);
+        let (x, y) = (f64::from(width) / old_width, f64::from(height) / old_height);
+        let corner = self.inner.pixel_center().offset() - 0.5;
+        let k = self.inner.k();
+        let move_edge = |at: f64, scale: f64| scale * at + (1.0 - scale) * corner;
+        let scaled = DMat3::from_cols(
+            DVec3::new(x * k.x_axis.x, 0.0, 0.0),
+            DVec3::new(x * k.y_axis.x, y * k.y_axis.y, 0.0),
+            DVec3::new(move_edge(k.z_axis.x, x), move_edge(k.z_axis.y, y), 1.0),
+        );
+        self.inner.with_intrinsics(scaled, [width, height]).map(|inner| Camera { inner }).map_err(failure)
+    }
+}
+
+/// A picture.
+#[wasm_bindgen]
+pub struct Frame {
+    inner: raycam_render::Frame,
+    notices: Vec<String>,
+}
+
+#[wasm_bindgen]
+impl Frame {
+    /// Left, top, width and height in the whole picture.
+    #[wasm_bindgen(getter)]
+    pub fn region(&self) -> Vec<u32> {
+        self.inner.region.into()
+    }
+
+    /// Notices of what was left out or repaired.
+    #[wasm_bindgen(getter)]
+    pub fn notices(&self) -> Vec<String> {
+        self.notices.clone()
+    }
+
+    /// The numbers of a channel as a typed array, row by row; undefined without the channel.
+    pub fn plane(&self, name: &str) -> JsValue {
+        match self.find_plane(name) {
+            Some(ImagePlane::F32 { data, .. }) => js_sys::Float32Array::from(&data[..]).into(),
+            Some(ImagePlane::F64 { data, .. }) => js_sys::Float64Array::from(&data[..]).into(),
+            Some(ImagePlane::I32 { data, .. }) => js_sys::Int32Array::from(&data[..]).into(),
+            None => JsValue::UNDEFINED,
+        }
+    }
+
+    /// The colour as the bytes of a PNG file: `exposure` in stops, and a view transform by its name.
+    ///
+    /// # Errors
+    /// No colour, or no view of this name.
+    pub fn png(&self, exposure: f64, view: &str) -> Result<Vec<u8>, String> {
+        let Some(ImagePlane::F32 { data, .. }) = self.find_plane("color") else {
+            return Err(failure("the picture has no channel color"));
+        };
+        let view = ViewTransform::from_name(view).ok_or_else(|| failure(format!("no view {view:?}")))?;
+        let pixels = display::srgb8(data.as_chunks().0, exposure.exp2() as f32, view).map_err(failure)?;
+        let [_, _, width, height] = self.inner.region;
+        png::encode([width, height], 3, png::Samples::U8(&pixels)).map_err(|e| format_failure(&e))
+    }
+}
+
+impl Frame {
+    fn find_plane(&self, name: &str) -> Option<&ImagePlane> {
+        self.inner.planes.iter().find(|(channel, _)| channel.name() == name).map(|(_, plane)| plane)
+    }
+}
