@@ -8,7 +8,7 @@ use crate::error::FormatError;
 use crate::ies;
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 use crate::registry;
 
 impl AssetLoader for AssetRoot {

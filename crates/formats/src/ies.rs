@@ -7,7 +7,7 @@ use raycam_scene::IesProfile;
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::input_file::InputFile;
+use crate::io::InputFile;
 
 /// The profile in a file. Its candela are those of the luminaire as tested: multiplier and ballast factors are applied.
 ///

@@ -15,10 +15,8 @@ use crate::geometry::colors;
 use crate::geometry::directionless;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::Corner;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
+use crate::io::{AssetRoot, Diagnostics, InputFile};
 
 /// Attributes of vertices by the first word, in this order.
 #[derive(Clone, Copy, Debug, Default)]

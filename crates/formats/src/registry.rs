@@ -10,10 +10,8 @@ use raycam_scene::{MeshFile, Object, World};
 use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::geometry::finite::{self, NonFinite};
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
 use crate::io::memory_files::MemoryFiles;
-use crate::io::{file_kind, lexer, stand_in};
+use crate::io::{AssetRoot, InputFile, file_kind, lexer, stand_in};
 use crate::{gltf, obj, off, ply, stl, world_file};
 
 /// A file format.

@@ -16,10 +16,8 @@ use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
 use crate::error::FormatError;
 use crate::geometry::weld::{self, VertexWelder};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
+use crate::io::{AssetRoot, ByteSource, InputFile};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER_BYTES: usize = 84;

@@ -10,8 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// The world that `text` describes. `path` names it in errors; the files it names are read from `folder` and nowhere
 /// else.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use raycam_scene::LensModel;
 
-use crate::calibration::record::CameraRecord;
+use crate::calibration::CameraRecord;
 use crate::error::FormatError;
 
 /// The contents of a file of cameras.

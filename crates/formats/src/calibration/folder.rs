@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::calibration::document::zip_members;
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// A folder, with the names in it in the order of the numbers in them: 2 before 10.
 pub(crate) struct Folder {

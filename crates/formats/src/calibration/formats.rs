@@ -4,20 +4,18 @@ use std::path::Path;
 
 use crate::budget::Budget;
 use crate::calibration::document::{unread, yaml, zip_members};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::multi_view::{aria, llff, middlebury, mvsnet, neus};
 use crate::calibration::photogrammetry::{alice_vision, bundler, metashape, open_mvg, open_sfm, reality_capture, xmp};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::sets::{bop_set, coco, euroc_set, kitti_set, nu_scenes, replicator, vehicles};
 use crate::calibration::slam::{basalt, camodocal, mrcal, orb_slam, real_sense, vins, zed};
 use crate::calibration::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
 use crate::calibration::transforms::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
-use crate::calibration::{bop, colmap, kalibr, kitti, open_folder, opencv, plausibility, ros};
+use crate::calibration::{
+    Calibration, CameraRecord, Folder, OutputFiles, ReadHints, bop, colmap, kalibr, kitti, open_folder, opencv,
+    plausibility, ros,
+};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
-use crate::io::lexer;
+use crate::io::{AssetRoot, InputFile, lexer};
 
 type Detect = fn(&InputFile, &str) -> bool;
 type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;

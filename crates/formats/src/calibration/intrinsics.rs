@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::record::CameraRecord;
+use crate::calibration::CameraRecord;
 use crate::error::FormatError;
 
 /// K without skew.

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec2;
 use raycam_scene::Lens;
 
-use crate::calibration::record::CameraRecord;
+use crate::calibration::CameraRecord;
 use crate::error::FormatError;
 
 /// Ratios of principal points and middles of pictures that are equal, in x and in y, within this.

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
 
-use crate::calibration::pose::Pose;
+use crate::calibration::Pose;
 use crate::calibration::rig_mount::RigMount;
 use crate::error::FormatError;
 

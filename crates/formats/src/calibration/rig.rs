@@ -1,8 +1,7 @@
 //! Rigs of cameras from files with one rig, and back.
 
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig_mount::RigMount;
+use crate::calibration::{CameraRecord, Pose};
 use crate::error::FormatError;
 
 /// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.

@@ -10,14 +10,10 @@ use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::{Cursor, DocumentNode, check_rotation, ini, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
+use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, Pose, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 const KEYS: [&str; 24] = [
     "image_width",

@@ -20,9 +20,7 @@ use crate::gltf::document::buffers::Resources;
 use crate::gltf::document::container::Container;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::world::builder::{Builder, ImportedMeshes, ImportedTextures};
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, Diagnostics, InputFile};
 
 pub(crate) use crate::gltf::document::container::head;
 pub use writer::write;

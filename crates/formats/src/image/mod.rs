@@ -22,10 +22,8 @@ use raycam_scene::Image;
 use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::image::decoder::{Decoder, MAX_UNBACKED_BYTES, MAX_UNBACKED_BYTES_STREAMED};
-use crate::io::asset_root::AssetRoot;
 use crate::io::catch_panic::catch_decoder_panic;
-use crate::io::file_kind;
-use crate::io::stand_in;
+use crate::io::{AssetRoot, file_kind, stand_in};
 
 pub use crate::image::decoder::ColorUse;
 

@@ -10,10 +10,7 @@ use crate::error::FormatError;
 use crate::image::decode_image;
 use crate::image::decoder::ColorUse;
 use crate::image::udim;
-use crate::io::asset_root::AssetRoot;
-use crate::io::companion;
-use crate::io::input_file::InputFile;
-use crate::io::reference;
+use crate::io::{AssetRoot, InputFile, companion, reference};
 
 /// The texture in an image file of any kind that [`decode_image`] knows, as a colour, repeated in both directions.
 ///

@@ -4,8 +4,7 @@
 
 use std::path::Path;
 
-use crate::io::asset_root::AssetRoot;
-use crate::io::reference;
+use crate::io::{AssetRoot, reference};
 
 /// The words that stand for the number of a tile.
 const WORDS: [&[u8]; 2] = [b"<UDIM>", b"<udim>"];

@@ -11,12 +11,8 @@ use raycam_scene::{Image, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::byte_source;
-use crate::io::input_file::InputFile;
 use crate::io::memory_files::MemoryFiles;
-use crate::io::parallel;
-use crate::io::reference;
-use crate::io::stand_in;
+use crate::io::{InputFile, byte_source, parallel, reference, stand_in};
 
 /// A folder with the rest of the budget: names in files lead only to regular files inside, also through symbolic links.
 ///

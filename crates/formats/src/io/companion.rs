@@ -11,9 +11,7 @@
 use std::path::Path;
 
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
-use crate::io::reference;
+use crate::io::{AssetRoot, InputFile, reference};
 
 /// Folders in which images lie by custom, from the folder of a mesh: those of exporters, and of Gazebo's models.
 const USUAL_FOLDERS: [&str; 9] = [

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::error::FormatError;
-use crate::io::byte_source::ByteSource;
+use crate::io::ByteSource;
 
 /// A file in memory, or the beginning of one.
 #[derive(Debug)]

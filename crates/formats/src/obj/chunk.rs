@@ -8,7 +8,7 @@ use raycam_scene::color::{Rgb, linear_from_srgb};
 use crate::error::Location;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::ignored::IgnoredStatements;
 

@@ -4,10 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::{FormatError, Location};
-use crate::io::asset_root::AssetRoot;
-use crate::io::companion;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::reference;
+use crate::io::{AssetRoot, Diagnostics, companion, reference};
 use crate::obj::mtl::{self, MtlMaterial};
 use crate::obj::parse::Obj;
 

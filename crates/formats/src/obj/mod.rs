@@ -16,8 +16,7 @@ pub(crate) mod vertex_colors;
 use raycam_scene::MeshFile;
 
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Bytes that are read at a time; the same for any number of threads, though nothing depends on it.
 const CHUNK_BYTES: usize = 1 << 18;

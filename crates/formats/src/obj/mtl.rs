@@ -12,7 +12,7 @@ use raycam_scene::color::Rgb;
 use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot};
 
 use crate::error::{FormatError, Location};
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::mtl_map::{self, MapRole, MtlMap};
 

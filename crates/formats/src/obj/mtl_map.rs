@@ -7,9 +7,7 @@ use raycam_scene::{Texture, Wrap};
 use crate::error::{FormatError, Location};
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::lexer;
+use crate::io::{AssetRoot, Diagnostics, lexer};
 
 /// Use of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

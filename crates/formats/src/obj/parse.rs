@@ -8,9 +8,7 @@ use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_li
 
 use crate::error::FormatError;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
-use crate::io::diagnostics::Diagnostics;
-use crate::io::lexer;
-use crate::io::parallel;
+use crate::io::{Diagnostics, lexer, parallel};
 use crate::obj::chunk::{Chunk, ColorBounds, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
 use crate::obj::ignored::IgnoredStatements;
 

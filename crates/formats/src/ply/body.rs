@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::FormatError;
-use crate::io::byte_source::ByteSource;
+use crate::io::ByteSource;
 use crate::io::lexer::{self, Lines, Words};
 use crate::ply::scalar::ScalarType;
 

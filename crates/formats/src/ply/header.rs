@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::FormatError;
-use crate::io::byte_source::ByteSource;
+use crate::io::ByteSource;
 use crate::io::lexer::{self, Words};
 use crate::ply::body::Body;
 use crate::ply::scalar::ScalarType;

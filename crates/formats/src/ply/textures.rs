@@ -8,7 +8,7 @@ use crate::error::FormatError;
 use crate::geometry::colors;
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 /// Images of one file.
 const MAX_IMAGES: usize = 4096;

@@ -6,7 +6,7 @@ use glam::DVec3;
 use raycam_scene::color::Rgb;
 
 use crate::error::FormatError;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 use crate::ply::body::Body;
 use crate::ply::columns::PropertyRole::{self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 use crate::ply::columns::{Columns, Row};

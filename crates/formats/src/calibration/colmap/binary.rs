@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use crate::calibration::colmap::records::{self, ModelFormat, RecordReader, RecordWriter};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Names and numbers of parameters of the camera models by their ids (`sensor/models.h`).
 const MODELS: [(&str, usize); 18] = [

@@ -6,10 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{PixelCenter, camera};
 
-use crate::calibration::files::Calibration;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig_mount::RigMount;
+use crate::calibration::{Calibration, CameraRecord, Pose, Rotation};
 use crate::error::FormatError;
 
 /// Quaternion w x y z, translation x y z.

@@ -3,11 +3,9 @@
 use crate::calibration::colmap::reconstruction::{
     ColmapCamera, ColmapImage, Frame, Reconstruction, Rig, RigidPose, is_rigid,
 };
-use crate::calibration::files::{Calibration, OutputFiles};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Heads of the text files: cameras, images, rigs, frames, points.
 const HEADS: [&str; 5] = [

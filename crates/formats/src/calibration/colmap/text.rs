@@ -5,11 +5,9 @@ use std::str::{FromStr, Lines, SplitAsciiWhitespace};
 
 use crate::calibration::colmap::records::{self, ModelFormat, RecordReader, RecordWriter};
 use crate::calibration::document::number_format::yaml_float;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     source.path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))

@@ -7,7 +7,7 @@ use flate2::read::{DeflateDecoder, MultiGzDecoder};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::input_file::InputFile;
+use crate::io::InputFile;
 
 /// A file in a ZIP file.
 pub(crate) struct ZipMember {

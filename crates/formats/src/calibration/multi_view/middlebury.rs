@@ -6,13 +6,10 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 const OTHER: [&str; 9] = ["ndisp", "isint", "vmin", "vmax", "dyavg", "dymax", "doffs", "width", "height"];
 

@@ -6,14 +6,10 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::{data_lines, numbers};
 use crate::calibration::document::{check_rigid, rigid};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Folders of the pictures, from that of the cameras.
 const PICTURES: [&str; 5] = ["../images", "../blended_images", "../image", "..", "."];

@@ -4,13 +4,11 @@
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::npy;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::{Folder, by_numbers};
+use crate::calibration::folder::by_numbers;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
     npy::names(&source.bytes).iter().any(|name| name.starts_with("world_mat_"))

@@ -4,12 +4,10 @@ use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::Cursor;
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::lens;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
 
 /// K, if the camera has one.

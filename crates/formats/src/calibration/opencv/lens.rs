@@ -3,8 +3,8 @@
 
 use raycam_scene::{Lens, LensModel};
 
+use crate::calibration::ReadHints;
 use crate::calibration::document::{Cursor, Value, lens_keys::plain, lens_named};
-use crate::calibration::files::ReadHints;
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::error::FormatError;
 

@@ -1,15 +1,14 @@
 //! The two cameras of a pair in files of their own, left and right, with R and T in a third one.
 
 use crate::calibration::document::Cursor;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::opencv::camera;
 use crate::calibration::opencv::keys::KeyView;
 use crate::calibration::opencv::read::{detect, read};
 use crate::calibration::opencv::stereo::place_second;
 use crate::calibration::opencv::storage::parse;
+use crate::calibration::{Calibration, Folder, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
 

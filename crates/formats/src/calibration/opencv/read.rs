@@ -5,13 +5,12 @@
 use std::path::Path;
 
 use crate::calibration::document::{Cursor, Value, npy, unread, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
 use crate::calibration::opencv::{camera, stereo};
+use crate::calibration::{Calibration, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 4 << 20;

@@ -3,14 +3,13 @@
 use std::path::Path;
 
 use crate::calibration::document::{Cursor, zip_members};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::opencv::camera;
 use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
-use crate::calibration::pose::Pose;
 use crate::calibration::rig::one_rig;
+use crate::calibration::{Calibration, Pose, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 /// The marks of keys of the first and of the second camera.
 const SIDES: [(&str, [&[&str]; 2]); 3] = [

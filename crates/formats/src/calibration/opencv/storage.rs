@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
+use crate::calibration::Folder;
 use crate::calibration::document::{DocumentNode, npy, xml, yaml, zip_members};
-use crate::calibration::folder::Folder;
 use crate::calibration::opencv::keys;
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// The document of a file; the arrays beside a `.npy` file are a part of it.
 pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode, FormatError> {

@@ -7,8 +7,7 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
-use crate::calibration::files::OutputFiles;
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{CameraRecord, OutputFiles};
 use crate::error::FormatError;
 
 enum StorageNode {

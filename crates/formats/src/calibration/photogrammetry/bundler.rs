@@ -6,14 +6,11 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::check_rotation;
 use crate::calibration::document::number_lines::{data_lines, numbers};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, require_known_size};
 use crate::calibration::picture_size::PictureSizes;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.starts_with("# Bundle file")

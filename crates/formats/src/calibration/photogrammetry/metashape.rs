@@ -10,13 +10,10 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::check_rigid;
 use crate::calibration::document::rigid;
 use crate::calibration::document::xml_element::{XmlElement, XmlFile};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, refuse_terms, set_panorama};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Terms of a calibration; those with `fx` are of older exports.
 const TERMS: [&str; 16] =

@@ -7,13 +7,10 @@ use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// The bit of a number that says that its name stands beside it.
 const NEW: u32 = 1 << 31;

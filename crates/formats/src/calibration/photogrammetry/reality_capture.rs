@@ -4,15 +4,12 @@
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms, require_known_size};
 use crate::calibration::picture_size::PictureSizes;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Millimetres of the film that focal lengths are given for.
 pub(crate) const FILM: f64 = 36.0;

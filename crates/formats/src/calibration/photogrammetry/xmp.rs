@@ -6,16 +6,12 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::check_rotation;
 use crate::calibration::document::xml_element::{XmlElement, XmlFile};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::require_known_size;
 use crate::calibration::photogrammetry::reality_capture::{FILM, TANGENTIAL, lens};
 use crate::calibration::picture_size::PictureSizes;
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Endings of the picture of an XMP file.
 const PICTURES: [&str; 6] = ["jpg", "JPG", "jpeg", "JPEG", "png", "PNG"];

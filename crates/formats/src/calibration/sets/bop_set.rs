@@ -1,10 +1,8 @@
 //! A data set in BOP's folders, `SPLIT/000000/scene_camera.json`: each scene is a world of its own.
 
-use crate::calibration::bop;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
+use crate::calibration::{Calibration, Folder, ReadHints, bop};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 const CAMERAS: &str = "scene_camera.json";
 

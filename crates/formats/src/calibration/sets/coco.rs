@@ -4,12 +4,9 @@ use glam::DVec3;
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::Pose;
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["\"images\"", "\"annotations\"", "\"file_name\"", "\"K\"", "\"pixel_center\""].iter().all(|key| text.contains(key))

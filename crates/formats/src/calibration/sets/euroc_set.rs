@@ -1,11 +1,9 @@
 //! The folder of a sequence of EuRoC or TUM-VI: `cam0/sensor.yaml` and more, on the body.
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::opencv;
 use crate::calibration::rig::on_a_body;
+use crate::calibration::{Calibration, Folder, ReadHints, opencv};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 fn find_cameras(folder: &Folder, assets: &AssetRoot) -> Option<(Folder, Vec<String>)> {
     for place in [Folder::open(&folder.path, assets), folder.inner("mav0", assets)] {

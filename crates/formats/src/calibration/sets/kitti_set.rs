@@ -1,12 +1,9 @@
 //! A data set in KITTI's folders: `poses.txt` of all pictures, `object/training/calib/000000.txt` of each.
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::kitti;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints, kitti};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 const CALIBRATIONS: &str = "object/training/calib";
 const PICTURES: &str = "object/training/image_2";

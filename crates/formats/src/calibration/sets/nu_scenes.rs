@@ -7,14 +7,10 @@ use glam::DVec3;
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, DocumentNode, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 const TABLE: &str = "calibrated_sensor.json";
 

@@ -7,14 +7,11 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, DocumentNode, Value, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 const ON_THE_VEHICLE: &str = "the cameras are in the axes of the vehicle (x forward, y left, z up)";
 const CALIBRATIONS: [&str; 2] = ["camera_calibrations", "cameraCalibrations"];

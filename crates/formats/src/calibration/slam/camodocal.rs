@@ -8,12 +8,10 @@ use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::yaml_float;
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// The keys of a camera's groups of parameters.
 pub(crate) const KEYS: [&str; 10] = [

@@ -10,14 +10,11 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::number_format::{joined, matrix_rows34, yaml_float};
 use crate::calibration::document::{Cursor, DocumentNode, Value, check_rotation, rigid, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::{one_rig, poses_on_one_rig};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Keys of a camera, after `Camera.`, `Camera1.` or `Camera2.`.
 const CAMERA: [&str; 31] = [

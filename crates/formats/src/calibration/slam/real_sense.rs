@@ -5,12 +5,10 @@ use raycam_scene::{LensModel, PixelCenter};
 
 use crate::calibration::document::lens_keys::plain;
 use crate::calibration::document::{Cursor, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("ppx") && text.contains("ppy") && text.contains("coeffs")

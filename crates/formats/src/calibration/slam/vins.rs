@@ -2,13 +2,11 @@
 //! body_from_camera. Source: VINS-Fusion, parameters.cpp; the comments of VINS-Mono's configurations.
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
 use crate::calibration::rig::on_a_body;
 use crate::calibration::slam::camodocal;
+use crate::calibration::{Calibration, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["cam0_calib", "body_T_cam0", "extrinsicRotation"].iter().any(|key| text.contains(key))

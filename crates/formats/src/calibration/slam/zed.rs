@@ -6,14 +6,11 @@ use std::collections::HashMap;
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::one_rig;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// The names of resolutions, with their columns and rows.
 const RESOLUTIONS: [(&str, [u32; 2]); 4] =

@@ -7,14 +7,10 @@ use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::{data_lines, numbers};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Seconds between the times of a pose and of its intrinsics.
 const TOLERANCE: f64 = 0.001 + 1e-9;

@@ -1,6 +1,6 @@
 //! Trajectories of a body that carries the camera: IMU, vehicle, marker frame.
 
-use crate::calibration::files::{Calibration, ReadHints};
+use crate::calibration::{Calibration, ReadHints};
 
 /// Puts cameras, whose poses are those of the body so far, where the mount of the intrinsics has them.
 pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, body: &str) {

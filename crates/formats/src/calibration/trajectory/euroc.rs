@@ -9,13 +9,11 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_format::joined;
 use crate::calibration::document::number_lines::data_lines;
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::pose::{Pose, Rotation, normalized};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::pose::normalized;
 use crate::calibration::trajectory::body::place_on_body;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let first = data_lines(text).next().map(|(_, line)| line.split(',').map(str::trim).collect::<Vec<_>>());

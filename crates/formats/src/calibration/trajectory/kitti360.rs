@@ -6,15 +6,12 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
 use crate::calibration::document::rigid;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::rig::on_a_body;
 use crate::calibration::trajectory::body::place_on_body;
 use crate::calibration::trajectory::matrices::checked34;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     looks_like(text, 13) || is_mounts(text)

@@ -12,15 +12,12 @@ use crate::calibration::document::lens_keys::looks_like_lens;
 use crate::calibration::document::number_format::{joined, matrix_rows34};
 use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
 use crate::calibration::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
+use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// The arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

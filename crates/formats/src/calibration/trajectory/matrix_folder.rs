@@ -5,15 +5,13 @@
 use glam::DMat3;
 use raycam_scene::PixelCenter;
 
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::convention_of;
 use crate::calibration::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, poses_of};
 use crate::calibration::trajectory::matrix_tree::PosesOfTree;
+use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 /// Files with K, in the folder of the scene.
 const INTRINSICS: [&str; 9] = [

@@ -6,8 +6,7 @@ use std::path::Path;
 use crate::calibration::document::npy::NumpyArray;
 use crate::calibration::document::{Cursor, DocumentNode, npy, yaml, zip_members};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Longest text that is parsed to find out what it is.
 const MAX_DETECTED_BYTES: usize = 16 << 20;

@@ -6,12 +6,9 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, check_rigid, rigid, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let named = text.contains("\"PinholeCamera") || text.contains("\"PoseGraph\"");

@@ -5,13 +5,10 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::document::rigid;
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::matrices::{checked, words};
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let mut lines = data_lines(text).take(5);

@@ -7,14 +7,12 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::document::number_format::{joined, yaml_float};
 use crate::calibration::document::number_lines::{data_lines, looks_like, numbers};
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
 use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::picture_size::size_of_picture;
-use crate::calibration::pose::{Pose, Rotation, normalized};
-use crate::calibration::record::CameraRecord;
+use crate::calibration::pose::normalized;
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     looks_like(text, 8)

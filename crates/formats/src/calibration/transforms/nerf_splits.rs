@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use crate::calibration::files::{Calibration, OutputFiles, ReadHints};
-use crate::calibration::folder::Folder;
-use crate::calibration::record::CameraRecord;
 use crate::calibration::transforms::nerf;
+use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
+use crate::io::AssetRoot;
 
 const SPLITS: [&str; 3] = ["train", "val", "test"];
 

@@ -4,15 +4,11 @@
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, check_rigid, rigid, yaml};
-use crate::calibration::files::{Calibration, ReadHints};
-use crate::calibration::folder::Folder;
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
+use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Folders of the JSON files below the folder of an export, the optimised poses first.
 const FOLDERS: [&str; 6] =

@@ -5,14 +5,11 @@ use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
 use crate::calibration::document::{Cursor, yaml, zip_members};
-use crate::calibration::files::{Calibration, ReadHints};
 use crate::calibration::intrinsics::pinhole_matrix;
-use crate::calibration::pose::{Pose, Rotation};
-use crate::calibration::record::CameraRecord;
 use crate::calibration::trajectory::convention::flip_columns;
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use crate::error::FormatError;
-use crate::io::asset_root::AssetRoot;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, InputFile};
 
 /// Keys of depth, colour and the app, which say nothing of the cameras.
 const OTHER: [&str; 14] = [

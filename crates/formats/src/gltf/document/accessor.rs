@@ -5,7 +5,7 @@ use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::{Accessor, Sparse};
-use crate::io::byte_source::ByteSource;
+use crate::io::ByteSource;
 
 /// Columns, rows, and so components of an element of this type.
 fn shape(kind: &str) -> Option<(usize, usize)> {

@@ -7,8 +7,7 @@ use crate::codec::draco;
 use crate::error::FormatError;
 use crate::gltf::document::Document;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
-use crate::io::byte_source::ByteSource;
-use crate::io::parallel;
+use crate::io::{ByteSource, parallel};
 
 /// Elements that one thread decodes at a time.
 const BLOCK_ELEMENTS: usize = 1 << 15;

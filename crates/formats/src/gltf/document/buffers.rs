@@ -11,11 +11,7 @@ use crate::gltf::document::container::Container;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::extensions::MeshoptView;
 use crate::gltf::json::{BufferView, Root};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::companion;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile, companion};
 
 /// All bytes of a document.
 pub(crate) struct Resources<'a> {

@@ -9,8 +9,7 @@ use serde::Deserialize;
 
 use crate::error::FormatError;
 use crate::gltf::json::Root;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::input_file::InputFile;
+use crate::io::{Diagnostics, InputFile};
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";

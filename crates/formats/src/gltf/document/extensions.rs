@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::FormatError;
 use crate::gltf::json::Root;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 
 /// Every extension that is read.
 const SUPPORTED: &[&str] = &[

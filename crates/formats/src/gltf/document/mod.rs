@@ -16,7 +16,7 @@ use raycam_scene::SceneError;
 use crate::error::FormatError;
 use crate::gltf::document::buffers::Resources;
 use crate::gltf::json::Root;
-use crate::io::input_file::InputFile;
+use crate::io::InputFile;
 
 /// A document and the bytes it refers to.
 pub(crate) struct Document<'a> {

@@ -7,10 +7,7 @@ use crate::gltf::document::accessor::ATTRIBUTE_FORMAT;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::{Draco, Primitive};
-use crate::io::asset_root::AssetRoot;
-use crate::io::byte_source::ByteSource;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::parallel;
+use crate::io::{AssetRoot, ByteSource, Diagnostics, parallel};
 
 /// A primitive's attributes by name.
 pub(crate) struct AttributeSource<'a> {

@@ -7,7 +7,7 @@ use crate::gltf::document::Document;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::material::Material;
 use crate::gltf::json::texture_info::TextureInfo;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 
 /// Vertex data that the materials of a primitive need, those of its variants included.
 pub(crate) struct MaterialRequirements {

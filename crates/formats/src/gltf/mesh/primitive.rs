@@ -14,9 +14,7 @@ use crate::gltf::mesh::material_requirements::MaterialRequirements;
 use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::mesh::tangent;
 use crate::gltf::mesh::vertex_window::VertexWindow;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
-use crate::io::parallel;
+use crate::io::{AssetRoot, Diagnostics, parallel};
 
 /// A primitive of triangles.
 pub(crate) struct PrimitiveMesh {

@@ -8,7 +8,7 @@ use crate::gltf::json::Primitive;
 use crate::gltf::json::extensions::Attributes;
 use crate::gltf::mesh::tangent::resample;
 use crate::gltf::mesh::vertex_window::VertexWindow;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::Diagnostics;
 
 /// Morph targets and joints of vertices: a [`DeformableMesh`] without its mesh.
 #[derive(Default)]

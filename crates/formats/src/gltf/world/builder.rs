@@ -8,8 +8,7 @@ use raycam_scene::{Image, World};
 
 use crate::gltf::document::Document;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
-use crate::io::asset_root::AssetRoot;
-use crate::io::diagnostics::Diagnostics;
+use crate::io::{AssetRoot, Diagnostics};
 
 /// A world under construction.
 pub(crate) struct Builder<'a, 'b> {
