@@ -13,7 +13,7 @@ use crate::calibration::document::yaml;
 use crate::calibration::multi_view::aria::camera_model;
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -22,7 +22,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -85,7 +85,7 @@ fn millimetres(metres: f64) -> f64 {
     [near, near.next_up(), near.next_down()].into_iter().find(exact).unwrap_or(near)
 }
 
-pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let format = "BOP's scene_camera.json";
     let single = path.file_name().is_some_and(|name| name == "camera.json");
     if single {
@@ -118,7 +118,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
-fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles, FormatError> {
+fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles> {
     let format = "BOP's camera.json";
     let [record] = records else {
         return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));

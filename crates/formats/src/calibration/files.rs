@@ -5,7 +5,7 @@ use std::path::Path;
 use raycam_scene::LensModel;
 
 use crate::calibration::CameraRecord;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// The contents of a file of cameras.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -58,7 +58,7 @@ impl OutputFiles {
 
 impl ReadHints {
     /// Fills in data that the file of a camera lacks, and checks the camera.
-    pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<(), FormatError> {
+    pub(crate) fn fill_missing(&self, record: &mut CameraRecord, path: &Path) -> Result<()> {
         if let (None, None, Some(intrinsics)) = (record.k, record.matrix, &self.intrinsics) {
             record.k = intrinsics.k;
             record.lens = intrinsics.lens.clone();

@@ -14,14 +14,14 @@ use crate::calibration::{
     Calibration, CameraRecord, Folder, OutputFiles, ReadHints, bop, colmap, kalibr, kitti, open_folder, opencv,
     plausibility, ros,
 };
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile, lexer};
 
 type Detect = fn(&InputFile, &str) -> bool;
-type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
-type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles, FormatError>;
+type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
+type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles>;
 type DetectFolder = fn(&Folder, &mut AssetRoot) -> bool;
-type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
+type ReadFolder = fn(&Folder, &mut AssetRoot, &ReadHints) -> Result<Calibration>;
 
 /// A format of calibrations or poses.
 struct CalibrationFormat {
@@ -137,7 +137,7 @@ fn format_list() -> String {
     formats().collect::<Vec<_>>().join(", ")
 }
 
-fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
+fn format_named(name: &str) -> Result<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| format.name == name).ok_or_else(|| {
         let hint = raycam_scene::suggestion(name, formats());
         let known = format_list();
@@ -151,7 +151,7 @@ fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration, FormatError> {
+pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budget) -> Result<Calibration> {
     let format = format.map(format_named).transpose()?;
     if path.is_dir() {
         return read_folder(path, format, known, budget);
@@ -166,7 +166,7 @@ fn read_folder(
     format: Option<&'static CalibrationFormat>,
     known: &ReadHints,
     budget: &Budget,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let (folder, mut assets) = open_folder::open(path, budget);
     let wanted = |found: &CalibrationFormat| format.is_none_or(|format| format.name == found.name);
     let mut files = Vec::new();
@@ -219,7 +219,7 @@ fn read_only_file(
     wanted: &dyn Fn(&CalibrationFormat) -> bool,
     known: &ReadHints,
     budget: &Budget,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let mut found = Vec::new();
     for file in open_folder::small_files(folder) {
         let (source, inside) = open_folder::read_file(&folder.path, &file, budget)?;
@@ -276,7 +276,7 @@ pub fn decode(
     format: Option<&str>,
     known: &ReadHints,
     budget: &Budget,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let mut assets = AssetRoot::containing(path, budget);
     assets.budget.take_bytes(path, bytes.len() as u64)?;
     let source = InputFile::new(path, bytes);
@@ -288,7 +288,7 @@ fn decode_in(
     format: Option<&'static CalibrationFormat>,
     known: &ReadHints,
     assets: &mut AssetRoot,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     source = zip_members::unpacked(source, &mut assets.budget)?;
     source.bytes = lexer::without_utf16(source.bytes);
     let named = format.is_some();
@@ -359,7 +359,7 @@ fn finish(
     format: &CalibrationFormat,
     path: &Path,
     known: &ReadHints,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     if calibration.records.is_empty() {
         let said = calibration.notices.join("; ");
         let said = if said.is_empty() { said } else { format!(" ({said})") };
@@ -397,7 +397,7 @@ fn finish(
 ///
 /// # Errors
 /// [`FormatError::Encode`] names what the format cannot hold.
-pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles, FormatError> {
+pub fn write(records: &[CameraRecord], path: &Path, format: &str) -> Result<OutputFiles> {
     let format = format_named(format)?;
     if records.is_empty() {
         return Err(FormatError::Encode("no camera to write".into()));

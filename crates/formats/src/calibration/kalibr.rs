@@ -15,7 +15,7 @@ use crate::calibration::document::number_format::{joined, matrix_rows34, quoted}
 use crate::calibration::document::yaml;
 use crate::calibration::rig::{on_a_body, one_rig, poses_on_one_rig};
 use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 const KEYS: [&str; 10] = [
@@ -35,7 +35,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("cam0:") && text.contains("camera_model")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -98,7 +98,7 @@ fn is_camera(name: &str) -> bool {
 }
 
 /// K and the lens.
-fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
+fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
     let model = camera.require("camera_model")?;
     let values = camera.require("intrinsics")?;
     let distortion = camera.get("distortion_model").map_or(Ok("none"), |at| at.word())?;
@@ -138,7 +138,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError>
     Ok((Some(k), lens))
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "Kalibr's camchain";
     let mut text = String::new();
     let mut notices = Vec::new();

@@ -14,7 +14,7 @@ use crate::calibration::document::number_lines::{data_lines, looks_like, numbers
 use crate::calibration::document::rigid;
 use crate::calibration::rig::{one_rig, poses_on_one_rig};
 use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -25,7 +25,7 @@ pub(crate) fn detect_poses(_: &InputFile, text: &str) -> bool {
     looks_like(text, 12)
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
@@ -93,7 +93,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2]>, FormatError> {
+fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2]>> {
     let Some(&(_, line, values)) = row else {
         return Ok(None);
     };
@@ -104,7 +104,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     Ok(Some(size.map(|v| v as u32)))
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     if records.len() > 10 {
         return Err(FormatError::Encode(format!(
             "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
@@ -149,7 +149,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, F
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }
 
-pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for (i, (line, row)) in data_lines(source.text()?).enumerate() {
         let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
@@ -160,7 +160,7 @@ pub(crate) fn read_poses(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
     Ok(calibration)
 }
 
-pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::new();
     for record in records {
         let (r, c) = record.require_pose()?.world_r_c();

@@ -8,7 +8,7 @@ use draco_core::geometry_indices::PointIndex;
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use crate::budget::Budget;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::catch_panic::catch_decoder_panic;
 
 /// A decoded mesh.
@@ -60,7 +60,7 @@ pub enum ComponentType {
 /// When the bytes are not a Draco mesh of version 2.2 or are damaged, an attribute is of a type that glTF cannot have,
 /// or the mesh is larger than what is left of the budget or than the stream can honestly say: a byte describes at most
 /// eight triangles.
-pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh, FormatError> {
+pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh> {
     let fault = |message: String| FormatError::whole(path, format!("Draco compression: {message}"));
     match bytes {
         [b'D', b'R', b'A', b'C', b'O', 2, 2, 1, ..] => {}

@@ -14,7 +14,7 @@ pub(crate) mod world;
 mod writer;
 use raycam_scene::{Up, World};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::buffers::Resources;
 use crate::gltf::document::container::Container;
@@ -26,7 +26,7 @@ pub(crate) use crate::gltf::document::container::head;
 pub use writer::write;
 
 /// The world in a glTF file.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let path = &source.path;
     let (mut diagnostics, mut allowance) = (Diagnostics::default(), MemoryAllowance::default());
     let container = Container::open(source, &mut diagnostics)?;

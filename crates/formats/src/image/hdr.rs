@@ -5,10 +5,10 @@ use std::io::Read;
 use ::image::codecs::hdr::HdrDecoder;
 use raycam_scene::{Image, Texels};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     // The other signature means the same.
     let rest = file.bytes.strip_prefix(b"#?RGBE");
     let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));

@@ -10,7 +10,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile, reference};
 
 /// Folders in which images lie by custom, from the folder of a mesh: those of exporters, and of Gazebo's models.
@@ -32,7 +32,7 @@ pub(crate) fn optional_file(
     name: &[u8],
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<Option<InputFile>, FormatError> {
+) -> Result<Option<InputFile>> {
     match companion_file(from, name, assets, notices) {
         Err(error) if can_be_left_out(&error) => {
             notices.push(format!("{}: left out: {error}", from.display()));
@@ -58,7 +58,7 @@ pub(crate) fn companion_file(
     name: &[u8],
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<InputFile, FormatError> {
+) -> Result<InputFile> {
     let written = reference::with_slashes(name);
     let error = match assets.read_reference(from, &written) {
         Err(error @ (FormatError::Io { .. } | FormatError::Reference { .. })) => error,

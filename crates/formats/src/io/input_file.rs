@@ -4,7 +4,7 @@ use std::fs::File;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::ByteSource;
 
 /// A file in memory, or the beginning of one.
@@ -39,7 +39,7 @@ impl InputFile {
     }
 
     /// The text of the file.
-    pub(crate) fn text(&self) -> Result<&str, FormatError> {
+    pub(crate) fn text(&self) -> Result<&str> {
         std::str::from_utf8(&self.bytes)
             .map_err(|error| FormatError::byte(&self.path, error.valid_up_to(), "not UTF-8 text"))
     }

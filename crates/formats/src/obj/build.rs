@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{Mesh, MeshFile, MeshPart};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::geometry::polygons::Polygons;
 use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
 use crate::io::{AssetRoot, lexer};
@@ -16,7 +16,7 @@ use crate::obj::parse::Obj;
 use crate::obj::vertex_colors;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
-pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     assets.budget.take_elements(path, elements as u64)?;
     let mut model = MeshFile { notices: std::mem::take(&mut obj.notices), ..MeshFile::default() };
@@ -62,7 +62,7 @@ fn build_part(
     assets: &mut AssetRoot,
     vertices: &mut VertexDeduper,
     materials: &Materials,
-) -> Result<MeshPart, FormatError> {
+) -> Result<MeshPart> {
     let used = used_positions(obj, runs);
     let begin = |vertices: &mut VertexDeduper, positions: usize| {
         vertices.clear();
@@ -136,7 +136,7 @@ fn cut_polygons(
     assets: &mut AssetRoot,
     materials: &Materials,
     mut vertex_of: impl FnMut(Corner) -> u32,
-) -> Result<CutPolygons, FormatError> {
+) -> Result<CutPolygons> {
     let Obj { positions, normals, polygons, .. } = obj;
     let mut cut = CutPolygons {
         triangles: Vec::with_capacity(runs.iter().map(|run| run.polygons.len()).sum()),

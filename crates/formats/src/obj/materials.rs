@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raycam_scene::{Material, Mesh, MeshFile, Texture, TextureSlot};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::ColorUse;
 use crate::image::merge_alpha;
 use crate::image::normals_from_height;
@@ -32,7 +32,7 @@ impl Materials {
         path: &Path,
         assets: &mut AssetRoot,
         model: &mut MeshFile,
-    ) -> Result<Self, FormatError> {
+    ) -> Result<Self> {
         let library = Library::read(obj, path, assets, &mut model.notices)?;
         let unnamed = match runs.iter().all(|range| range.run.material.is_none()) {
             true => library.only(path, &mut model.notices),
@@ -103,7 +103,7 @@ fn slots(
     known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<Vec<(MapRole, TextureSlot, f32)>, FormatError> {
+) -> Result<Vec<(MapRole, TextureSlot, f32)>> {
     let mut slots = Vec::new();
     let last = |role| material.maps.iter().rev().find(|map| map.role == role);
     let color = last(MapRole::Color);
@@ -149,7 +149,7 @@ fn image(
     known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<Option<usize>, FormatError> {
+) -> Result<Option<usize>> {
     let used = match map.role {
         MapRole::Color | MapRole::Emission | MapRole::Opacity => ImageUse::Color,
         MapRole::Normal => ImageUse::Normals,
@@ -192,7 +192,7 @@ fn with_alpha(
     known: &mut TexturesByKey,
     assets: &mut AssetRoot,
     model: &mut MeshFile,
-) -> Result<Option<usize>, FormatError> {
+) -> Result<Option<usize>> {
     let file = color.map_or(Vec::new(), |map| map.file.clone());
     let key = (file, Some(opacity.file.clone()), opacity.clamp, ImageUse::Color);
     if let Some(known) = known.get(&key) {

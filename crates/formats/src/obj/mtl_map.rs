@@ -4,7 +4,7 @@ use std::path::Path;
 
 use raycam_scene::{Texture, Wrap};
 
-use crate::error::{FormatError, Location};
+use crate::error::{Location, Result};
 use crate::image::decoder::ColorUse;
 use crate::image::texture;
 use crate::io::{AssetRoot, Diagnostics, lexer};
@@ -64,7 +64,7 @@ impl MtlMap {
         color_use: ColorUse,
         assets: &mut AssetRoot,
         notices: &mut Vec<String>,
-    ) -> Result<Option<Texture>, FormatError> {
+    ) -> Result<Option<Texture>> {
         let wrap = if self.clamp { Wrap::Clamp } else { Wrap::Repeat };
         texture::optional_texture(library, &self.file, wrap, color_use, assets, notices)
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_linear};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::io::{Diagnostics, lexer, parallel};
 use crate::obj::chunk::{Chunk, ColorBounds, INDEX_NAMES, LineError, StateRun, TextChunk, split_chunks};
@@ -39,7 +39,7 @@ pub(crate) struct Obj {
 }
 
 /// Reads a file in pieces of about `size` bytes, in parallel.
-pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
+pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj> {
     let text = lexer::plain_text(bytes);
     let texts = split_chunks(&text, size);
     let counts = parallel::par_map(&texts, |text| lexer::line_ends(text));
@@ -189,7 +189,7 @@ impl ObjBuilder {
         Ok(())
     }
 
-    fn finish(self, path: &Path) -> Result<Obj, FormatError> {
+    fn finish(self, path: &Path) -> Result<Obj> {
         let mut obj = self.obj;
         let shown = path.display();
         let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];

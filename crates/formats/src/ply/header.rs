@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::ByteSource;
 use crate::io::lexer::{self, Words};
 use crate::ply::body::Body;
@@ -34,11 +34,7 @@ pub(crate) struct Header {
 }
 
 /// Reads the header of a file from its first bytes, which are all of them where the file is text.
-pub(crate) fn parse<'a>(
-    path: &'a Path,
-    bytes: &'a [u8],
-    file: ByteSource<'a>,
-) -> Result<(Header, Body<'a>), FormatError> {
+pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -> Result<(Header, Body<'a>)> {
     let mut parser = HeaderParser { path, line: 0, elements: Vec::new(), textures: Vec::new(), encoding: None };
     let at = parser.lines(bytes)?;
     let (line, after) = (parser.line, file.len() - at);
@@ -64,7 +60,7 @@ enum Encoding {
 
 impl Header {
     /// Refuses elements with more rows than `after` bytes can hold.
-    fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<(), FormatError> {
+    fn check_counts(&self, path: &Path, encoding: Encoding, after: usize) -> Result<()> {
         for Element { name, count, properties } in &self.elements {
             // At least a digit and a space or line end for each value of a text.
             let row: usize = match encoding {
@@ -98,7 +94,7 @@ impl HeaderParser<'_> {
     }
 
     /// Reads up to `end_header`, and returns the offset of the byte after that line.
-    fn lines(&mut self, bytes: &[u8]) -> Result<usize, FormatError> {
+    fn lines(&mut self, bytes: &[u8]) -> Result<usize> {
         // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
         let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
         let mut at = 0;
@@ -124,7 +120,7 @@ impl HeaderParser<'_> {
         }
     }
 
-    fn statement(&mut self, key: &[u8], mut words: Words<'_>) -> Result<(), FormatError> {
+    fn statement(&mut self, key: &[u8], mut words: Words<'_>) -> Result<()> {
         match key {
             b"format" => {
                 self.encoding = Some(match (words.next(), words.next()) {

@@ -22,7 +22,7 @@ use std::path::Path;
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, MeshFile};
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::geometry::colors;
 use crate::geometry::directionless;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
@@ -34,7 +34,7 @@ use crate::ply::columns::{Columns, Row};
 use crate::ply::header::{Element, Header};
 
 /// The model in a PLY file: one part.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile> {
     let path = &source.path;
     let file = source.part(0..source.len());
     let (header, mut body) = header::parse(path, &source.bytes, file)?;
@@ -123,7 +123,7 @@ impl<'a> Ply<'a> {
         }
     }
 
-    fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if !self.mesh.vertices.is_empty() {
             return Err(FormatError::whole(self.path, "a second element vertex"));
         }
@@ -147,7 +147,7 @@ impl<'a> Ply<'a> {
         self.polygons.len() + self.triangles.len() > 0
     }
 
-    fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32, FormatError> {
+    fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32> {
         if index >= 0.0 && index < self.declared as f64 {
             return Ok(index as u32);
         }
@@ -156,7 +156,7 @@ impl<'a> Ply<'a> {
         Err(body.error(message))
     }
 
-    fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if !columns.have(&[PropertyRole::Corners]) {
             return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
@@ -213,7 +213,7 @@ impl<'a> Ply<'a> {
     }
 
     /// Triangle strips; -1 begins another.
-    fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if self.has_faces() {
             return Err(FormatError::whole(self.path, "a second element with faces"));
@@ -246,7 +246,7 @@ impl<'a> Ply<'a> {
     }
 
     /// Reads over an element without a use.
-    fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if element.count > 0 {
             self.unused.push(format!("element {} ({} rows)", element.name, element.count));
         }
@@ -255,7 +255,7 @@ impl<'a> Ply<'a> {
         (0..element.count).try_for_each(|_| columns.read(body, &mut row))
     }
 
-    fn model(mut self, header: &Header, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+    fn model(mut self, header: &Header, assets: &mut AssetRoot) -> Result<MeshFile> {
         let path = self.path;
         if !self.has_faces() {
             let message = format!("no faces, only {} vertices: nothing to see", self.declared);
@@ -292,7 +292,7 @@ impl<'a> Ply<'a> {
 
     /// Cuts the polygons, and splits vertices whose corners differ; returns the number of the image of each triangle, where
     /// faces have one.
-    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>, FormatError> {
+    fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>> {
         let path = self.path;
         let Self { mesh, polygons, triangles, face_colors, corner_uvs, images, .. } = self;
         // Without texture coordinates of their own, corners are the file's vertices.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// The lines that are neither empty nor comments (`#`), with their numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
@@ -11,7 +11,7 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// The `N` finite numbers of a line.
-pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N], FormatError> {
+pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N]> {
     let mut values = Vec::with_capacity(N);
     for word in text.split_whitespace() {
         match word.parse::<f64>() {

@@ -8,7 +8,7 @@ use raycam_scene::PixelCenter;
 
 use crate::calibration::rig::one_rig;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 const OTHER: [&str; 9] = ["ndisp", "isint", "vmin", "vmax", "dyavg", "dymax", "doffs", "width", "height"];
@@ -17,7 +17,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with("cam0=[") || line.trim_start().starts_with("cam0 = ["))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut rows: HashMap<&str, (usize, &str)> = HashMap::new();
     for (i, line) in source.text()?.lines().enumerate() {
@@ -25,12 +25,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             rows.insert(key.trim(), (i + 1, value.trim()));
         }
     }
-    let number = |key: &str| -> Result<Option<f64>, FormatError> {
+    let number = |key: &str| -> Result<Option<f64>> {
         let Some((line, word)) = rows.get(key) else { return Ok(None) };
         let value = word.parse().ok().filter(|value: &f64| value.is_finite());
         value.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}: expected a number")))
     };
-    let matrix = |key: &str| -> Result<DMat3, FormatError> {
+    let matrix = |key: &str| -> Result<DMat3> {
         let (line, text) = *rows
             .get(key)
             .ok_or_else(|| FormatError::whole(path, format!("{key}=[f 0 cx; 0 f cy; 0 0 1] is missing")))?;

@@ -8,7 +8,7 @@ use crate::calibration::document::number_lines::{data_lines, numbers};
 use crate::calibration::document::{check_rigid, rigid};
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// Folders of the pictures, from that of the cameras.
@@ -32,11 +32,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_cameras(folder, assets).is_some()
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected cams/00000000_cam.txt and more");
     let place = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();
@@ -52,7 +48,7 @@ pub(crate) fn read_folder(
     Ok(calibration)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     let name = stem.trim_end_matches("_cam");

@@ -7,14 +7,14 @@ use crate::calibration::document::npy;
 use crate::calibration::folder::by_numbers;
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
     npy::names(&source.bytes).iter().any(|name| name.starts_with("world_mat_"))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut arrays = npy::arrays(&source.bytes, path, &mut assets.budget)?;
     arrays.sort_by(|(a, _), (b, _)| by_numbers(a, b));

@@ -7,7 +7,7 @@ use crate::calibration::opencv::read::{detect, read};
 use crate::calibration::opencv::stereo::place_second;
 use crate::calibration::opencv::storage::parse;
 use crate::calibration::{Calibration, Folder, ReadHints};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::AssetRoot;
 
 const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
@@ -33,11 +33,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
     })
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected a file of the left and one of the right camera");
     let mut calibration = Calibration::default();
     for side in ["left", "right"] {

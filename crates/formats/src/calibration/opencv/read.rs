@@ -9,7 +9,7 @@ use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
 use crate::calibration::opencv::{camera, stereo};
 use crate::calibration::{Calibration, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 /// Longest text that is parsed to find out what it is.
@@ -49,7 +49,7 @@ fn has_camera(at: &Cursor<'_>) -> bool {
 }
 
 /// The maps below the root, by their keys; those of a list by their numbers.
-fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>, FormatError> {
+fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>> {
     let mut found = Vec::new();
     if let Ok(items) = root.list() {
         let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), at);
@@ -80,7 +80,7 @@ fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, Cursor<'a>)>, F
     Ok(found)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let node = parse(source, assets)?;
     let root = Cursor::root(&node, &source.path);
     let view = KeyView { at: root.clone(), side: &[] };
@@ -98,7 +98,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 }
 
 /// The camera of a map.
-fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration, FormatError> {
+fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
     let mut notices = view.at.unread_keys(|key| view.knows(key))?;
     if let Some(inner) = view.intrinsics() {
         notices.extend(inner.at.unread_keys(|key| inner.knows(key))?);
@@ -116,7 +116,7 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
 }
 
 /// Refuses numbers under an unknown key that may be the lens of a camera that has none.
-fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<(), FormatError> {
+fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     for (key, at) in view.at.entries()? {
         let Ok(numbers) = at.numbers() else { continue };
         let count = matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && numbers.iter().any(|v| v.fract() != 0.0);
@@ -132,12 +132,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<(), FormatError> {
 }
 
 /// Cameras in maps of their own; two of them with R and T are a pair.
-fn several(
-    view: &KeyView<'_>,
-    source: &InputFile,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let root = &view.at;
     let mut calibration = Calibration::default();
     let mut pose = camera::pose(view)?;

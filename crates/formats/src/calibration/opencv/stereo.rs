@@ -8,7 +8,7 @@ use crate::calibration::opencv::keys::{self, KeyView};
 use crate::calibration::opencv::storage::parse;
 use crate::calibration::rig::one_rig;
 use crate::calibration::{Calibration, Pose, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::AssetRoot;
 
 /// The marks of keys of the first and of the second camera.
@@ -34,7 +34,7 @@ pub(super) fn read(
     pair: [(String, KeyView<'_>); 2],
     assets: &mut AssetRoot,
     hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+) -> Result<Calibration> {
     let both = KeyView { at: root.clone(), side: &[] };
     let known = |key: &str| both.knows(key) || both.is_rectified(key) || pair.iter().any(|(_, view)| view.knows(key));
     let mut calibration = Calibration { notices: root.unread_keys(known)?, ..Calibration::default() };
@@ -82,11 +82,7 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) {
 }
 
 /// R and T of the second file that OpenCV's sample writes: extrinsics.yml beside intrinsics.yml.
-fn from_partner(
-    path: &Path,
-    assets: &mut AssetRoot,
-    calibration: &mut Calibration,
-) -> Result<Option<Pose>, FormatError> {
+fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<Option<Pose>> {
     let Some(partner) = partner(path, "intrinsic", "extrinsic") else { return Ok(None) };
     let Ok(source) = assets.read_reference(Path::new(""), &partner) else {
         return Ok(None);

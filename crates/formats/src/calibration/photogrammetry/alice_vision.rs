@@ -9,7 +9,7 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::{Cursor, check_rotation, yaml};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 /// Numbers of a version.
@@ -21,7 +21,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     has("\"version\"") && has("\"views\"") && has("\"intrinsics\"") && !has("sfm_data_version")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -95,19 +95,19 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 /// The elements of a list; an empty one is written as an empty word.
-fn items<'a>(at: &Cursor<'a>, key: &str) -> Result<Vec<Cursor<'a>>, FormatError> {
+fn items<'a>(at: &Cursor<'a>, key: &str) -> Result<Vec<Cursor<'a>>> {
     at.get(key).map_or(Ok(vec![]), |at| at.list())
 }
 
 /// camera_from_world of a rotation by columns and a centre.
-fn pose(at: &Cursor<'_>) -> Result<Pose, FormatError> {
+fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let rotation = at.require("rotation")?;
     let r = DMat3::from_cols_array(&rotation.array()?);
     check_rotation(r).map_err(|message| rotation.fail(message))?;
     Ok(Pose::from_r_c(r, DVec3::from_array(at.require("center")?.array()?)))
 }
 
-fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(at.require("intrinsicId")?.word()?, PixelCenter::Integer);
     let size = [at.require("width")?.count()?, at.require("height")?.count()?];
     record.size = Some(size);
@@ -147,7 +147,7 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
     Ok(record)
 }
 
-fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens, FormatError> {
+fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
     let listed = |key: &str| items(at, key)?.iter().map(Cursor::number).collect::<Result<Vec<f64>, _>>();
     let (undistortion, parameters) = (listed("undistortionParams")?, listed("distortionParams")?);
     let undistorts = at.get("undistortionType").map_or(Ok("none"), |at| at.word())?;

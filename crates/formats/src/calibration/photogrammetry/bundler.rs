@@ -9,14 +9,14 @@ use crate::calibration::document::number_lines::{data_lines, numbers};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, require_known_size};
 use crate::calibration::picture_size::PictureSizes;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.starts_with("# Bundle file")
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let (path, text) = (&source.path, source.text()?);
     let mut calibration = Calibration::default();
     let list = assets.read_reference(path, "list.txt").ok();

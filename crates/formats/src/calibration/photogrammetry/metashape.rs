@@ -12,7 +12,7 @@ use crate::calibration::document::rigid;
 use crate::calibration::document::xml_element::{XmlElement, XmlFile};
 use crate::calibration::intrinsics::{brown_lens, lens_of, refuse_terms, set_panorama};
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 /// Terms of a calibration; those with `fx` are of older exports.
@@ -27,7 +27,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     start && (text.contains("<chunk") || text.contains("<calibration") && text.contains("<projection>"))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let file = XmlFile::parse(source.text()?, &source.path)?;
     let root = file.root();
     if root.name() == "calibration" {
@@ -67,7 +67,7 @@ fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     }
 }
 
-fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> {
     let sensors = chunk.child("sensors").ok_or_else(|| chunk.fail("no sensors in it"))?;
     let sensors: HashMap<&str, XmlElement<'_>> =
         sensors.all("sensor").filter_map(|at| Some((at.attribute("id")?, at))).collect();
@@ -146,7 +146,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<(), 
 }
 
 /// Chunk from camera, if the camera has it.
-fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>, FormatError> {
+fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
     let Some(transform) = at.child("transform") else { return Ok(None) };
     let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
     Ok(Some(rigid(&rows)))
@@ -159,7 +159,7 @@ fn place_by_master<'a>(
     at: &XmlElement<'a>,
     master: &XmlElement<'a>,
     sensors: &HashMap<&str, XmlElement<'a>>,
-) -> Result<Option<(DMat3, DVec3)>, FormatError> {
+) -> Result<Option<(DMat3, DVec3)>> {
     let mount = |at: &XmlElement<'a>| rig_mount(at.attribute("sensor_id").unwrap_or_default(), sensors);
     let (Some((r, c)), Some((rig, slave)), Some((other, own))) = (own_place(master)?, mount(at)?, mount(master)?)
     else {
@@ -177,7 +177,7 @@ fn place_by_master<'a>(
 fn rig_mount<'a>(
     id: &'a str,
     sensors: &HashMap<&str, XmlElement<'a>>,
-) -> Result<Option<(Option<&'a str>, Similarity)>, FormatError> {
+) -> Result<Option<(Option<&'a str>, Similarity)>> {
     let (mut id, mut mount) = (id, Similarity::IDENTITY);
     for _ in 0..=sensors.len() {
         let Some(sensor) = sensors.get(id) else { return Ok(None) };
@@ -207,7 +207,7 @@ impl Similarity {
     const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO, scale: 1.0 };
 
     /// The elements `rotation` and `scale`, and that of the translation.
-    fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self, FormatError> {
+    fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self> {
         let rotation = match at.child("rotation") {
             Some(r) => {
                 let matrix = DMat3::from_cols_array(&r.numbers()?).transpose();
@@ -230,7 +230,7 @@ impl Similarity {
 }
 
 /// Size, K and lens of a sensor; false for its initial calibration.
-fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Result<bool, FormatError> {
+fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Result<bool> {
     let kind = sensor.attribute("type").unwrap_or("frame");
     if let Some(at) = sensor.child("resolution") {
         record.size = Some(resolution(&at)?);
@@ -247,12 +247,12 @@ fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Resu
     Ok(adjusted.is_some() || kind == "spherical")
 }
 
-fn resolution(at: &XmlElement<'_>) -> Result<[u32; 2], FormatError> {
+fn resolution(at: &XmlElement<'_>) -> Result<[u32; 2]> {
     let side = |name: &str| at.attribute(name).and_then(|word| word.parse().ok());
     side("width").zip(side("height")).map(|(w, h)| [w, h]).ok_or_else(|| at.fail("expected width and height"))
 }
 
-fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Result<(), FormatError> {
+fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Result<()> {
     if let Some(inner) = at.child("resolution") {
         record.size = Some(resolution(&inner)?);
     } else if let (Some(w), Some(h)) = (at.child("width"), at.child("height")) {

@@ -9,14 +9,14 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 use crate::calibration::document::{Cursor, yaml};
 use crate::calibration::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"projection_type\"") || text.contains("\"shots\"") && text.contains("\"cameras\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -97,7 +97,7 @@ const KEYS: [&str; 23] = [
     "gps",
 ];
 
-fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     notices.extend(at.unread_keys(|key| KEYS.contains(&key) || key.contains("prior"))?);
     let kind = at.get("projection_type");
@@ -126,7 +126,7 @@ fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<Came
 }
 
 /// The lens of a projection; terms that it does not have must be 0.
-fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens, FormatError> {
+fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     let fail = |message: String| at.fail(message);
     let names = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "s0", "s1", "s2", "s3"];
     let mut terms = [0.0; 12];

@@ -8,7 +8,7 @@ use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms, r
 use crate::calibration::picture_size::PictureSizes;
 use crate::calibration::trajectory::convention::flip_columns;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// Millimetres of the film that focal lengths are given for.
@@ -37,7 +37,7 @@ pub(crate) fn lens([k1, k2, k3, k4, t1, t2]: [f64; 6]) -> Result<(Lens, bool), S
     Ok((brown_lens(k1, k2, t2, t1, k3)?, t1 != 0.0 || t2 != 0.0))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let (path, text) = (&source.path, source.text()?);
     let (at, words) = header(text).ok_or_else(|| FormatError::whole(path, "expected #name,x,y,alt,heading,..."))?;
     let mut calibration = Calibration::default();

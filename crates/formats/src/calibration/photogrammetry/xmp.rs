@@ -10,7 +10,7 @@ use crate::calibration::intrinsics::require_known_size;
 use crate::calibration::photogrammetry::reality_capture::{FILM, TANGENTIAL, lens};
 use crate::calibration::picture_size::PictureSizes;
 use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 /// Endings of the picture of an XMP file.
@@ -24,7 +24,7 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
     folder.ending(".xmp").next().is_some()
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let mut lost = Vec::new();
     let stem = source.stem().unwrap_or_default();
@@ -35,11 +35,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let mut lost = Vec::new();
     let stems = folder.ending(".xmp").filter_map(|name| name.strip_suffix(".xmp"));
@@ -72,7 +68,7 @@ fn add(
     sizes: &mut PictureSizes,
     calibration: &mut Calibration,
     lost: &mut Vec<String>,
-) -> Result<(), FormatError> {
+) -> Result<()> {
     let file = XmlFile::parse(source.text()?, &source.path)?;
     let root = file.root();
     let stem = source.stem().unwrap_or_else(|| "camera".into());

@@ -5,14 +5,14 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["\"images\"", "\"annotations\"", "\"file_name\"", "\"K\"", "\"pixel_center\""].iter().all(|key| text.contains(key))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();

@@ -2,7 +2,7 @@
 
 use crate::calibration::rig::on_a_body;
 use crate::calibration::{Calibration, Folder, ReadHints, opencv};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::AssetRoot;
 
 fn find_cameras(folder: &Folder, assets: &AssetRoot) -> Option<(Folder, Vec<String>)> {
@@ -21,7 +21,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_cameras(folder, assets).is_some()
 }
 
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected cam0/sensor.yaml, of EuRoC");
     let (place, cameras) = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();

@@ -2,7 +2,7 @@
 
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints, kitti};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::AssetRoot;
 
 const CALIBRATIONS: &str = "object/training/calib";
@@ -13,7 +13,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 /// The left colour cameras, P2, at the poses.
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = kitti::read_poses(&folder.read("poses.txt", assets)?, assets, hints)?;
     let files = folder.inner(CALIBRATIONS, assets);
     let names: Vec<String> = files.ending(".txt").cloned().collect();

@@ -10,7 +10,7 @@ use crate::calibration::document::{Cursor, DocumentNode, Value, yaml};
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix};
 use crate::calibration::rig::one_rig;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 const ON_THE_VEHICLE: &str = "the cameras are in the axes of the vehicle (x forward, y left, z up)";
@@ -25,7 +25,7 @@ pub(crate) fn detect_waymo(_: &InputFile, text: &str) -> bool {
 }
 
 /// The rows of a table, as CSV with a header or as JSON with a map for each row, as one document.
-fn table(source: &InputFile) -> Result<DocumentNode, FormatError> {
+fn table(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     if text.trim_start().starts_with(['[', '{']) {
         return yaml::parse(text, &source.path);
@@ -47,11 +47,7 @@ fn table(source: &InputFile) -> Result<DocumentNode, FormatError> {
     Ok(DocumentNode { value: Value::List(rows), line: 1 })
 }
 
-pub(crate) fn read_argoverse(
-    source: &InputFile,
-    assets: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_argoverse(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = table(source)?;
     let mut calibration = Calibration::default();
     let ending = source.path.extension().and_then(|ending| ending.to_str()).unwrap_or("csv");
@@ -83,7 +79,7 @@ pub(crate) fn read_argoverse(
 }
 
 /// The pose of a sensor on the vehicle.
-fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose, FormatError> {
+fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
     for row in root.list()? {
         if row.require("sensor_name")?.word()? == name {
             let number = |key: &str| row.require(key)?.number();
@@ -96,7 +92,7 @@ fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose, F
     Err(FormatError::whole(path, format!("no row of the sensor {name:?}")))
 }
 
-pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     // A frame has them in its context.

@@ -8,14 +8,14 @@ use crate::calibration::document::{Cursor, yaml};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
 use crate::calibration::rig::on_a_body;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"value0\"") && text.contains("\"T_imu_cam\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path).require("value0")?;
     let mut calibration = Calibration::default();

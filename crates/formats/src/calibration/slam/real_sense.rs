@@ -7,14 +7,14 @@ use crate::calibration::document::lens_keys::plain;
 use crate::calibration::document::{Cursor, yaml};
 use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
 use crate::calibration::{Calibration, CameraRecord, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("ppx") && text.contains("ppy") && text.contains("coeffs")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -33,7 +33,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord, FormatError> {
+fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let get = |key: &str| at.require(key)?.number();
     record.k = Some(pinhole_matrix([get("fx")?, get("fy")?, get("ppx")?, get("ppy")?]));

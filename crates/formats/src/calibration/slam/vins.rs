@@ -5,14 +5,14 @@ use crate::calibration::document::{Cursor, check_rotation, yaml};
 use crate::calibration::rig::on_a_body;
 use crate::calibration::slam::camodocal;
 use crate::calibration::{Calibration, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["cam0_calib", "body_T_cam0", "extrinsicRotation"].iter().any(|key| text.contains(key))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -61,7 +61,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
 }
 
 /// The pose of a camera in the axes of the body.
-fn mount(root: &Cursor<'_>, i: u32) -> Result<Option<Pose>, FormatError> {
+fn mount(root: &Cursor<'_>, i: u32) -> Result<Option<Pose>> {
     if let Some(at) = root.get(&format!("body_T_cam{i}")) {
         let (r, c) = at.matrix4()?;
         return Ok(Some(Pose::world_from_camera(Rotation::Matrix(r), c)));

@@ -9,7 +9,7 @@ use raycam_scene::PixelCenter;
 use crate::calibration::intrinsics::{brown_lens, pinhole_matrix, refuse_terms};
 use crate::calibration::rig::one_rig;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// The names of resolutions, with their columns and rows.
@@ -20,7 +20,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("[LEFT_CAM_") && text.contains("[STEREO]")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let mut section = "";
     let mut values: HashMap<(&str, &str), (usize, &str)> = HashMap::new();
@@ -32,7 +32,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             values.insert((section, key.trim()), (i + 1, value.trim()));
         }
     }
-    let find = |section: &str, key: &str| -> Result<Option<f64>, FormatError> {
+    let find = |section: &str, key: &str| -> Result<Option<f64>> {
         let Some((line, word)) = values.get(&(section, key)) else { return Ok(None) };
         let number = word.parse::<f64>().ok().filter(|value| value.is_finite());
         number.map(Some).ok_or_else(|| FormatError::line(path, *line, format!("{key}={word}: expected a number")))

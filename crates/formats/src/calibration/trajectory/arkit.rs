@@ -9,7 +9,7 @@ use raycam_scene::PixelCenter;
 use crate::calibration::document::number_lines::{data_lines, numbers};
 use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// Seconds between the times of a pose and of its intrinsics.
@@ -34,16 +34,12 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
     trajectory(folder).is_some()
 }
 
-pub(crate) fn read_folder(
-    folder: &Folder,
-    assets: &mut AssetRoot,
-    hints: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected one .traj file");
     read(&folder.read(trajectory(folder).ok_or_else(fail)?, assets)?, assets, hints)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     let mut calibration = Calibration::default();
     if has_ending(&source.path, "pincam") {
@@ -100,7 +96,7 @@ fn pincams(source: &InputFile, assets: &AssetRoot) -> Vec<(f64, String)> {
     found
 }
 
-fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<(), FormatError> {
+fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<()> {
     let Some((line, row)) = data_lines(source.text()?).next() else {
         return Err(FormatError::whole(&source.path, "expected width height fx fy cx cy"));
     };

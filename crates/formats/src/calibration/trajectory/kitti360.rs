@@ -10,7 +10,7 @@ use crate::calibration::rig::on_a_body;
 use crate::calibration::trajectory::body::place_on_body;
 use crate::calibration::trajectory::matrices::checked34;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -21,7 +21,7 @@ fn is_mounts(text: &str) -> bool {
     data_lines(text).next().is_some_and(|(_, line)| line.starts_with("image_0") && line.contains(':'))
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let (path, text) = (&source.path, source.text()?);
     if is_mounts(text) {
         return mounts(source, assets, hints);
@@ -45,7 +45,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// The cameras in the axes of the body; K of the rectified ones from `perspective.txt` beside the file, that of fisheyes
 /// from their own files.
-fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let perspective = assets.read_reference(std::path::Path::new(""), "perspective.txt").ok();
     for (line, row) in data_lines(source.text()?) {

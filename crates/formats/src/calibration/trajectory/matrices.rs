@@ -16,7 +16,7 @@ use crate::calibration::intrinsics::{lens_of, pinhole_matrix};
 use crate::calibration::trajectory::convention::convention_of;
 use crate::calibration::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
 use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// The arrangement of the numbers of a text.
@@ -84,7 +84,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         || matrix_tree::detect(source, text)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let (path, stem) =
         (&source.path, source.stem().map_or_else(|| "camera".into(), |stem| stem.trim_end_matches(".pose").to_owned()));
@@ -121,7 +121,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 }
 
 /// The matrices of a file: an array of NumPy or several, a document, or a text of numbers.
-pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree, FormatError> {
+pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let fail = |message: String| FormatError::whole(&source.path, message);
     let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
     if npy::is_npy(&source.bytes) {
@@ -152,7 +152,7 @@ pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
 }
 
 /// The matrices of a text: the index before each, its line, its numbers.
-pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices, FormatError> {
+pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices> {
     let mut found = FoundMatrices::new();
     let mut block: Vec<f64> = Vec::new();
     for (line, row) in data_lines(text) {
@@ -185,7 +185,7 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
 }
 
 /// K of a text of three or four lines.
-pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3, FormatError> {
+pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
     let rows: Vec<Vec<f64>> = data_lines(text).filter_map(|(_, line)| values(line)).collect();
     let fail = |message: &str| Err(FormatError::whole(path, message));
     if rows.len() < 3 || rows.iter().any(|row| row.len() < 3) {
@@ -208,7 +208,7 @@ fn lens_beside(
     assets: &mut AssetRoot,
     hints: &ReadHints,
     calibration: &mut Calibration,
-) -> Result<Lens, FormatError> {
+) -> Result<Lens> {
     let own = source.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let ending = own.rsplit_once('.').map_or("", |(_, ending)| ending);
     let folder = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
@@ -237,7 +237,7 @@ fn lens_beside(
 }
 
 /// K of Replica's `cam_params.json`, beside the trajectory or above it.
-fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     for name in ["cam_params.json", "../cam_params.json"] {
         let Ok(source) = assets.read_reference(Path::new(""), name) else { continue };
         let node = yaml::parse(source.text()?, &source.path)?;
@@ -261,7 +261,7 @@ pub(crate) fn checked34(rows: &[f64; 12]) -> Result<(), String> {
     check_rotation(rigid(rows).0)
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::new();
     for record in records {
         let (r, c) = record.require_pose()?.world_r_c();

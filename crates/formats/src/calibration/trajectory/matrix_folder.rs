@@ -10,7 +10,7 @@ use crate::calibration::trajectory::convention::convention_of;
 use crate::calibration::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, poses_of};
 use crate::calibration::trajectory::matrix_tree::PosesOfTree;
 use crate::calibration::{Calibration, CameraRecord, Folder, ReadHints};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::AssetRoot;
 
 /// Files with K, in the folder of the scene.
@@ -61,7 +61,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
     find_poses(folder, assets).is_some()
 }
 
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file for each picture");
     let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
@@ -128,7 +128,7 @@ fn with_intrinsics(
     size: Option<[u32; 2]>,
     assets: &mut AssetRoot,
     calibration: &mut Calibration,
-) -> Result<(), FormatError> {
+) -> Result<()> {
     let mut found: Vec<(String, DMat3)> = Vec::new();
     for folder in [scene, place] {
         for name in INTRINSICS {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::calibration::document::npy::NumpyArray;
 use crate::calibration::document::{Cursor, DocumentNode, npy, yaml, zip_members};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// Longest text that is parsed to find out what it is.
@@ -59,7 +59,7 @@ fn is_document(path: &Path, text: &str) -> bool {
 }
 
 /// The poses of a file; None for a text that is no document of poses.
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>> {
     if zip_members::is_zip(&source.bytes) {
         return of_archive(source, assets).map(Some);
     }
@@ -100,7 +100,7 @@ pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMa
 }
 
 /// The poses of a `.npz` file: the array of them, or one array for each.
-fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree, FormatError> {
+fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let arrays = npy::arrays(&source.bytes, &source.path, &mut assets.budget)?;
     let fail = |message: String| FormatError::whole(&source.path, message);
     let lists: Vec<_> = arrays.iter().filter(|(_, array)| is_poses(&array.shape) && array.shape.len() == 3).collect();
@@ -128,7 +128,7 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree,
     Ok(PosesOfTree { key, matrices, notices })
 }
 
-fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>, FormatError> {
+fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
     if has_poses(root) {
         let mut notices = Vec::new();
         let matrices = all(root, &mut notices)?;
@@ -174,7 +174,7 @@ fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
 }
 
 /// The matrices of a node that has some.
-fn all(at: &Cursor<'_>, notices: &mut Vec<String>) -> Result<FoundMatrices, FormatError> {
+fn all(at: &Cursor<'_>, notices: &mut Vec<String>) -> Result<FoundMatrices> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
     };

@@ -7,7 +7,7 @@ use crate::calibration::document::number_lines::data_lines;
 use crate::calibration::document::rigid;
 use crate::calibration::trajectory::matrices::{checked, words};
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -18,7 +18,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     })
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let lines: Vec<(usize, &str)> = data_lines(source.text()?).collect();
     let mut calibration = Calibration::default();

@@ -11,14 +11,14 @@ use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::picture_size::size_of_picture;
 use crate::calibration::pose::normalized;
 use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     looks_like(text, 8)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for (line, row) in data_lines(source.text()?) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
@@ -43,11 +43,7 @@ pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
 }
 
 /// The camera of `calibration.txt`, which has no size.
-pub(crate) fn read_intrinsics(
-    source: &InputFile,
-    _: &mut AssetRoot,
-    _: &ReadHints,
-) -> Result<Calibration, FormatError> {
+pub(crate) fn read_intrinsics(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let Some((line, row)) = data_lines(source.text()?).next() else {
         return Err(FormatError::whole(&source.path, "expected fx fy cx cy"));
     };
@@ -57,7 +53,7 @@ pub(crate) fn read_intrinsics(
 }
 
 /// K of `calibration.txt` and the size of the first picture of `rgb.txt`, beside a trajectory.
-fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     let Ok(file) = assets.read_reference(&source.path, "calibration.txt") else { return Ok(()) };
     if !detect_intrinsics(&file, file.text().unwrap_or_default()) {
         return Ok(());
@@ -79,7 +75,7 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
     Ok(())
 }
 
-pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "calibration.txt of TUM";
     let [record] = records else {
         return Err(FormatError::Encode(format!("{format} holds one camera, {} given", records.len())));
@@ -92,7 +88,7 @@ pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<Out
     })
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let mut text = String::from("# timestamp tx ty tz qx qy qz qw\n");
     for record in records {
         let time = match record.time {

@@ -7,14 +7,14 @@ use crate::calibration::document::{Cursor, yaml};
 use crate::calibration::intrinsics::{lens_of, middle_of, pinhole_matrix, set_panorama};
 use crate::calibration::trajectory::convention::flip_columns;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("\"camera_path\"") && text.contains("\"render_width\"")
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     for (key, at) in root.entries()? {

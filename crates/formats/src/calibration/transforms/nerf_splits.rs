@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::calibration::transforms::nerf;
 use crate::calibration::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::AssetRoot;
 
 const SPLITS: [&str; 3] = ["train", "val", "test"];
@@ -18,7 +18,7 @@ pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
 }
 
 /// The cameras of all splits, each named by its split.
-pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let splits = || SPLITS.into_iter().filter(|split| folder.has(&file_of(split)));
     let mut known = hints.clone();
@@ -54,7 +54,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
 }
 
 /// A file for each split: that with which the names begin, else train.
-pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let mut written = OutputFiles::default();
     let mut unnamed = 0;
     for split in SPLITS {

@@ -8,7 +8,7 @@ use crate::calibration::document::{Cursor, yaml, zip_members};
 use crate::calibration::intrinsics::pinhole_matrix;
 use crate::calibration::trajectory::convention::flip_columns;
 use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile};
 
 /// Keys of depth, colour and the app, which say nothing of the cameras.
@@ -41,7 +41,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     poses && text.contains("\"K\"") && (text.contains("\"fps\"") || text.contains("\"dw\"")) || is_r3d(source)
 }
 
-pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let path = &source.path;
     let unpacked;
     let text = if is_r3d(source) {
@@ -92,7 +92,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
 }
 
 /// K of nine numbers by columns; where the last three are 0 0 1, they are by rows.
-fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3, FormatError> {
+fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3> {
     let k = DMat3::from_cols_array(&at.array()?);
     let k = if k.z_axis == DVec3::Z && k.row(2) != DVec3::Z { k.transpose() } else { k };
     match k.row(2) == DVec3::Z {

@@ -11,7 +11,7 @@ use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, 
 use crate::calibration::document::{Cursor, check_rotation, yaml};
 use crate::calibration::intrinsics::{middle_of, pinhole_matrix};
 use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::io::{AssetRoot, InputFile};
 
 /// Keys that are not read, of which notices name the lines; the others are counted.
@@ -21,7 +21,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     ["\"img_name\"", "\"rotation\"", "\"position\"", "\"fx\""].iter().all(|key| text.contains(key))
 }
 
-pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration, FormatError> {
+pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
@@ -57,7 +57,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "cameras.json of Gaussian splats";
     let mut text = String::from("[");
     for (i, record) in records.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
 use crate::gltf::document::memory_allowance::MemoryAllowance;
@@ -60,7 +60,7 @@ impl<'a> Document<'a> {
         index: usize,
         from: &str,
         allowance: &mut MemoryAllowance,
-    ) -> Result<AccessorView<'a>, FormatError> {
+    ) -> Result<AccessorView<'a>> {
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(self.unresolved(from, index, self.root.accessors.len()));
         };
@@ -113,7 +113,7 @@ impl<'a> Document<'a> {
     }
 
     /// Writes the elements of a sparse accessor, of `size` bytes each, over those of `dense`.
-    fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<(), FormatError> {
+    fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<()> {
         let fault = |message: String| self.fault(format!("{place}.sparse.{message}"));
         let count = dense.len() / size;
         let indices = &sparse.indices;

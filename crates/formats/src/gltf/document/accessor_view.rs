@@ -4,7 +4,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::codec::draco;
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::document::Document;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::io::{ByteSource, parallel};
@@ -94,7 +94,7 @@ impl AccessorView<'_> {
         &self,
         document: &Document<'_>,
         allowance: &mut MemoryAllowance,
-    ) -> Result<Vec<[f32; N]>, FormatError> {
+    ) -> Result<Vec<[f32; N]>> {
         self.map_floats(document, allowance, |values| values)
     }
 
@@ -104,7 +104,7 @@ impl AccessorView<'_> {
         document: &Document<'_>,
         allowance: &mut MemoryAllowance,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
-    ) -> Result<Vec<[T; N]>, FormatError> {
+    ) -> Result<Vec<[T; N]>> {
         let (made, finite) = self.map_any_floats(document, allowance, make)?;
         if finite { Ok(made) } else { Err(self.non_finite_error::<N>(document)) }
     }
@@ -115,7 +115,7 @@ impl AccessorView<'_> {
         document: &Document<'_>,
         allowance: &mut MemoryAllowance,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
-    ) -> Result<(Vec<[T; N]>, bool), FormatError> {
+    ) -> Result<(Vec<[T; N]>, bool)> {
         if self.arity != N {
             return Err(document.fault(format!(
                 "{}.type: {} components, expected {N} ({})",
@@ -217,7 +217,7 @@ impl AccessorView<'_> {
         &self,
         document: &Document<'_>,
         allowance: &mut MemoryAllowance,
-    ) -> Result<Vec<[u32; N]>, FormatError> {
+    ) -> Result<Vec<[u32; N]>> {
         self.check_unsigned(document, N)?;
         allowance.charge(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let made = match self.component {
@@ -230,7 +230,7 @@ impl AccessorView<'_> {
     }
 
     /// Refuses elements that are not `expected` unsigned integers each.
-    fn check_unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
+    fn check_unsigned(&self, document: &Document<'_>, expected: usize) -> Result<()> {
         let kind = self.component;
         let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);
         if self.arity == expected && unsigned && !self.normalized {
@@ -248,7 +248,7 @@ impl AccessorView<'_> {
         mut self,
         document: &Document<'_>,
         allowance: &mut MemoryAllowance,
-    ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
+    ) -> Result<(Vec<[u32; N]>, usize)> {
         self.check_unsigned(document, 1)?;
         let over = self.count % N;
         if self.arity == 1 && self.stride == self.component.size() {

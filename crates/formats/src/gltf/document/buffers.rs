@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::codec::meshopt::{self, Filter, Mode, ViewHeader};
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::document::container::Container;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::extensions::MeshoptView;
@@ -40,7 +40,7 @@ impl<'a> Resources<'a> {
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
         allowance: &mut MemoryAllowance,
-    ) -> Result<Self, FormatError> {
+    ) -> Result<Self> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");
@@ -100,7 +100,7 @@ impl<'a> Resources<'a> {
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
         allowance: &mut MemoryAllowance,
-    ) -> Result<View, FormatError> {
+    ) -> Result<View> {
         let fault = |message: String| FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"));
         // glTF 1.0 had 0 for elements without gaps.
         let stride = view.byte_stride.map(|stride| stride as usize);
@@ -221,7 +221,7 @@ pub(crate) fn read_uri(
     place: &str,
     assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<Vec<u8>, FormatError> {
+) -> Result<Vec<u8>> {
     let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, data)) = data.split_once(',') else {

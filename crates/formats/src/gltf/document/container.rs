@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
 use crate::io::{Diagnostics, InputFile};
 
@@ -41,7 +41,7 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 
 impl Container {
     /// Recognised by the magic number.
-    pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self, FormatError> {
+    pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self> {
         let bytes = &source.bytes;
         if bytes.starts_with(MAGIC) {
             let length = glb_length(source, diagnostics)?;
@@ -57,7 +57,7 @@ impl Container {
     }
 
     /// The chunks of a GLB file of `length` bytes.
-    fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self, FormatError> {
+    fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self> {
         let InputFile { path, bytes, .. } = source;
         let fault = |at: usize, message: &str| Err(FormatError::byte(path, at, message));
         let (mut json, mut binary) = (None, None);
@@ -99,7 +99,7 @@ impl Container {
     }
 
     /// The document: text that is JSON, of a glTF version that is read.
-    pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root, FormatError> {
+    pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, "not UTF-8 text (INVALID_JSON)")
@@ -142,7 +142,7 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 /// The length that the header of a GLB file declares, checked.
-fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize, FormatError> {
+fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize> {
     let InputFile { path, bytes, .. } = source;
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         let message = "the file ends inside its header (GLB_UNEXPECTED_END_OF_HEADER)";
@@ -178,7 +178,7 @@ struct AnyAsset {
 }
 
 /// Refuses other versions than 2.
-fn check_version(version: &str, path: &Path) -> Result<(), FormatError> {
+fn check_version(version: &str, path: &Path) -> Result<()> {
     if version.split('.').next() == Some("2") {
         return Ok(());
     }

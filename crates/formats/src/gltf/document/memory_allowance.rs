@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 
 /// Bytes that decoded geometry may take on top of [`BYTES_PER_INPUT_BYTE`] for each byte of the file; with the bytes that
 /// it is decoded from, they are 64 MiB.
@@ -25,7 +25,7 @@ impl MemoryAllowance {
     }
 
     /// Charges `count` elements of `size` bytes, before they are allocated. `place` names them in the error.
-    pub(crate) fn charge(&mut self, path: &Path, place: &str, count: u64, size: u64) -> Result<(), FormatError> {
+    pub(crate) fn charge(&mut self, path: &Path, place: &str, count: u64, size: u64) -> Result<()> {
         let bytes = count.saturating_mul(size);
         match self.0.checked_sub(bytes) {
             Some(left) => self.0 = left,

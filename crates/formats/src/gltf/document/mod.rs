@@ -13,7 +13,7 @@ use std::path::Path;
 
 use raycam_scene::SceneError;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
 use crate::gltf::json::Root;
 use crate::io::InputFile;
@@ -43,7 +43,7 @@ impl Document<'_> {
     }
 
     /// The item at an index that is written at `place`.
-    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T, FormatError> {
+    pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T> {
         all.get(index).ok_or_else(|| self.unresolved(place, index, all.len()))
     }
 

@@ -1,7 +1,7 @@
 //! Sources of the attributes and indices of a primitive: accessors, or a Draco stream.
 
 use crate::codec::draco;
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor::ATTRIBUTE_FORMAT;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
@@ -26,7 +26,7 @@ impl<'a> AttributeSource<'a> {
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
         allowance: &mut MemoryAllowance,
-    ) -> Result<Self, FormatError> {
+    ) -> Result<Self> {
         for name in primitive.attributes.keys() {
             let message = match name.rsplit_once('_') {
                 _ if matches!(&name[..], "POSITION" | "NORMAL" | "TANGENT" | "COLOR_0") => continue,
@@ -61,11 +61,7 @@ impl<'a> AttributeSource<'a> {
     }
 
     /// The elements of an attribute, where it has it.
-    pub(crate) fn elements(
-        &'a self,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Option<AccessorView<'a>>, FormatError> {
+    pub(crate) fn elements(&'a self, name: &str, allowance: &mut MemoryAllowance) -> Result<Option<AccessorView<'a>>> {
         let Some(&index) = self.primitive.attributes.get(name) else {
             return Ok(None);
         };
@@ -107,7 +103,7 @@ impl<'a> AttributeSource<'a> {
         &'a self,
         count: usize,
         allowance: &mut MemoryAllowance,
-    ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
+    ) -> Result<(Vec<[u32; N]>, usize)> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {
             let (groups, over) = mesh.triangles.as_flattened().as_chunks();

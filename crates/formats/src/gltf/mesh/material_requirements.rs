@@ -2,7 +2,7 @@
 
 use raycam_scene::Mesh;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::material::Material;
@@ -18,11 +18,7 @@ pub(crate) struct MaterialRequirements {
 }
 
 impl MaterialRequirements {
-    pub(crate) fn of_primitive(
-        document: &Document<'_>,
-        place: &str,
-        primitive: &Primitive,
-    ) -> Result<Self, FormatError> {
+    pub(crate) fn of_primitive(document: &Document<'_>, place: &str, primitive: &Primitive) -> Result<Self> {
         let mappings = primitive.extensions.variants.iter();
         let mappings = mappings.flat_map(|variants| &variants.mappings);
         let materials = primitive.material.into_iter();

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::geometry::finite;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
@@ -36,7 +36,7 @@ pub(crate) struct PrimitiveReader<'a> {
 
 impl PrimitiveReader<'_> {
     /// The mesh of the primitive; `None` where it has no triangles.
-    pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>, FormatError> {
+    pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>> {
         if !self.has_triangle_mode()? {
             return Ok(None);
         }
@@ -97,7 +97,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// True for lists, strips and fans of triangles; points and lines get a notice.
-    fn has_triangle_mode(&mut self) -> Result<bool, FormatError> {
+    fn has_triangle_mode(&mut self) -> Result<bool> {
         let what = match self.primitive.mode {
             0 => "points",
             1..=3 => "lines",
@@ -133,7 +133,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// The triangles of the primitive, whose attributes have `count` elements; `None` where it has none.
-    fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>, FormatError> {
+    fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>> {
         let (triangles, over) = match self.primitive.mode {
             4 => source.corners::<3>(count, self.allowance)?,
             mode => {
@@ -156,7 +156,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// Positions as float64, and true if all are finite.
-    fn positions(&mut self, elements: AccessorView<'_>) -> Result<(Vec<DVec3>, bool), FormatError> {
+    fn positions(&mut self, elements: AccessorView<'_>) -> Result<(Vec<DVec3>, bool)> {
         let (path, count) = (self.document.path, elements.count as u64);
         self.allowance.charge(path, &elements.place, count, 12)?;
         let widen = |v: [f32; 3]| v.map(f64::from);
@@ -166,7 +166,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// Normals, texture coordinates and tangents.
-    fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<(), FormatError> {
+    fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         if let Some(normals) = window.elements("NORMAL", self.allowance)? {
             let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
             mesh.normals = Some(normals.map_floats(self.document, self.allowance, unit)?);
@@ -191,7 +191,7 @@ impl PrimitiveReader<'_> {
     }
 
     /// Vertex colours and opacities.
-    fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<(), FormatError> {
+    fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         let (document, place) = (self.document, self.place);
         if window.source.has("COLOR_1") {
             let message = "only the first set of vertex colours is used";

@@ -2,7 +2,7 @@
 
 use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::extensions::Attributes;
@@ -25,7 +25,7 @@ impl VertexWindow<'_> {
         primitive: &Primitive,
         diagnostics: &mut Diagnostics,
         allowance: &mut MemoryAllowance,
-    ) -> Result<SkinMorph, FormatError> {
+    ) -> Result<SkinMorph> {
         let mut skin_morph = SkinMorph::default();
         for (i, attributes) in primitive.targets.iter().enumerate() {
             let target = self.target(&format!("targets[{i}]"), attributes, diagnostics, allowance)?;
@@ -57,7 +57,7 @@ impl VertexWindow<'_> {
         attributes: &Attributes,
         diagnostics: &mut Diagnostics,
         allowance: &mut MemoryAllowance,
-    ) -> Result<MorphTarget, FormatError> {
+    ) -> Result<MorphTarget> {
         let mut target = MorphTarget::default();
         for (name, &index) in attributes {
             let elements = self.accessor(index, &format!("{place}.{name}"), allowance)?;

@@ -1,6 +1,6 @@
 //! The range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;
 use crate::gltf::document::memory_allowance::MemoryAllowance;
@@ -22,11 +22,7 @@ impl<'a> VertexWindow<'a> {
     }
 
     /// The elements of an attribute that are used.
-    pub(crate) fn elements(
-        &self,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Option<AccessorView<'a>>, FormatError> {
+    pub(crate) fn elements(&self, name: &str, allowance: &mut MemoryAllowance) -> Result<Option<AccessorView<'a>>> {
         let Some(elements) = self.source.elements(name, allowance)? else {
             return Ok(None);
         };
@@ -39,13 +35,13 @@ impl<'a> VertexWindow<'a> {
         index: usize,
         name: &str,
         allowance: &mut MemoryAllowance,
-    ) -> Result<AccessorView<'a>, FormatError> {
+    ) -> Result<AccessorView<'a>> {
         let place = format!("{}.{name}", self.source.place);
         let elements = self.document.elements(index, &place, allowance)?;
         self.checked(elements, name)
     }
 
-    fn checked(&self, elements: AccessorView<'a>, name: &str) -> Result<AccessorView<'a>, FormatError> {
+    fn checked(&self, elements: AccessorView<'a>, name: &str) -> Result<AccessorView<'a>> {
         if elements.count != self.count {
             return Err(self.document.fault(format!(
                 "{}.{name}: {} elements, but there are {} positions \
@@ -60,7 +56,7 @@ impl<'a> VertexWindow<'a> {
         &self,
         name: &str,
         allowance: &mut MemoryAllowance,
-    ) -> Result<Option<Vec<[f32; N]>>, FormatError> {
+    ) -> Result<Option<Vec<[f32; N]>>> {
         match self.elements(name, allowance)? {
             Some(elements) => elements.floats(self.document, allowance).map(Some),
             None => Ok(None),

@@ -6,13 +6,13 @@ use raycam_scene::animation::{
     Animation, AnimationSampler, AnimationTarget, Channel, Node, SamplerInterpolation, Transform,
 };
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json;
 use crate::gltf::world::builder::Builder;
 
 impl Builder<'_, '_> {
     /// All animations of the document, of nodes that are `nodes`.
-    pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>, FormatError> {
+    pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>> {
         let document = self.document;
         let mut animations = Vec::new();
         for (i, json) in document.root.animations.iter().enumerate() {
@@ -45,7 +45,7 @@ impl Builder<'_, '_> {
         place: &str,
         channel: &json::Channel,
         nodes: &[Node],
-    ) -> Result<Vec<AnimationTarget>, FormatError> {
+    ) -> Result<Vec<AnimationTarget>> {
         let document = self.document;
         let json = &channel.target;
         let pointer = json.extensions.pointer.as_ref().map(|p| &p.pointer[..]);
@@ -114,7 +114,7 @@ impl Builder<'_, '_> {
         json: &json::AnimationSampler,
         width: usize,
         rotation: bool,
-    ) -> Result<AnimationSampler, FormatError> {
+    ) -> Result<AnimationSampler> {
         let document = self.document;
         let interpolation = match &json.interpolation[..] {
             "STEP" => SamplerInterpolation::Step,

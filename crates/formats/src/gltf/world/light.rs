@@ -9,7 +9,7 @@ use glam::DAffine3;
 use raycam_scene::Light;
 use raycam_scene::animation::NodeLight;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::material::NON_NEGATIVE;
 
@@ -21,7 +21,7 @@ impl Builder<'_, '_> {
         index: usize,
         node: usize,
         world_from_node: DAffine3,
-    ) -> Result<Option<NodeLight>, FormatError> {
+    ) -> Result<Option<NodeLight>> {
         let document = self.document;
         let lights = document.root.extensions.lights.as_ref();
         let lights = lights.map_or(&[][..], |lights| &lights.lights);

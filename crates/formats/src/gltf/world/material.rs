@@ -4,7 +4,7 @@ use raycam_scene::material::principled::{NormalMap, Principled, Textured};
 use raycam_scene::material::{Alpha, Material, MaterialModel};
 use raycam_scene::texture::TextureSlot;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
 use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
@@ -16,7 +16,7 @@ const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 
 impl Builder<'_, '_> {
     /// All materials, with those of the document first and in its order; then the one of those that have none.
-    pub(crate) fn materials(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn materials(&mut self) -> Result<()> {
         let document = self.document;
         for (i, json) in document.root.materials.iter().enumerate() {
             let place = format!("materials[{i}]");
@@ -28,7 +28,7 @@ impl Builder<'_, '_> {
     }
 
     /// The index in the world of a material of the document, or of glTF's own for those that have none.
-    pub(crate) fn material_index(&mut self, place: &str, index: Option<usize>) -> Result<usize, FormatError> {
+    pub(crate) fn material_index(&mut self, place: &str, index: Option<usize>) -> Result<usize> {
         let document = self.document;
         let count = document.root.materials.len();
         match index {
@@ -47,7 +47,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    fn material(&mut self, place: &str, json: &json::Material) -> Result<Material, FormatError> {
+    fn material(&mut self, place: &str, json: &json::Material) -> Result<Material> {
         let pbr = &json.pbr_metallic_roughness;
         let at = |key: &str| format!("{place}.{key}");
         let pbr_at = |key: &str| format!("{place}.pbrMetallicRoughness.{key}");
@@ -105,7 +105,7 @@ impl Builder<'_, '_> {
         Ok(material)
     }
 
-    fn alpha(&mut self, place: &str, json: &json::Material) -> Result<Alpha, FormatError> {
+    fn alpha(&mut self, place: &str, json: &json::Material) -> Result<Alpha> {
         Ok(match json.alpha_mode.as_deref() {
             None | Some("OPAQUE") => Alpha::Opaque,
             Some("BLEND") => Alpha::Blend,
@@ -120,12 +120,7 @@ impl Builder<'_, '_> {
         })
     }
 
-    fn read_extensions(
-        &mut self,
-        place: &str,
-        extensions: &Extensions,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn read_extensions(&mut self, place: &str, extensions: &Extensions, principled: &mut Principled) -> Result<()> {
         let at = |name: &str, key: &str| format!("{place}.KHR_materials_{name}.{key}");
         if let Some(json) = &extensions.ior {
             let ior = json.ior.unwrap_or(1.5);
@@ -168,7 +163,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    fn specular(&mut self, place: &str, json: &json::Specular, principled: &mut Principled) -> Result<(), FormatError> {
+    fn specular(&mut self, place: &str, json: &json::Specular, principled: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         principled.specular = self.textured_factor(
             &at("specular"),
@@ -184,7 +179,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    fn volume(&mut self, place: &str, json: &json::Volume, principled: &mut Principled) -> Result<(), FormatError> {
+    fn volume(&mut self, place: &str, json: &json::Volume, principled: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         principled.thickness = Textured {
             value: self.number(&at("thicknessFactor"), json.thickness_factor, NON_NEGATIVE),
@@ -200,12 +195,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    fn clearcoat(
-        &mut self,
-        place: &str,
-        json: &json::Clearcoat,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn clearcoat(&mut self, place: &str, json: &json::Clearcoat, principled: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         let (strength, roughness) = (json.clearcoat_factor, json.clearcoat_roughness_factor);
         let texture = json.clearcoat_texture.as_ref();
@@ -217,7 +207,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    fn sheen(&mut self, place: &str, json: &json::Sheen, principled: &mut Principled) -> Result<(), FormatError> {
+    fn sheen(&mut self, place: &str, json: &json::Sheen, principled: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         let color = json.sheen_color_factor;
         principled.sheen_color = Textured {
@@ -230,12 +220,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    fn iridescence(
-        &mut self,
-        place: &str,
-        json: &json::Iridescence,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn iridescence(&mut self, place: &str, json: &json::Iridescence, principled: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         let texture = json.iridescence_texture.as_ref();
         principled.iridescence = self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
@@ -249,12 +234,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    fn anisotropy(
-        &mut self,
-        place: &str,
-        json: &json::Anisotropy,
-        principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    fn anisotropy(&mut self, place: &str, json: &json::Anisotropy, principled: &mut Principled) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         principled.anisotropy = Textured {
             value: self.number(&at("anisotropyStrength"), json.anisotropy_strength, UNIT_INTERVAL),
@@ -269,7 +249,7 @@ impl Builder<'_, '_> {
         place: &str,
         json: &json::DiffuseTransmission,
         principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let at = |key: &str| format!("{place}.{key}");
         let texture = json.diffuse_transmission_texture.as_ref();
         let factor = json.diffuse_transmission_factor;
@@ -293,14 +273,14 @@ impl Builder<'_, '_> {
         value: f64,
         info: Option<&TextureInfo>,
         color_use: ColorUse,
-    ) -> Result<Textured<f32>, FormatError> {
+    ) -> Result<Textured<f32>> {
         Ok(Textured {
             value: self.number(&format!("{place}Factor"), value, UNIT_INTERVAL),
             texture: self.slot(&format!("{place}Texture"), info, color_use)?,
         })
     }
 
-    fn normal_map(&mut self, place: &str, info: Option<&TextureInfo>) -> Result<Option<NormalMap>, FormatError> {
+    fn normal_map(&mut self, place: &str, info: Option<&TextureInfo>) -> Result<Option<NormalMap>> {
         let slot: Option<TextureSlot> = self.slot(place, info, Data)?;
         let scale = info.and_then(|info| info.scale).unwrap_or(1.0);
         Ok(slot.map(|texture| NormalMap { texture, scale: scale.clamp(-NON_NEGATIVE[1], NON_NEGATIVE[1]) as f32 }))

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::mesh::primitive::PrimitiveReader;
 use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::world::builder::{Builder, ImportedMesh};
 
 impl Builder<'_, '_> {
     /// A mesh that `place` refers to; `None` where it has no triangles.
-    pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>, FormatError> {
+    pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>> {
         if let Some(known) = self.meshes.known.get(&index) {
             return Ok(known.clone());
         }

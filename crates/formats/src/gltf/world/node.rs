@@ -7,7 +7,7 @@ use raycam_scene::animation::{self as rig, NodeCamera, NodeObject, NodeTree, Tra
 use raycam_scene::world::Variant;
 use raycam_scene::{Mesh, Object, World};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::json::Node;
 use crate::gltf::world::builder::Builder;
@@ -21,7 +21,7 @@ struct NodeOrder {
 
 impl Builder<'_, '_> {
     /// Adds everything that the scene's nodes show, as it is before anything has moved.
-    pub(crate) fn nodes(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn nodes(&mut self) -> Result<()> {
         let document = self.document;
         let nodes = &document.root.nodes;
         let tree = document.node_order()?;
@@ -81,13 +81,7 @@ impl Builder<'_, '_> {
     }
 
     /// Adds the camera, the light and the objects of node `i`.
-    fn add_node(
-        &mut self,
-        i: usize,
-        transform: DAffine3,
-        visible: bool,
-        rig: &mut NodeTree,
-    ) -> Result<(), FormatError> {
+    fn add_node(&mut self, i: usize, transform: DAffine3, visible: bool, rig: &mut NodeTree) -> Result<()> {
         let node = &self.document.root.nodes[i];
         let moving = !rig.animations.is_empty();
         let place = format!("nodes[{i}]");
@@ -118,7 +112,7 @@ impl Builder<'_, '_> {
     }
 
     /// The nodes of the scene to show: the default one, else the first, else all.
-    fn scene_roots(&mut self, tree: &NodeOrder) -> Result<Vec<usize>, FormatError> {
+    fn scene_roots(&mut self, tree: &NodeOrder) -> Result<Vec<usize>> {
         let document = self.document;
         let root = &document.root;
         let index = match root.scene {
@@ -155,7 +149,7 @@ impl Builder<'_, '_> {
         imported: &ImportedMesh,
         world_from_node: DAffine3,
         rig: &mut NodeTree,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let document = self.document;
         let (place, node) = (&format!("nodes[{index}]"), &document.root.nodes[index]);
         let mesh_name = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
@@ -227,7 +221,7 @@ impl Builder<'_, '_> {
     }
 
     /// `KHR_materials_variants`: which materials an object has in which.
-    fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<(), FormatError> {
+    fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<()> {
         let document = self.document;
         let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
         for (slot, &primitive) in imported.primitives.iter().enumerate() {
@@ -249,7 +243,7 @@ impl Builder<'_, '_> {
     }
 
     /// `EXT_mesh_gpu_instancing`; a node without it has one instance, in its own place.
-    fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>, FormatError> {
+    fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>> {
         let document = self.document;
         let Some(attributes) = node.extensions.instances() else {
             return Ok(vec![DAffine3::IDENTITY]);
@@ -301,7 +295,7 @@ fn normalize_quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
 
 impl Document<'_> {
     /// The tree of nodes: each has at most one parent, and none is above itself.
-    fn node_order(&self) -> Result<NodeOrder, FormatError> {
+    fn node_order(&self) -> Result<NodeOrder> {
         let nodes = &self.root.nodes;
         let mut parents = vec![None; nodes.len()];
         for (i, node) in nodes.iter().enumerate() {
@@ -331,7 +325,7 @@ impl Document<'_> {
         Ok(NodeOrder { order, parents })
     }
 
-    fn local_transform(&self, i: usize, node: &Node) -> Result<Transform, FormatError> {
+    fn local_transform(&self, i: usize, node: &Node) -> Result<Transform> {
         let fault = |message: String| Err(self.fault(format!("nodes[{i}].{message}")));
         if let Some(matrix) = node.matrix {
             let matrix = DMat4::from_cols_array(&matrix);

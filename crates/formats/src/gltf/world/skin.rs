@@ -3,12 +3,12 @@
 use glam::{DAffine3, DMat4};
 use raycam_scene::animation::Skin;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::world::builder::Builder;
 
 impl Builder<'_, '_> {
     /// All skins of the document.
-    pub(crate) fn skins(&mut self) -> Result<Vec<Skin>, FormatError> {
+    pub(crate) fn skins(&mut self) -> Result<Vec<Skin>> {
         let document = self.document;
         let mut skins = Vec::new();
         for (i, json) in document.root.skins.iter().enumerate() {

@@ -11,7 +11,7 @@ use raycam_scene::material::principled::{Principled, Textured};
 use raycam_scene::texture::TextureSlot;
 use raycam_scene::{Image, Texels, Texture};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::json::material::SpecularGlossiness;
 use crate::gltf::world::builder::Builder;
 use crate::image::ColorUse::Color;
@@ -23,7 +23,7 @@ impl Builder<'_, '_> {
         json: &SpecularGlossiness,
         material: &mut Material,
         principled: &mut Principled,
-    ) -> Result<(), FormatError> {
+    ) -> Result<()> {
         let share = [0.0, 1.0];
         let at = |key: &str| format!("{place}.extensions.KHR_materials_pbrSpecularGlossiness.{key}");
         let diffuse = json.diffuse_factor.unwrap_or([1.0; 4]);
@@ -47,7 +47,7 @@ impl Builder<'_, '_> {
     }
 
     /// A texture of roughness from the glossiness in another's alpha.
-    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> Result<TextureSlot, FormatError> {
+    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> Result<TextureSlot> {
         let Texture { image, sampler } = &*self.world.textures[slot.texture];
         let rough = |glossiness: f32| {
             let v = (65535.0 * (1.0 - factor * glossiness)).round() as u16;

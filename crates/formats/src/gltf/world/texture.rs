@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
 use raycam_scene::{Image, Texture, Wrap};
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::gltf::document::buffers;
 use crate::gltf::json::Sampler;
 use crate::gltf::json::texture_info::TextureInfo;
@@ -24,7 +24,7 @@ impl Builder<'_, '_> {
         place: &str,
         info: Option<&TextureInfo>,
         color_use: ColorUse,
-    ) -> Result<Option<TextureSlot>, FormatError> {
+    ) -> Result<Option<TextureSlot>> {
         let Some(info) = info else { return Ok(None) };
         let index = &format!("{place}.index");
         let Some(texture) = self.texture(index, info.index, color_use)? else {
@@ -34,7 +34,7 @@ impl Builder<'_, '_> {
     }
 
     /// A texture for a use; `None` where it has no image.
-    fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>, FormatError> {
+    fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>> {
         let document = self.document;
         let Some(texture) = self.item_or_notice(&document.root.textures, index, place) else {
             return Ok(None);
@@ -87,7 +87,7 @@ impl Builder<'_, '_> {
     }
 
     /// The image of an index; `None`, with a notice, where it is missing, cut off or of an unknown kind.
-    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>, FormatError> {
+    fn image(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<Arc<Image>>> {
         if self.item_or_notice(&self.document.root.images, index, place).is_none() {
             return Ok(None);
         }
@@ -112,7 +112,7 @@ impl Builder<'_, '_> {
     }
 
     /// The image of an index, from its file, its data URI or its view of a buffer.
-    fn decoded_image(&mut self, index: usize, color_use: ColorUse) -> Result<Image, FormatError> {
+    fn decoded_image(&mut self, index: usize, color_use: ColorUse) -> Result<Image> {
         let document = self.document;
         let image = &document.root.images[index];
         let place = format!("images[{index}]");

@@ -10,14 +10,14 @@ use std::io::Cursor;
 use ::image::codecs::jpeg::JpegDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::jpeg::scan::{FrameComponent, HuffmanTable, Scan, ScanKind};
 
 /// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
 const MAX_SCANS: usize = 100;
 
-pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = JpegDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     let mut missing = MissingData::default();

@@ -9,11 +9,11 @@ use std::io::Cursor;
 use ::image::codecs::webp::WebPDecoder;
 use raycam_scene::Image;
 
-use crate::error::FormatError;
+use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::webp::lossless::{LosslessValidator, check_stream};
 
-pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     // The length that the container tells (RIFF, a chunk of so many bytes after it).
     if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
         let length = u64::from(u32::from_le_bytes(*length)) + 8;
