@@ -45,7 +45,7 @@ pub use crate::material::metal::Metal;
 pub use crate::material::principled::{NormalMap, Principled, Textured};
 pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
-pub use error::{SceneError, suggestion};
+pub use error::{Result, SceneError, suggestion};
 pub use light::{FileRef, IesProfile, Light};
 pub use material::{Alpha, Material, MaterialModel};
 pub use mesh::Mesh;

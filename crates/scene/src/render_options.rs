@@ -7,7 +7,7 @@ use serde::de::{Deserializer, Error, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::color::view_transform::ViewTransform;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -127,7 +127,7 @@ impl RenderOptions {
     ///
     /// # Errors
     /// [`SceneError::Schema`]: no samples, no threads, or an exposure that is not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         if self.samples == Some(0) {
             return Err(SceneError::schema("samples", "0: expected a whole number >= 1"));
         }

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::light::{FileRef, Light};
 
-type Validated = Result<(), SceneError>;
+type Validated = Result<()>;
 
 impl Light {
     /// Checks that its values make sense.
@@ -174,7 +174,7 @@ fn check_strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relati
     }
 }
 
-fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T, SceneError> {
+fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T> {
     file.content.as_deref().ok_or_else(|| SceneError::World(format!("{what} of {:?}: the file is not read", file.file)))
 }
 

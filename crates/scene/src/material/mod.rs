@@ -5,7 +5,7 @@ pub mod metal;
 pub mod principled;
 
 use crate::color::Rgb;
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::material::glass::Glass;
 use crate::material::metal::Metal;
 use crate::material::principled::{NormalMap, Principled, Textured};
@@ -115,7 +115,7 @@ impl MaterialModel {
     ///
     /// # Errors
     /// [`SceneError::World`]: a value that is not finite or outside of its range.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         match self {
             Self::Unlit => Ok(()),
             Self::Metal(metal) => metal.validate(),
@@ -193,7 +193,7 @@ impl Material {
     ///
     /// # Errors
     /// [`SceneError::World`]: colours and shares outside 0..=1, a shininess that is negative or not finite.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<()> {
         check_fractions("color", &self.color)?;
         check_fractions("opacity", &[self.opacity])?;
         if let Alpha::Mask { cutoff } = self.alpha
@@ -220,7 +220,7 @@ impl Material {
     }
 }
 
-fn check_fractions(name: &str, values: &[f32]) -> Result<(), SceneError> {
+fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::mesh::Mesh;
 use crate::model::AssetLoader;
 use crate::schema::build_failure::BuildFailure;
@@ -79,7 +79,7 @@ impl TextureSpec {
 
 impl TextureTable {
     /// The image as this use sees it: data is linear, and one channel may stand for all.
-    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>> {
         let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
         if !data && self.channel.is_none() {
             return Ok(image);

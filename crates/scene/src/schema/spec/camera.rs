@@ -12,7 +12,7 @@ use crate::camera::{
     Background, BackgroundFit, Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
     intrinsics_from_fov,
 };
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::model::AssetLoader;
 use crate::schema::keys::Keys;
 use crate::schema::shorthand::Splat;
@@ -135,7 +135,7 @@ impl CameraSpec {
     ///
     /// # Errors
     /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
-    pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Camera> {
         let mut camera = self.build_static(up)?;
         if let Some(aperture) = &self.aperture {
             let aperture = aperture.build().map_err(|error| error.in_context("aperture"))?;
@@ -169,7 +169,7 @@ impl CameraSpec {
     }
 
     /// The camera before it moves.
-    fn build_static(&self, up: Up) -> Result<Camera, SceneError> {
+    fn build_static(&self, up: Up) -> Result<Camera> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
         let lens = self.lens(&keys)?;
@@ -204,7 +204,7 @@ impl CameraSpec {
         }
     }
 
-    fn lens(&self, keys: &Keys<9>) -> Result<Lens, SceneError> {
+    fn lens(&self, keys: &Keys<9>) -> Result<Lens> {
         match (&self.distortion, self.lens) {
             (Some(distortion), lens) => {
                 Lens::new(lens.unwrap_or_default(), distortion).map_err(|error| error.in_context("distortion"))
@@ -219,7 +219,7 @@ impl CameraSpec {
         }
     }
 
-    fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3, SceneError> {
+    fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3> {
         let orthographic = self.projection == Projection::Orthographic;
         if orthographic {
             let message = "\"projection\" is orthographic: expected height, focal or K";
@@ -312,7 +312,7 @@ impl BackgroundSpec {
     ///
     /// # Errors
     /// Those of [`CameraSpec::build`], and a camera of a picture that covers the frame.
-    pub fn build(&self, up: Up) -> Result<Background, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Background> {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {
             let message = "\"fit\" is \"cover\", of a picture that no camera took: give one of them";

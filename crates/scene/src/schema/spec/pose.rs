@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::camera::{Camera, PixelCenter, Pose};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::math::rotation::CAMERA_FROM_BODY;
 use crate::schema::keys::Keys;
 use crate::up::Up;
@@ -115,7 +115,7 @@ impl PoseSpec {
     ///
     /// # Errors
     /// [`SceneError`] where it is missing or given twice, and those of [`Camera`]'s constructors.
-    pub fn build(&self, up: Up) -> Result<Pose, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Pose> {
         // A pose does not depend on what a camera sees with.
         let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());
         let keys = self.keys();
@@ -154,7 +154,7 @@ impl PoseSpec {
     ///
     /// # Errors
     /// Those of [`PoseSpec::build`].
-    pub fn build_body(&self, up: Up) -> Result<Pose, SceneError> {
+    pub fn build_body(&self, up: Up) -> Result<Pose> {
         let pose = self.build(up)?;
         Ok(match self.r {
             Some(_) => pose,

@@ -1,7 +1,7 @@
 //! `[rig]`.
 
 use crate::camera::{NamedCamera, Rig};
-use crate::error::SceneError;
+use crate::error::{Result, SceneError};
 use crate::schema::spec::camera::CameraSpec;
 use crate::schema::spec::optics::ShutterSpec;
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
@@ -58,7 +58,7 @@ impl RigSpec {
     /// # Errors
     /// [`SceneError`] for a camera that cannot be, a pose that is missing in part or given twice, and those of
     /// [`Rig::new`].
-    pub fn build(&self, up: Up) -> Result<Rig, SceneError> {
+    pub fn build(&self, up: Up) -> Result<Rig> {
         let mut mounts = Vec::with_capacity(self.camera.len());
         for (i, spec) in self.camera.iter().enumerate() {
             let within = |error: SceneError| error.in_context(&format!("camera[{i}]"));
