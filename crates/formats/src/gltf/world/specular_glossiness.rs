@@ -29,10 +29,8 @@ impl Builder<'_, '_> {
         let diffuse = json.diffuse_factor.unwrap_or([1.0; 4]);
         let [r, g, b, a] = self.numbers(&at("diffuseFactor"), diffuse, share);
         (material.color, material.opacity) = ([r, g, b], a);
-        let texture = json.diffuse_texture.as_ref();
-        material.texture = self.slot(&at("diffuseTexture"), texture, Color)?;
-        let info = json.specular_glossiness_texture.as_ref();
-        let texture = self.slot(&at("specularGlossinessTexture"), info, Color)?;
+        material.texture = self.slot(&at("diffuseTexture"), &json.diffuse_texture, Color)?;
+        let texture = self.slot(&at("specularGlossinessTexture"), &json.specular_glossiness_texture, Color)?;
         let specular = json.specular_factor.unwrap_or([1.0; 3]);
         principled.metallic = 0.0.into();
         principled.ior = 0.0;

@@ -22,7 +22,7 @@ impl Builder<'_, '_> {
     pub(crate) fn slot(
         &mut self,
         place: &str,
-        info: Option<&TextureInfo>,
+        info: &Option<TextureInfo>,
         color_use: ColorUse,
     ) -> Result<Option<TextureSlot>> {
         let Some(info) = info else { return Ok(None) };
