@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::de::{Error, MapAccess};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{
@@ -19,6 +19,7 @@ use crate::schema::shorthand::Splat;
 use crate::schema::spec::optics::{ApertureSpec, ShutterSpec};
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
 use crate::up::Up;
+use crate::written::{written, written_schema};
 
 /// How a camera projects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -324,35 +325,19 @@ impl BackgroundSpec {
     }
 }
 
-impl<'de> Deserialize<'de> for BackgroundSpec {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct BackgroundVisitor;
-        impl<'de> Visitor<'de> for BackgroundVisitor {
-            type Value = BackgroundSpec;
+written! {
+    BackgroundSpec: "the name of an image file or a table { image, camera, fit }",
 
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("the name of an image file or a table { image, camera, fit }")
-            }
+    fn visit_str<E: Error>(self, v: &str) -> Result<BackgroundSpec, E> {
+        Ok(BackgroundSpec(BackgroundTable { image: v.into(), fit: BackgroundFit::default(), camera: None }))
+    }
 
-            fn visit_str<E: Error>(self, v: &str) -> Result<BackgroundSpec, E> {
-                Ok(BackgroundSpec(BackgroundTable { image: v.into(), fit: BackgroundFit::default(), camera: None }))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BackgroundSpec, A::Error> {
-                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(BackgroundSpec)
-            }
-        }
-        deserializer.deserialize_any(BackgroundVisitor)
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BackgroundSpec, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(map)).map(BackgroundSpec)
     }
 }
 
-impl JsonSchema for BackgroundSpec {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Background".into()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let table = generator.subschema_for::<BackgroundTable>();
-        schemars::json_schema!({ "anyOf": [{ "type": "string" }, table] })
-    }
-}
+written_schema!(BackgroundSpec, "Background", |generator| {
+    let table = generator.subschema_for::<BackgroundTable>();
+    schemars::json_schema!({ "anyOf": [{ "type": "string" }, table] })
+});
