@@ -9,12 +9,11 @@ use crate::error::settings_error;
 /// A read-only float64 array.
 pub(crate) type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
 
+/// A new array, or an exception.
+pub(crate) type ArrayResult<'py, T> = PyResult<Bound<'py, PyArrayDyn<T>>>;
+
 /// An array of this shape, without copying.
-pub(crate) fn array<'py, T: Element>(
-    py: Python<'py>,
-    data: Vec<T>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usize]) -> ArrayResult<'py, T> {
     data.into_pyarray(py).reshape(shape)
 }
 

@@ -10,8 +10,8 @@ use raycam_scene::camera::{Background, BackgroundFit};
 use raycam_scene::schema::{CameraSpec, from_value};
 use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
-use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
-use crate::error::{IntoPyErr, camera_error};
+use crate::arrays::{ArrayResult, Floats, array, matrix3, rows, rows_of, vector};
+use crate::error::{OrRaise, camera_error};
 use crate::py_value::to_value;
 
 /// "z" or "y".
@@ -45,7 +45,7 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
 
 /// Wraps the result of a constructor.
 fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
-    camera.map(|inner| Camera { inner }).map_err(IntoPyErr::into_py_err)
+    camera.map(|inner| Camera { inner }).or_raise()
 }
 
 type Matrix3 = [[f64; 3]; 3];
@@ -113,8 +113,8 @@ impl Camera {
 
     /// The same camera with a lens.
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
-        let model = LensModel::from_name(model).map_err(IntoPyErr::into_py_err)?;
-        let lens = Lens::new(model, &distortion).map_err(IntoPyErr::into_py_err)?;
+        let model = LensModel::from_name(model).or_raise()?;
+        let lens = Lens::new(model, &distortion).or_raise()?;
         wrap(self.inner.clone().with_lens(lens))
     }
 
@@ -129,7 +129,7 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        let (mut k, lens) = camera::lens_from_colmap(model, &params).map_err(IntoPyErr::into_py_err)?;
+        let (mut k, lens) = camera::lens_from_colmap(model, &params).or_raise()?;
         k.z_axis += DVec2::splat(center.offset() - 0.5).extend(0.0);
         let (r, t) = (matrix3(r), vector(t));
         let pinhole = camera::Camera::new(k, r, -(r.transpose() * t), size, center);
@@ -140,7 +140,7 @@ impl Camera {
     fn colmap(&self) -> PyResult<(&'static str, Vec<f64>)> {
         let mut k = self.inner.k();
         k.z_axis += DVec2::splat(0.5 - self.inner.pixel_center().offset()).extend(0.0);
-        camera::colmap_from_lens(k, self.inner.lens()).map_err(IntoPyErr::into_py_err)
+        camera::colmap_from_lens(k, self.inner.lens()).or_raise()
     }
 
     /// The model and the coefficients of the lens; None for a pinhole.
@@ -230,7 +230,7 @@ impl Camera {
     /// The camera of a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
-        let spec: CameraSpec = from_value(&to_value(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        let spec: CameraSpec = from_value(&to_value(description, "")?).or_raise()?;
         wrap(spec.build(self::up(up)?))
     }
 
@@ -280,7 +280,7 @@ impl Camera {
     }
 
     /// camera_from_world [n, 3, 3] of the middles of the exposures of pixels [n, 2].
-    fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> ArrayResult<'py, f64> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let rotations: Vec<_> =
             pixels.iter().flat_map(|p| rows_of(self.inner.rotation_at(DVec2::from_array(*p)))).collect();
@@ -298,7 +298,7 @@ pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
 #[pyfunction]
 pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
     let k = camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?);
-    k.map(rows_of).map_err(IntoPyErr::into_py_err)
+    k.map(rows_of).or_raise()
 }
 
 /// K of a focal length in pixels.

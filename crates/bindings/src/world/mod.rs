@@ -13,15 +13,14 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner, triangles};
 
-use crate::arrays::array;
+use crate::arrays::{ArrayResult, array};
 use crate::camera::{Camera, up, up_name};
-use crate::error::{IntoPyErr, catch_panic, check_memory, world_error};
+use crate::error::{OrRaise, catch_panic, check_memory, detached, world_error};
 use crate::render;
 use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
@@ -51,8 +50,7 @@ impl World {
     fn load(py: Python<'_>, path: PathBuf, folder: Option<PathBuf>, texture_memory: Option<u64>) -> PyResult<Self> {
         let budget = budget(texture_memory);
         let read = || raycam_formats::load_within(&path, folder.as_deref(), &budget);
-        let world = py.detach(|| catch_panic(read))?;
-        Ok(Self::from_inner(world.map_err(IntoPyErr::into_py_err)?, PathBuf::new()))
+        Ok(Self::from_inner(detached(py, read)?, PathBuf::new()))
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
@@ -165,12 +163,12 @@ impl World {
     /// The camera of a name, with the nearest name in the error.
     fn camera(&self, name: &str) -> PyResult<Camera> {
         let world = self.snapshot();
-        let found = world.find_camera(name).map_err(IntoPyErr::into_py_err)?;
+        let found = world.find_camera(name).or_raise()?;
         Ok(Camera { inner: found.camera.clone() })
     }
 
     fn default_camera(&self, size: [u32; 2]) -> PyResult<Camera> {
-        let inner = self.snapshot().default_camera(size).map_err(IntoPyErr::into_py_err)?;
+        let inner = self.snapshot().default_camera(size).or_raise()?;
         Ok(Camera { inner })
     }
 
@@ -191,7 +189,7 @@ impl World {
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
         let video = world.video.as_ref().ok_or_else(|| world_error("the world has no [video]".into()))?;
-        let inner = video.camera_at(&base.inner, time).map_err(IntoPyErr::into_py_err)?;
+        let inner = video.camera_at(&base.inner, time).or_raise()?;
         Ok(Camera { inner })
     }
 
@@ -211,8 +209,7 @@ impl World {
 
     /// The number of an animation, with the nearest name in the error.
     fn find_animation(&self, name: &str) -> PyResult<usize> {
-        let found = self.snapshot().find_animation(name);
-        found.map_err(IntoPyErr::into_py_err)
+        self.snapshot().find_animation(name).or_raise()
     }
 
     #[getter]
@@ -228,7 +225,7 @@ impl World {
 
     /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all that are visible.
     #[pyo3(signature = (object))]
-    fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> ArrayResult<'py, f64> {
         let world = self.snapshot();
         let count = triangles::count(&world, object);
         check_memory(&format!("{count} triangles"), count * 72)?;
@@ -238,14 +235,14 @@ impl World {
     }
 
     /// (instance, triangle) [n, 2].
-    fn triangle_ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
+    fn triangle_ids<'py>(&self, py: Python<'py>) -> ArrayResult<'py, i32> {
         let ids = triangles::ids(&self.snapshot());
         let n = ids.len();
         array(py, ids.into_flattened(), &[n, 2])
     }
 
     /// One linear colour [n, 3] a triangle.
-    fn triangle_colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn triangle_colors<'py>(&self, py: Python<'py>) -> ArrayResult<'py, f32> {
         let world = self.snapshot();
         let colors = py.detach(|| catch_panic(|| triangles::colors(&world)))?;
         let n = colors.len();
