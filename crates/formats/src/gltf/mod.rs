@@ -28,7 +28,7 @@ pub use writer::write;
 /// The world in a glTF file.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let path = &source.path;
-    let (mut diagnostics, mut allowance) = (Diagnostics::default(), MemoryAllowance::default());
+    let (mut diagnostics, allowance) = (Diagnostics::default(), MemoryAllowance::default());
     let container = Container::open(source, &mut diagnostics)?;
     allowance.grant(source.len());
     // Each object of the document takes memory, however short it is.
@@ -38,13 +38,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> 
     let root = container.document(&source.bytes, path)?;
     allowance.charge(path, "materials", root.materials.len() as u64, 1536)?;
     document::extensions::check(&root, path, &mut diagnostics)?;
-    let resources = Resources::read(source, &container, &root, assets, &mut diagnostics, &mut allowance)?;
-    let document = Document { path, source, root, resources };
+    let resources = Resources::read(source, &container, &root, assets, &mut diagnostics, &allowance)?;
+    let document = Document { path, source, root, resources, allowance };
     let mut builder = Builder {
         document: &document,
         assets,
         diagnostics,
-        allowance,
         world: World { up: Up::Y, emission_keeps_default_lights: true, ..World::default() },
         textures: ImportedTextures::default(),
         meshes: ImportedMeshes::default(),

@@ -3,7 +3,6 @@
 use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::{Accessor, Sparse};
 use crate::io::ByteSource;
 
@@ -55,12 +54,7 @@ impl Layout {
 
 impl<'a> Document<'a> {
     /// The elements of an accessor that is referred to from `from`.
-    pub(crate) fn elements(
-        &'a self,
-        index: usize,
-        from: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<AccessorView<'a>> {
+    pub(crate) fn elements(&'a self, index: usize, from: &str) -> Result<AccessorView<'a>> {
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(self.unresolved(from, index, self.root.accessors.len()));
         };
@@ -74,7 +68,7 @@ impl<'a> Document<'a> {
         }
         let (mut bytes, mut stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
-                allowance.charge(self.path, &place, count, size as u64)?;
+                self.charge(&place, count, size as u64)?;
                 (ByteSource::Memory(vec![0; count as usize * size].into()), size)
             }
             Some(view) => {
@@ -87,7 +81,7 @@ impl<'a> Document<'a> {
         };
         let count = count as usize;
         if let Some(sparse) = &accessor.sparse {
-            allowance.charge(self.path, &place, count as u64, size as u64)?;
+            self.charge(&place, count as u64, size as u64)?;
             // Without gaps, so that overlapping strides cannot be written through.
             let mut dense = Vec::with_capacity(count * size);
             let copy = |_, bytes: &[u8]| {
@@ -101,6 +95,7 @@ impl<'a> Document<'a> {
             bytes = ByteSource::Memory(dense.into());
         }
         Ok(AccessorView {
+            document: self,
             place,
             wrong_format: wrong_format(from),
             component: layout.component,

@@ -39,7 +39,7 @@ impl<'a> Resources<'a> {
         root: &Root,
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
+        allowance: &MemoryAllowance,
     ) -> Result<Self> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
@@ -99,7 +99,7 @@ impl<'a> Resources<'a> {
         source: &InputFile,
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
+        allowance: &MemoryAllowance,
     ) -> Result<View> {
         let fault = |message: String| FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"));
         // glTF 1.0 had 0 for elements without gaps.

@@ -15,6 +15,7 @@ use raycam_scene::SceneError;
 
 use crate::error::{FormatError, Result};
 use crate::gltf::document::buffers::Resources;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Root;
 use crate::io::InputFile;
 
@@ -24,12 +25,18 @@ pub(crate) struct Document<'a> {
     pub(crate) source: &'a InputFile,
     pub(crate) root: Root,
     pub(crate) resources: Resources<'a>,
+    pub(crate) allowance: MemoryAllowance,
 }
 
 impl Document<'_> {
     /// An error of this file; the message begins with the place in the document.
     pub(crate) fn fault(&self, message: impl Into<String>) -> FormatError {
         FormatError::whole(self.path, message)
+    }
+
+    /// Charges `count` elements of `size` bytes at `place` to the allowance, before they are allocated.
+    pub(crate) fn charge(&self, place: &str, count: u64, size: u64) -> Result<()> {
+        self.allowance.charge(self.path, place, count, size)
     }
 
     /// The error of bytes that cannot be read any more.

@@ -5,7 +5,6 @@ use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor::ATTRIBUTE_FORMAT;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::{Draco, Primitive};
 use crate::io::{AssetRoot, ByteSource, Diagnostics, parallel};
 
@@ -25,7 +24,6 @@ impl<'a> AttributeSource<'a> {
         primitive: &'a Primitive,
         assets: &mut AssetRoot,
         diagnostics: &mut Diagnostics,
-        allowance: &mut MemoryAllowance,
     ) -> Result<Self> {
         for name in primitive.attributes.keys() {
             let message = match name.rsplit_once('_') {
@@ -50,7 +48,7 @@ impl<'a> AttributeSource<'a> {
             let bytes = bytes.read().map_err(|error| document.read_error(error))?;
             let mesh = draco::decode(&bytes, document.path, &mut assets.budget)?;
             let bytes = mesh.attributes.iter().map(|a| a.bytes.len());
-            allowance.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
+            document.allowance.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
             decoded = Some((draco, mesh));
         }
         Ok(Self { document, place: place.into(), primitive, decoded })
@@ -61,17 +59,17 @@ impl<'a> AttributeSource<'a> {
     }
 
     /// The elements of an attribute, where it has it.
-    pub(crate) fn elements(&'a self, name: &str, allowance: &mut MemoryAllowance) -> Result<Option<AccessorView<'a>>> {
+    pub(crate) fn elements(&'a self, name: &str) -> Result<Option<AccessorView<'a>>> {
         let Some(&index) = self.primitive.attributes.get(name) else {
             return Ok(None);
         };
         let place = format!("{}.attributes.{name}", self.place);
         let accessor = self.document.root.accessors.get(index);
         let Some((draco, mesh)) = &self.decoded else {
-            return self.document.elements(index, &place, allowance).map(Some);
+            return self.document.elements(index, &place).map(Some);
         };
         let Some(&id) = draco.attributes.get(name) else {
-            return self.document.elements(index, &place, allowance).map(Some);
+            return self.document.elements(index, &place).map(Some);
         };
         let found = mesh.attributes.iter().find(|a| a.id as usize == id);
         let Some(attribute) = found else {
@@ -86,6 +84,7 @@ impl<'a> AttributeSource<'a> {
                 .fault(format!("{place}: 32-bit signed integers in the Draco stream, which glTF does not have")));
         };
         Ok(Some(AccessorView {
+            document: self.document,
             place,
             wrong_format: ATTRIBUTE_FORMAT,
             component,
@@ -99,11 +98,7 @@ impl<'a> AttributeSource<'a> {
 
     /// The vertices of the corners of the primitive, in order and `N` at a time, and the number of corners left over;
     /// `count` is the number of vertices.
-    pub(crate) fn corners<const N: usize>(
-        &'a self,
-        count: usize,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<(Vec<[u32; N]>, usize)> {
+    pub(crate) fn corners<const N: usize>(&'a self, count: usize) -> Result<(Vec<[u32; N]>, usize)> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {
             let (groups, over) = mesh.triangles.as_flattened().as_chunks();
@@ -111,7 +106,7 @@ impl<'a> AttributeSource<'a> {
         }
         let Some(index) = self.primitive.indices else {
             let place = format!("{}.attributes", self.place);
-            allowance.charge(document.path, &place, count as u64, 4)?;
+            document.charge(&place, count as u64, 4)?;
             let count = u32::try_from(count)
                 .map_err(|_| document.fault(format!("{place}: {count} vertices, more than 32 bits count")))?;
             let each = N as u32;
@@ -120,14 +115,14 @@ impl<'a> AttributeSource<'a> {
             return Ok((groups, (count % each) as usize));
         };
         let place = format!("{}.indices", self.place);
-        let elements = document.elements(index, &place, allowance)?;
+        let elements = document.elements(index, &place)?;
         let restart = match elements.component {
             Component::U8 => 0xff,
             Component::U16 => 0xffff,
             _ => u32::MAX,
         };
         let place = elements.place.clone();
-        let (groups, over) = elements.chunks::<N>(document, allowance)?;
+        let (groups, over) = elements.chunks::<N>()?;
         let indices = groups.as_flattened();
         let (_, largest) = parallel::min_max(indices);
         if largest as usize >= count

@@ -7,7 +7,6 @@ use crate::error::Result;
 use crate::geometry::finite;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::{AccessorView, Component};
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Primitive;
 use crate::gltf::mesh::attributes::AttributeSource;
 use crate::gltf::mesh::material_requirements::MaterialRequirements;
@@ -31,7 +30,6 @@ pub(crate) struct PrimitiveReader<'a> {
     pub(crate) primitive: &'a Primitive,
     pub(crate) assets: &'a mut AssetRoot,
     pub(crate) diagnostics: &'a mut Diagnostics,
-    pub(crate) allowance: &'a mut MemoryAllowance,
 }
 
 impl PrimitiveReader<'_> {
@@ -40,16 +38,9 @@ impl PrimitiveReader<'_> {
         if !self.has_triangle_mode()? {
             return Ok(None);
         }
-        let source = AttributeSource::new(
-            self.document,
-            self.place,
-            self.primitive,
-            self.assets,
-            self.diagnostics,
-            self.allowance,
-        )?;
+        let source = AttributeSource::new(self.document, self.place, self.primitive, self.assets, self.diagnostics)?;
         self.note_missing_bounds();
-        let Some(positions) = source.elements("POSITION", self.allowance)? else {
+        let Some(positions) = source.elements("POSITION")? else {
             let message = "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)";
             self.diagnostics.note(self.place, message);
             return Ok(None);
@@ -84,7 +75,7 @@ impl PrimitiveReader<'_> {
         }
         self.shading_attributes(&window, &mut mesh)?;
         self.colors(&window, &mut mesh)?;
-        let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics, self.allowance)?;
+        let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics)?;
         let needed = MaterialRequirements::of_primitive(self.document, self.place, self.primitive)?;
         needed.check_uvs(self.place, &mesh, self.diagnostics);
         if mesh.tangents.is_none()
@@ -135,9 +126,9 @@ impl PrimitiveReader<'_> {
     /// The triangles of the primitive, whose attributes have `count` elements; `None` where it has none.
     fn triangles(&mut self, source: &AttributeSource<'_>, count: usize) -> Result<Option<Vec<[u32; 3]>>> {
         let (triangles, over) = match self.primitive.mode {
-            4 => source.corners::<3>(count, self.allowance)?,
+            4 => source.corners::<3>(count)?,
             mode => {
-                let (corners, _) = source.corners::<1>(count, self.allowance)?;
+                let (corners, _) = source.corners::<1>(count)?;
                 let corners = corners.into_flattened();
                 let over = if corners.len() < 3 { corners.len() } else { 0 };
                 (strip_or_fan_triangles(mode, &corners), over)
@@ -157,22 +148,21 @@ impl PrimitiveReader<'_> {
 
     /// Positions as float64, and true if all are finite.
     fn positions(&mut self, elements: AccessorView<'_>) -> Result<(Vec<DVec3>, bool)> {
-        let (path, count) = (self.document.path, elements.count as u64);
-        self.allowance.charge(path, &elements.place, count, 12)?;
+        self.document.charge(&elements.place, elements.count as u64, 12)?;
         let widen = |v: [f32; 3]| v.map(f64::from);
-        let (positions, finite) = elements.map_any_floats(self.document, self.allowance, widen)?;
+        let (positions, finite) = elements.map_any_floats(widen)?;
         // Optimised to a no-op: the same layout.
         Ok((positions.into_iter().map(DVec3::from_array).collect(), finite))
     }
 
     /// Normals, texture coordinates and tangents.
     fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
-        if let Some(normals) = window.elements("NORMAL", self.allowance)? {
+        if let Some(normals) = window.elements("NORMAL")? {
             let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
-            mesh.normals = Some(normals.map_floats(self.document, self.allowance, unit)?);
+            mesh.normals = Some(normals.map_floats(unit)?);
         }
-        mesh.uvs = window.floats("TEXCOORD_0", self.allowance)?;
-        while let Some(uvs) = window.floats(&format!("TEXCOORD_{}", mesh.more_uvs.len() + 1), self.allowance)? {
+        mesh.uvs = window.floats("TEXCOORD_0")?;
+        while let Some(uvs) = window.floats(&format!("TEXCOORD_{}", mesh.more_uvs.len() + 1))? {
             mesh.more_uvs.push(uvs);
         }
         if mesh.uvs.is_none() && !mesh.more_uvs.is_empty() {
@@ -184,7 +174,7 @@ impl PrimitiveReader<'_> {
                 let [x, y, z] = Vec3::new(x, y, z).normalize_or_zero().to_array();
                 [x, y, z, if w < 0.0 { -1.0 } else { 1.0 }]
             };
-            let tangents: Option<Vec<[f32; 4]>> = window.floats("TANGENT", self.allowance)?;
+            let tangents: Option<Vec<[f32; 4]>> = window.floats("TANGENT")?;
             mesh.tangents = tangents.map(|all| all.into_iter().map(unit).collect());
         }
         Ok(())
@@ -197,7 +187,7 @@ impl PrimitiveReader<'_> {
             let message = "only the first set of vertex colours is used";
             self.diagnostics.note(place, message);
         }
-        let Some(elements) = window.elements("COLOR_0", self.allowance)? else {
+        let Some(elements) = window.elements("COLOR_0")? else {
             return Ok(());
         };
         let mut clamped = false;
@@ -212,14 +202,14 @@ impl PrimitiveReader<'_> {
             )));
         }
         if elements.arity == 4 {
-            let colors = elements.floats::<4>(document, self.allowance)?;
+            let colors = elements.floats::<4>()?;
             mesh.vertex_colors = Some(colors.iter().map(|&[r, g, b, _]| [r, g, b].map(&mut unit_interval)).collect());
             if colors.iter().any(|color| color[3] != 1.0) {
                 let alphas = colors.iter().map(|color| unit_interval(color[3]));
                 mesh.vertex_opacities = Some(alphas.collect());
             }
         } else {
-            let colors = elements.floats::<3>(document, self.allowance)?;
+            let colors = elements.floats::<3>()?;
             let colors = colors.iter().map(|color| color.map(&mut unit_interval));
             mesh.vertex_colors = Some(colors.collect());
         }

@@ -3,7 +3,6 @@
 use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::document::accessor_view::AccessorView;
-use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::mesh::attributes::AttributeSource;
 
 /// The vertices of a primitive's accessors that its triangles use.
@@ -22,22 +21,17 @@ impl<'a> VertexWindow<'a> {
     }
 
     /// The elements of an attribute that are used.
-    pub(crate) fn elements(&self, name: &str, allowance: &mut MemoryAllowance) -> Result<Option<AccessorView<'a>>> {
-        let Some(elements) = self.source.elements(name, allowance)? else {
+    pub(crate) fn elements(&self, name: &str) -> Result<Option<AccessorView<'a>>> {
+        let Some(elements) = self.source.elements(name)? else {
             return Ok(None);
         };
         self.checked(elements, &format!("attributes.{name}")).map(Some)
     }
 
     /// The same elements of an accessor of its own, as morph targets have it.
-    pub(crate) fn accessor(
-        &self,
-        index: usize,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<AccessorView<'a>> {
+    pub(crate) fn accessor(&self, index: usize, name: &str) -> Result<AccessorView<'a>> {
         let place = format!("{}.{name}", self.source.place);
-        let elements = self.document.elements(index, &place, allowance)?;
+        let elements = self.document.elements(index, &place)?;
         self.checked(elements, name)
     }
 
@@ -52,13 +46,9 @@ impl<'a> VertexWindow<'a> {
         Ok(self.slice(elements))
     }
 
-    pub(crate) fn floats<const N: usize>(
-        &self,
-        name: &str,
-        allowance: &mut MemoryAllowance,
-    ) -> Result<Option<Vec<[f32; N]>>> {
-        match self.elements(name, allowance)? {
-            Some(elements) => elements.floats(self.document, allowance).map(Some),
+    pub(crate) fn floats<const N: usize>(&self, name: &str) -> Result<Option<Vec<[f32; N]>>> {
+        match self.elements(name)? {
+            Some(elements) => elements.floats().map(Some),
             None => Ok(None),
         }
     }

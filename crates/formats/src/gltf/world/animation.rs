@@ -124,15 +124,14 @@ impl Builder<'_, '_> {
                 return Err(document.fault(format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
             }
         };
-        let allowance = &mut self.allowance;
-        let input = document.elements(json.input, &format!("{place}.input"), allowance)?;
-        let times = input.floats::<1>(document, allowance)?.into_flattened();
-        let output = document.elements(json.output, &format!("{place}.output"), allowance)?;
+        let input = document.elements(json.input, &format!("{place}.input"))?;
+        let times = input.floats::<1>()?.into_flattened();
+        let output = document.elements(json.output, &format!("{place}.output"))?;
         let values = match output.arity {
-            2 => output.floats::<2>(document, allowance)?.into_flattened(),
-            3 => output.floats::<3>(document, allowance)?.into_flattened(),
-            4 => output.floats::<4>(document, allowance)?.into_flattened(),
-            _ => output.floats::<1>(document, allowance)?.into_flattened(),
+            2 => output.floats::<2>()?.into_flattened(),
+            3 => output.floats::<3>()?.into_flattened(),
+            4 => output.floats::<4>()?.into_flattened(),
+            _ => output.floats::<1>()?.into_flattened(),
         };
         // As glTF-Validator calls what is wrong with them, if something is.
         let code = if times.first().is_some_and(|first| *first < 0.0) {

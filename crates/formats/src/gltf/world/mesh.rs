@@ -30,7 +30,6 @@ impl Builder<'_, '_> {
                 primitive,
                 assets: self.assets,
                 diagnostics: &mut self.diagnostics,
-                allowance: &mut self.allowance,
             }
             .read()?;
             if let Some(part) = part {

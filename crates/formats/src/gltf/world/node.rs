@@ -177,7 +177,7 @@ impl Builder<'_, '_> {
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();
                 let size = whole.vertices.len() + whole.triangles.len();
-                self.allowance.charge(document.path, place, size as u64, 64)?;
+                document.charge(place, size as u64, 64)?;
                 match rig::flattened(&whole, world_from_mesh) {
                     Some(_) if shape.is_some() => world_from_mesh.matrix3 = DMat3::IDENTITY,
                     Some(flat) => {
@@ -196,7 +196,7 @@ impl Builder<'_, '_> {
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {
                 let size = shape.mesh.vertices.len() + shape.mesh.triangles.len();
-                self.allowance.charge(document.path, place, size as u64, 64)?;
+                document.charge(place, size as u64, 64)?;
                 self.world.meshes.push(shape.mesh.clone());
                 mesh = self.world.meshes.len() - 1;
             }
@@ -257,7 +257,7 @@ impl Builder<'_, '_> {
                 self.diagnostics.note(place, "not used");
                 continue;
             }
-            let elements = document.elements(index, &place, &mut self.allowance)?;
+            let elements = document.elements(index, &place)?;
             if *count.get_or_insert(elements.count) != elements.count {
                 let message = format!("{place}: another number of elements than the others");
                 return Err(document.fault(message));
@@ -266,13 +266,13 @@ impl Builder<'_, '_> {
             let amount = 16 * elements.count as u64;
             self.assets.budget.take_elements(document.path, amount)?;
             match &name[..] {
-                "TRANSLATION" => translations = Some(elements.floats::<3>(document, &mut self.allowance)?),
-                "ROTATION" => rotations = Some(elements.floats::<4>(document, &mut self.allowance)?),
-                _ => scales = Some(elements.floats::<3>(document, &mut self.allowance)?),
+                "TRANSLATION" => translations = Some(elements.floats::<3>()?),
+                "ROTATION" => rotations = Some(elements.floats::<4>()?),
+                _ => scales = Some(elements.floats::<3>()?),
             }
         }
         let count = count.unwrap_or(0);
-        self.allowance.charge(document.path, &place, count as u64, 512)?;
+        document.charge(&place, count as u64, 512)?;
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         Ok((0..count)
             .map(|i| {
