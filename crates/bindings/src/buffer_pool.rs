@@ -9,6 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
 use raycam_render::{Channel, OutputPlane, PixelType, PlaneData, zeroed_huge};
 
+use crate::arrays::DictResult;
+
 /// The most bytes that are kept.
 const MAX_BYTES: usize = 256 << 20;
 /// Renders in a row that need not use an array before it is freed.
@@ -218,7 +220,7 @@ impl OutputPlanes {
 
     /// The arrays for Python by name, [height, width] or [height, width, components]. Once Python references them no more,
     /// others get their memory.
-    pub fn into_arrays<'py>(self, py: Python<'py>, [height, width]: [usize; 2]) -> PyResult<Bound<'py, PyDict>> {
+    pub fn into_arrays<'py>(self, py: Python<'py>, [height, width]: [usize; 2]) -> DictResult<'py> {
         let dict = PyDict::new(py);
         for plane in &self.0 {
             let shape = [height, width, plane.channel.components()];

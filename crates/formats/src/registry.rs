@@ -135,8 +135,7 @@ pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Resul
         Reader::Model(read) => read(&source, assets)?,
         Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
         Reader::World(_) => {
-            let message = "a world file, expected a mesh file";
-            return Err(FormatError::unsupported(&source.path, message));
+            return Err(FormatError::unsupported(&source.path, "a world file, expected a mesh file"));
         }
     };
     check_parts(&mut model, &source.path)?;

@@ -4,13 +4,12 @@ pub(crate) mod calibration;
 pub(crate) mod rig;
 
 use glam::{DMat4, DVec2};
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use raycam_scene::camera::{Background, BackgroundFit};
 use raycam_scene::schema::{CameraSpec, from_value};
 use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
-use crate::arrays::{ArrayResult, Floats, array, matrix3, rows, rows_of, vector};
+use crate::arrays::{ArrayResult, Floats, NewArray, array, matrix3, rows, rows_of, vector};
 use crate::error::{OrRaise, camera_error};
 use crate::py_value::to_value;
 
@@ -20,14 +19,6 @@ pub(crate) fn up(name: &str) -> PyResult<Up> {
         "z" => Ok(Up::Z),
         "y" => Ok(Up::Y),
         _ => Err(camera_error(format!("up is {name:?}; expected \"z\" or \"y\""))),
-    }
-}
-
-/// "z" or "y".
-pub(crate) fn up_name(up: Up) -> &'static str {
-    match up {
-        Up::Z => "z",
-        Up::Y => "y",
     }
 }
 
@@ -193,12 +184,11 @@ impl Camera {
     }
 
     /// Pixels [n, 2] and in_front [n] of points [n, 3].
-    #[allow(clippy::type_complexity, reason = "two arrays")]
     fn project<'py>(
         &self,
         py: Python<'py>,
         points: Floats<'py>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<bool>>)> {
+    ) -> PyResult<(NewArray<'py, f64>, NewArray<'py, bool>)> {
         let points = rows::<f64, 3>(&points, "points")?;
         let (pixels, in_front): (Vec<_>, Vec<_>) = py.detach(|| {
             let project = |p: &[f64; 3]| self.inner.project(vector(*p));
@@ -209,12 +199,7 @@ impl Camera {
     }
 
     /// Origins and unit directions [n, 3] of pixels [n, 2]; NaN where there are none.
-    #[allow(clippy::type_complexity, reason = "two arrays")]
-    fn rays<'py>(
-        &self,
-        py: Python<'py>,
-        pixels: Floats<'py>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    fn rays<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<(NewArray<'py, f64>, NewArray<'py, f64>)> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let (origins, directions): (Vec<_>, Vec<_>) = py.detach(|| {
             pixels

@@ -1,6 +1,6 @@
 //! Queries of points and of pairs of points. Python has made the arrays C-contiguous and broadcast them.
 
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::annotations::queries::points::{self, PointArrays};
@@ -10,7 +10,7 @@ use raycam_render::annotations::queries::visible::{self, PointPairs};
 use raycam_render::annotations::queries::{inside, winding};
 use raycam_scene::mesh::surface::SurfaceTopology;
 
-use crate::arrays::{ArrayResult, Floats, array, rows};
+use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};
 use crate::error::settings_error;
 use crate::queries::rays::{mask, surface};
 use crate::queries::{answer, answer_array};
@@ -42,10 +42,7 @@ impl PointArguments<'_> {
 
 /// The closest point of each point, by the names of `World.closest_points`.
 #[pyfunction]
-pub(crate) fn world_closest_points<'py>(
-    world: &Bound<'py, World>,
-    query: PointArguments<'py>,
-) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> DictResult<'py> {
     let (arrays, threads) = (query.arrays()?, query.threads);
     let found = answer(world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
         points::closest_points(prepared, &arrays, threads, control)
@@ -137,7 +134,7 @@ pub(crate) fn world_visible<'py>(
 }
 
 /// (closed, oriented, boundary edges [k, 2], volume, components).
-type TopologyParts<'py> = (bool, bool, Bound<'py, PyArrayDyn<i32>>, f64, usize);
+type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 
 /// The topology of an object's mesh; the volume is that of the placed object.
 #[pyfunction]

@@ -9,7 +9,7 @@ use raycam_render::annotations::queries::fields::{Column, Columns, FIELDS, Field
 use raycam_render::annotations::queries::rays::{self, Kernel, RayArrays};
 use raycam_render::annotations::queries::selection::{Facing, Selection};
 
-use crate::arrays::{ArrayResult, Floats, array, rows};
+use crate::arrays::{ArrayResult, DictResult, Floats, array, rows};
 use crate::cancel::Cancel;
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
@@ -98,7 +98,7 @@ fn fields(names: &[String]) -> PyResult<Vec<Field>> {
 }
 
 /// Columns as arrays [n] or [n, width] by name.
-fn columns_to_dict(py: Python<'_>, columns: Columns) -> PyResult<Bound<'_, PyDict>> {
+fn columns_to_dict(py: Python<'_>, columns: Columns) -> DictResult<'_> {
     let dict = PyDict::new(py);
     for (field, column) in columns.0 {
         let name = FIELDS.iter().find(|(_, known)| *known == field).map_or("", |(name, _)| name);
@@ -123,7 +123,7 @@ pub(crate) fn world_cast_rays<'py>(
     query: RayArguments<'py>,
     names: Vec<String>,
     cancel: Option<PyRef<'py, Cancel>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> DictResult<'py> {
     let (py, threads) = (world.py(), query.threads);
     let (arrays, fields) = (query.arrays()?, fields(&names)?);
     let prepared = world.get().prepared(py, threads)?;
@@ -150,7 +150,7 @@ pub(crate) fn world_intersections<'py>(
     query: RayArguments<'py>,
     max_hits: Option<usize>,
     names: Vec<String>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> DictResult<'py> {
     let (arrays, fields, threads) = (query.arrays()?, fields(&names)?, query.threads);
     let found = answer(world, threads, crossings::is_brief(arrays.origins.len()), |prepared, control| {
         crossings::intersections(prepared, &arrays, max_hits, &fields, threads, control)

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::encode::{exr, hdr, jpeg, mask, png};
@@ -10,7 +10,7 @@ use raycam_formats::{Budget, ColorUse, FormatError, read_image};
 use raycam_render::film::display;
 use raycam_scene::{ViewTransform, color};
 
-use crate::arrays::{ArrayResult, array};
+use crate::arrays::{ArrayResult, BytesResult, NewArray, array};
 use crate::camera::Camera;
 use crate::error::{OrRaise, catch_panic, check_memory, detached, settings_error};
 
@@ -34,7 +34,7 @@ pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<
 
 /// Linear float32 [height, width, 3] of an image file, and the notices of its reader.
 #[pyfunction]
-pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyArrayDyn<f32>>, Vec<String>)> {
+pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, Vec<String>)> {
     let read = || -> Result<_, FormatError> {
         let (image, notices) = read_image(&path, ColorUse::Color, &Budget::default())?;
         let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i).into_iter().take(3));
@@ -93,7 +93,7 @@ pub(crate) fn srgb_from_linear<'py>(
 
 /// A Radiance HDR file of linear float32 [height, width, 3].
 #[pyfunction]
-pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>) -> BytesResult<'py> {
     let (size, _) = size_of(rgb.shape())?;
     check_memory("an HDR file", 2 * rgb.shape().iter().product::<usize>())?;
     let rgb = contiguous(&rgb)?;
@@ -102,7 +102,7 @@ pub(crate) fn encode_hdr<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, f32>
 
 /// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
 #[pyfunction]
-pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesResult<'py> {
     let (shape, samples) = match &pixels {
         ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
@@ -115,11 +115,7 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> PyResu
 
 /// A JPEG file of an array [height, width, 3] of uint8 in sRGB.
 #[pyfunction]
-pub(crate) fn encode_jpeg<'py>(
-    py: Python<'py>,
-    rgb: PyReadonlyArrayDyn<'py, u8>,
-    quality: u8,
-) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_jpeg<'py>(py: Python<'py>, rgb: PyReadonlyArrayDyn<'py, u8>, quality: u8) -> BytesResult<'py> {
     let ([columns, rows], pixels) = (size_of(rgb.shape())?.0, contiguous(&rgb)?);
     check_memory("a JPEG file", 2 * pixels.len())?;
     Ok(PyBytes::new(py, &detached(py, || jpeg::encode([columns, rows], pixels, quality))?))
@@ -134,7 +130,7 @@ pub(crate) fn encode_exr<'py>(
     half: bool,
     camera: Option<&Camera>,
     notes: Vec<(String, String)>,
-) -> PyResult<Bound<'py, PyBytes>> {
+) -> BytesResult<'py> {
     let mut size = [0; 2];
     let values = |layer: &ArrayView<'_>| match layer {
         ArrayView::U8(a) => a.len(),

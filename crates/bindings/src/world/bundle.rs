@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::{Budget, bundle};
 
+use crate::arrays::BytesResult;
 use crate::camera::Camera;
 use crate::error::detached;
 use crate::world::state::{World, budget};
@@ -26,7 +27,7 @@ pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, 
 
 /// The world as bytes.
 #[pyfunction]
-pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> BytesResult<'py> {
     let inner = world.snapshot();
     Ok(PyBytes::new(py, &detached(py, || bundle::write(&inner))?))
 }

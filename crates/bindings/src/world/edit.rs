@@ -68,10 +68,7 @@ pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<
     }
     let (arrays, value) = described(description)?;
     let spec: ObjectSpec = from_value(&value).or_raise()?;
-    let placed = world.modify(|inner| {
-        let placed = spec.change_placement(inner, which.number_in(inner)?);
-        placed.transpose().or_raise()
-    })?;
+    let placed = world.modify(|inner| spec.change_placement(inner, which.number_in(inner)?).transpose().or_raise())?;
     if placed.is_some() {
         return Ok(());
     }

@@ -18,8 +18,8 @@ use pyo3::types::PyDict;
 use raycam_scene::world::WorldTime;
 use raycam_scene::{TextureCache, World as Inner, triangles};
 
-use crate::arrays::{ArrayResult, array};
-use crate::camera::{Camera, up, up_name};
+use crate::arrays::{ArrayResult, DictResult, array};
+use crate::camera::{Camera, up};
 use crate::error::{OrRaise, catch_panic, check_memory, detached, world_error};
 use crate::render;
 use crate::render::frame::FrameParts;
@@ -59,7 +59,7 @@ impl World {
 
     #[getter]
     fn up(&self) -> &'static str {
-        up_name(self.snapshot().up)
+        self.snapshot().up.name()
     }
 
     #[getter]
@@ -94,7 +94,7 @@ impl World {
     }
 
     #[getter]
-    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn counts<'py>(&self, py: Python<'py>) -> DictResult<'py> {
         let counts = self.snapshot().stats();
         let dict = PyDict::new(py);
         dict.set_item("objects", counts.objects)?;
@@ -174,7 +174,7 @@ impl World {
 
     /// `[render]` by the names of `raycam.render`.
     #[getter]
-    fn render_settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn render_settings<'py>(&self, py: Python<'py>) -> DictResult<'py> {
         crate::render::settings::render_section_dict(py, &self.snapshot().render)
     }
 

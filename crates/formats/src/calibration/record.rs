@@ -9,7 +9,7 @@ use crate::calibration::rig_mount::RigMount;
 use crate::error::{FormatError, Result};
 
 /// A camera as a file has it, before it becomes a [`Camera`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraRecord {
     /// The name, unique in a file.
     pub name: String,
@@ -40,20 +40,7 @@ pub struct CameraRecord {
 impl CameraRecord {
     /// A pinhole of no size, at the origin.
     pub fn new(name: impl Into<String>, pixel_center: PixelCenter) -> Self {
-        Self {
-            name: name.into(),
-            size: None,
-            k: None,
-            lens: Lens::Pinhole,
-            pixel_center,
-            pose: None,
-            matrix: None,
-            time: None,
-            image: None,
-            depth_scale: None,
-            mount: None,
-            unsupported: vec![],
-        }
+        Self { name: name.into(), pixel_center, ..Self::default() }
     }
 
     /// The record of a camera. A camera with parallel rays has neither K nor a place: its record has the matrix alone.

@@ -80,8 +80,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     let mut mesh = Mesh::new();
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
     catch_decoder_panic(path, || {
-        let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
-        decoded.map_err(|error| fault(error.to_string()))
+        MeshDecoder::new().decode(&mut buffer, &mut mesh).map_err(|error| fault(error.to_string()))
     })?;
 
     let count = mesh.num_points();

@@ -99,8 +99,7 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
     if let BlockDescription::Tiles(tiles) = part.blocks {
         let Vec2(columns, rows) = tiles.tile_size;
         if columns.saturating_mul(rows) > pixels.saturating_mul(4).max(SMALL) {
-            let message = format!("tiles of {columns} x {rows} pixels in a picture of {pixels}");
-            return Err(file.fault(message));
+            return Err(file.fault(format!("tiles of {columns} x {rows} pixels in a picture of {pixels}")));
         }
     }
     let sized = matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_));
@@ -122,8 +121,7 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
             check_sizes(file, part, &chunk.compressed_block, most)?;
         }
         if whole {
-            let block = UncompressedBlock::decompress_chunk(chunk, &meta, false);
-            block.map_err(|e| decoder_error(file, e))?;
+            UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(|e| decoder_error(file, e))?;
         }
     }
     Ok(())

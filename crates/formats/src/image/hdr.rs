@@ -25,8 +25,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     let metadata = decoder.metadata();
     for (key, value) in &metadata.custom_attributes {
         if key == "FORMAT" && value != "32-bit_rle_rgbe" {
-            let message = format!("an HDR image in {value}, expected 32-bit_rle_rgbe");
-            return Err(file.unsupported(message));
+            return Err(file.unsupported(format!("an HDR image in {value}, expected 32-bit_rle_rgbe")));
         }
     }
     for (key, value) in &metadata.custom_attributes {
@@ -37,8 +36,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     // The factor of all values of the file.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
-        let message = format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
-        file.fault(message)
+        file.fault(format!("an EXPOSURE of {exposure}, expected what all values were multiplied by"))
     };
     if !(exposure > 0.0 && exposure.is_finite()) {
         return Err(fault(file));

@@ -73,8 +73,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     };
     let check = file.take_pixels(header.size, texel)?;
     if let Some(expected) = expected.filter(|&n| n != header.unpacked) {
-        let message = format!("a level of {} bytes, expected {expected}", header.unpacked);
-        return Err(file.fault(message));
+        return Err(file.fault(format!("a level of {} bytes, expected {expected}", header.unpacked)));
     }
     if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
         let marked = if header.srgb { "sRGB" } else { "linear" };
@@ -198,10 +197,7 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
     };
     match (scheme, &format) {
         (1, LevelFormat::Basis(_)) | (0 | 2, _) => Ok(format),
-        _ => {
-            let message = format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard");
-            Err(file.unsupported(message))
-        }
+        _ => Err(file.unsupported(format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard"))),
     }
 }
 
@@ -262,10 +258,7 @@ fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result
     });
     match written {
         Ok(written) if written == length => Ok(unpacked),
-        Ok(_) => {
-            let message = format!("Zstandard: not the {length} bytes that the level index tells");
-            Err(file.fault(message))
-        }
+        Ok(_) => Err(file.fault(format!("Zstandard: not the {length} bytes that the level index tells"))),
         Err(message) => Err(file.fault(format!("Zstandard: {message}"))),
     }
 }

@@ -186,10 +186,7 @@ fn gather_attributes(mesh: &mut Mesh, obj: &Obj, corners: &[Corner], has_uvs: bo
         mesh.uvs = Some(corners.iter().map(uv).collect());
     }
     if has_normals {
-        let normal = |c: &Corner| {
-            let normal = obj.normals.get(c.normal as usize).copied();
-            normal.unwrap_or([0.0, 0.0, 1.0])
-        };
+        let normal = |c: &Corner| obj.normals.get(c.normal as usize).copied().unwrap_or([0.0, 0.0, 1.0]);
         mesh.normals = Some(corners.iter().map(normal).collect());
     }
     if !obj.colors.is_empty() {

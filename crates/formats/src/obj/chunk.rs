@@ -23,6 +23,7 @@ pub(crate) struct TextChunk<'a> {
 pub(crate) type LineError = (usize, String);
 
 /// The statements of a piece of text. Lines are numbered as in the file; all indices begin at 0 with the piece.
+#[derive(Default)]
 pub(crate) struct Chunk {
     pub(crate) positions: Vec<DVec3>,
     /// Linear, as long as `positions` once one has a colour; white where it has none. A value outside 0..=1 is as in the
@@ -138,29 +139,7 @@ pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "norm
 impl Chunk {
     /// Reads a piece up to its end or its first error.
     pub(crate) fn read(stretch: &TextChunk<'_>) -> Self {
-        let mut chunk = Self {
-            positions: Vec::new(),
-            colors: Vec::new(),
-            polypaint: Vec::new(),
-            uvs: Vec::new(),
-            normals: Vec::new(),
-            polygons: Polygons::default(),
-            relative: Vec::new(),
-            runs: vec![StateRun::default()],
-            materials: Vec::new(),
-            parts: Vec::new(),
-            groups: Vec::new(),
-            libraries: Vec::new(),
-            colored: 0,
-            odd_color_line: None,
-            color_bounds: ColorBounds::default(),
-            max_index: [(0, 0); 3],
-            degenerate: DegenerateFaces::default(),
-            ignored: IgnoredStatements::default(),
-            odd: Diagnostics::default(),
-            cut_line: None,
-            error: None,
-        };
+        let mut chunk = Self { runs: vec![StateRun::default()], ..Self::default() };
         chunk.error = chunk.lines(stretch).err();
         chunk
     }
@@ -313,8 +292,7 @@ impl Chunk {
                 self.colored += 1;
             }
             _ => {
-                let message = format!("v has {count} numbers, expected 3, or 6 with a colour");
-                return Err((line, message));
+                return Err((line, format!("v has {count} numbers, expected 3, or 6 with a colour")));
             }
         }
         // Faces on a vertex that is not finite are left out.

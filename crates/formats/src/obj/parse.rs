@@ -53,8 +53,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj> {
     let chunks = parallel::par_map(&pieces, Chunk::read);
     builder.reserve(&chunks);
     for chunk in chunks {
-        let added = builder.append_chunk(chunk);
-        added.map_err(|(line, message)| FormatError::line(path, line, message))?;
+        builder.append_chunk(chunk).map_err(|(line, message)| FormatError::line(path, line, message))?;
     }
     builder.finish(path)
 }
@@ -142,8 +141,7 @@ impl ObjBuilder {
             let count = bases[kind] + relative.before;
             let Ok(index) = u32::try_from(count as i64 + relative.value) else {
                 let (name, value) = (INDEX_NAMES[kind], relative.value);
-                let message = format!("f: {name} {value}, but only {count} came before");
-                return Err((relative.line, message));
+                return Err((relative.line, format!("f: {name} {value}, but only {count} came before")));
             };
             chunk.polygons.edit_corner(relative.corner, |corner| match kind {
                 0 => corner.position = index,

@@ -156,8 +156,7 @@ impl HeaderParser<'_> {
                 }
             }
             _ => {
-                let message = format!("unknown keyword {}", lexer::for_message(key));
-                return Err(self.error(&message));
+                return Err(self.error(&format!("unknown keyword {}", lexer::for_message(key))));
             }
         }
         Ok(())

@@ -152,8 +152,7 @@ impl<'a> Ply<'a> {
             return Ok(index as u32);
         }
         let count = self.declared;
-        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
-        Err(body.error(message))
+        Err(body.error(format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)")))
     }
 
     fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {

@@ -246,8 +246,7 @@ fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut 
     };
     let slot = match texture {
         T::MetallicRoughness => {
-            let both = p.metallic.texture.iter_mut().chain(p.roughness.texture.iter_mut());
-            return both.collect();
+            return p.metallic.texture.iter_mut().chain(p.roughness.texture.iter_mut()).collect();
         }
         T::ClearcoatNormal => {
             return p.clearcoat_normal.iter_mut().map(|n| &mut n.texture).collect();

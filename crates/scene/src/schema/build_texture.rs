@@ -29,8 +29,7 @@ impl TextureSpec {
         let image = match &table.image {
             ImageSpec::Texels(image) => image.clone(),
             ImageSpec::File(file) => {
-                let texture = files.texture(file, wrap);
-                texture.map_err(|error| BuildFailure::File(key.into(), error))?.image
+                files.texture(file, wrap).map_err(|error| BuildFailure::File(key.into(), error))?.image
             }
         };
         let image = table.as_used(key, image)?;

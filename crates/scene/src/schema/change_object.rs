@@ -227,13 +227,7 @@ impl ObjectSpec {
         if self.normals.as_ref().is_some_and(Vec::is_empty) {
             (mesh.normals, self.normals) = (None, None);
         }
-        let mut additions = Additions {
-            mesh: Arc::new(mesh),
-            index: None,
-            materials: Vec::new(),
-            textures: Vec::new(),
-            notices: Vec::new(),
-        };
+        let mut additions = Additions { mesh: Arc::new(mesh), ..Additions::default() };
         self.change_mesh(&mut additions)?;
         Ok(Arc::unwrap_or_clone(additions.mesh))
     }

@@ -34,6 +34,7 @@ pub struct LoadedMesh {
 }
 
 /// The parts that an object adds to the world besides itself.
+#[derive(Default)]
 pub(super) struct Additions {
     pub(super) mesh: Arc<Mesh>,
     /// Index of the mesh, if the world has it already.

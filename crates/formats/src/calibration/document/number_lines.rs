@@ -18,8 +18,7 @@ pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> R
             Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
             Ok(_) if values.len() > N => break,
             _ => {
-                let message = format!("{word:?}: expected a finite number");
-                return Err(FormatError::line(path, line, message));
+                return Err(FormatError::line(path, line, format!("{word:?}: expected a finite number")));
             }
         }
     }

@@ -160,10 +160,9 @@ fn has_poses(at: &Cursor<'_>) -> bool {
             // One matrix among other things is something else, as the transform of a data set is.
             count > 1 || count == 1 && entries.len() == 1
         }
-        Err(_) => at.list().is_ok_and(|items| {
-            let first = items.first();
-            first.is_some_and(|at| matrix(at).is_some() || matrix_of_map(at).is_some())
-        }),
+        Err(_) => at
+            .list()
+            .is_ok_and(|items| items.first().is_some_and(|at| matrix(at).is_some() || matrix_of_map(at).is_some())),
     }
 }
 

@@ -54,8 +54,7 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
         Mode::Indices => count,
     };
     if least > bytes.len() {
-        let message = format!("{} bytes, too few for {count} elements", bytes.len());
-        return Err(fault(message));
+        return Err(fault(format!("{} bytes, too few for {count} elements", bytes.len())));
     }
     budget.take_bytes(path, (count as u64).saturating_mul(stride as u64))?;
     let decoded = match mode {

@@ -85,11 +85,9 @@ impl<'a> Document<'a> {
             // Without gaps, so that overlapping strides cannot be written through.
             let mut dense = Vec::with_capacity(count * size);
             let copy = |_, bytes: &[u8]| {
-                let elements = bytes.chunks(stride);
-                elements.for_each(|element| dense.extend_from_slice(&element[..size]));
+                bytes.chunks(stride).for_each(|element| dense.extend_from_slice(&element[..size]));
             };
-            let copied = bytes.for_each_window(0, count, stride, size, copy);
-            copied.map_err(|error| self.read_error(error))?;
+            bytes.for_each_window(0, count, stride, size, copy).map_err(|error| self.read_error(error))?;
             self.overwrite_sparse(&place, sparse, size, &mut dense)?;
             stride = size;
             bytes = ByteSource::Memory(dense.into());

@@ -122,8 +122,7 @@ impl Container {
             }
         };
         let Some(asset) = &root.asset else {
-            let message = "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?";
-            return Err(FormatError::whole(path, message));
+            return Err(FormatError::whole(path, "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?"));
         };
         check_version(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {

@@ -41,8 +41,7 @@ impl PrimitiveReader<'_> {
         let source = AttributeSource::new(self.document, self.place, self.primitive, self.assets, self.diagnostics)?;
         self.note_missing_bounds();
         let Some(positions) = source.elements("POSITION")? else {
-            let message = "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)";
-            self.diagnostics.note(self.place, message);
+            self.diagnostics.note(self.place, "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)");
             return Ok(None);
         };
         let count = positions.count;
@@ -99,8 +98,7 @@ impl PrimitiveReader<'_> {
                     .fault(format!("{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)", self.place)));
             }
         };
-        let message = format!("{what} are not shown: only triangles have a surface");
-        self.diagnostics.note(self.place, message);
+        self.diagnostics.note(self.place, format!("{what} are not shown: only triangles have a surface"));
         Ok(false)
     }
 
@@ -135,8 +133,7 @@ impl PrimitiveReader<'_> {
             }
         };
         if triangles.is_empty() {
-            let message = format!("{over} corners make no triangle");
-            self.diagnostics.note(self.place, message);
+            self.diagnostics.note(self.place, format!("{over} corners make no triangle"));
             return Ok(None);
         }
         if over > 0 {
@@ -184,8 +181,7 @@ impl PrimitiveReader<'_> {
     fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         let (document, place) = (self.document, self.place);
         if window.source.has("COLOR_1") {
-            let message = "only the first set of vertex colours is used";
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(place, "only the first set of vertex colours is used");
         }
         let Some(elements) = window.elements("COLOR_0")? else {
             return Ok(());

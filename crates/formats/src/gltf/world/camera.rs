@@ -41,8 +41,7 @@ impl Builder<'_, '_> {
                 pose
             }
             None => {
-                let message = "its node flattens it: the camera is left out";
-                self.diagnostics.note(&place, message);
+                self.diagnostics.note(&place, "its node flattens it: the camera is left out");
                 return Ok(None);
             }
         };

@@ -1,8 +1,6 @@
 //! Materials: metallic-roughness and the extensions that add to it.
 
-use raycam_scene::material::principled::{NormalMap, Principled, Textured};
-use raycam_scene::material::{Alpha, Material, MaterialModel};
-use raycam_scene::texture::TextureSlot;
+use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot, Textured};
 
 use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
@@ -21,8 +19,7 @@ impl Builder<'_, '_> {
         for (i, json) in document.root.materials.iter().enumerate() {
             let place = format!("materials[{i}]");
             let material = self.material(&place, json)?;
-            let added = self.world.add_material(material);
-            added.map_err(|error| document.scene(&place, error))?;
+            self.world.add_material(material).map_err(|error| document.scene(&place, error))?;
         }
         Ok(())
     }
@@ -41,8 +38,7 @@ impl Builder<'_, '_> {
                     model: MaterialModel::Principled(Box::default()),
                     ..Material::default()
                 };
-                let added = self.world.add_material(material);
-                added.map_err(|error| document.scene(place, error))
+                self.world.add_material(material).map_err(|error| document.scene(place, error))
             }
         }
     }

@@ -18,8 +18,7 @@ impl Builder<'_, '_> {
         let document = self.document;
         let json = document.get(&document.root.meshes, index, place)?;
         if json.primitives.is_empty() {
-            let message = format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)");
-            return Err(document.fault(message));
+            return Err(document.fault(format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)")));
         }
         let (mut parts, mut bends, mut primitives) = (Vec::new(), Vec::new(), Vec::new());
         for (i, primitive) in json.primitives.iter().enumerate() {

@@ -73,8 +73,7 @@ impl Builder<'_, '_> {
         }
         if moving || rig.objects.iter().any(|mount| mount.deformable.is_some()) {
             let world = World { node_tree: Some(Arc::new(rig)), ..std::mem::take(&mut self.world) };
-            let rested = world.at_rest();
-            self.world = rested.map_err(|error| document.scene("nodes", error))?;
+            self.world = world.at_rest().map_err(|error| document.scene("nodes", error))?;
             self.world.node_tree = self.world.node_tree.take().filter(|_| moving);
         }
         Ok(())
@@ -96,8 +95,7 @@ impl Builder<'_, '_> {
             }));
         }
         if !visible && (node.mesh.is_some() || node.extensions.light.is_some()) {
-            let message = "hidden, as KHR_node_visibility says";
-            self.diagnostics.note(&place, message);
+            self.diagnostics.note(&place, "hidden, as KHR_node_visibility says");
         }
         if let Some(light) = node.extensions.light.as_ref().filter(|_| visible) {
             let place = format!("{place}.extensions.KHR_lights_punctual.light");
@@ -135,8 +133,7 @@ impl Builder<'_, '_> {
             let place = format!("scenes[{index}].nodes[{i}]");
             document.get(&root.nodes, node, &place)?;
             if tree.parents[node].is_some() {
-                let message = "a node that has a parent (SCENE_NON_ROOT_NODE)";
-                self.diagnostics.note(place, message);
+                self.diagnostics.note(place, "a node that has a parent (SCENE_NON_ROOT_NODE)");
             }
         }
         Ok(scene.nodes.clone())
@@ -202,8 +199,7 @@ impl Builder<'_, '_> {
             }
             let materials = imported.materials.clone();
             let object = Object::new(name, mesh, materials, world_from_mesh);
-            let added = self.world.add_object(object);
-            let object = added.map_err(|error| document.scene(place, error))?;
+            let object = self.world.add_object(object).map_err(|error| document.scene(place, error))?;
             self.apply_variants(object, node, imported)?;
             if moving || shape.is_some() {
                 rig.objects.push(NodeObject {
@@ -259,8 +255,7 @@ impl Builder<'_, '_> {
             }
             let elements = document.elements(index, &place)?;
             if *count.get_or_insert(elements.count) != elements.count {
-                let message = format!("{place}: another number of elements than the others");
-                return Err(document.fault(message));
+                return Err(document.fault(format!("{place}: another number of elements than the others")));
             }
             // An instance is an object of its own, which takes more than a vertex.
             let amount = 16 * elements.count as u64;

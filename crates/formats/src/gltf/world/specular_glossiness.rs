@@ -6,10 +6,7 @@
 
 use std::sync::Arc;
 
-use raycam_scene::material::Material;
-use raycam_scene::material::principled::{Principled, Textured};
-use raycam_scene::texture::TextureSlot;
-use raycam_scene::{Image, Texels, Texture};
+use raycam_scene::{Image, Material, Principled, Texels, Texture, TextureSlot, Textured};
 
 use crate::error::Result;
 use crate::gltf::json::material::SpecularGlossiness;

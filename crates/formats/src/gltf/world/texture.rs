@@ -4,8 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
-use raycam_scene::{Image, Texture, Wrap};
+use raycam_scene::{Image, TexelFilter, Texture, TextureSampler, TextureSlot, Wrap};
 
 use crate::error::Result;
 use crate::gltf::document::buffers;
@@ -50,8 +49,7 @@ impl Builder<'_, '_> {
             [&extensions.basisu, &extensions.webp].into_iter().find_map(|extension| extension.as_ref()?.source);
         let sources: Vec<usize> = better.into_iter().chain(texture.source).collect();
         if sources.is_empty() {
-            let message = "no image: the material does without it";
-            self.diagnostics.note(place, message);
+            self.diagnostics.note(place, "no image: the material does without it");
             return Ok(None);
         }
         let mut image = None;

@@ -2,10 +2,7 @@
 
 use std::sync::Arc;
 
-use raycam_scene::material::principled::{NormalMap, Principled, Textured};
-use raycam_scene::material::{Alpha, Material};
-use raycam_scene::texture::TextureSlot;
-use raycam_scene::{Image, Texels};
+use raycam_scene::{Alpha, Image, Material, NormalMap, Principled, Texels, TextureSlot, Textured};
 use serde_json::{Map, Value, json};
 
 use crate::error::Result;

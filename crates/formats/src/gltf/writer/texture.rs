@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use raycam_scene::color::srgb_from_linear;
-use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
-use raycam_scene::{Image, Texels, Wrap};
+use raycam_scene::{Image, TexelFilter, Texels, TextureSampler, TextureSlot, Wrap};
 use serde_json::{Map, Value, json};
 
 use crate::encode::png::{self, Samples};

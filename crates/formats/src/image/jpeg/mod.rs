@@ -29,8 +29,7 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
         file.notice("its last scans are missing: coarser than it was made");
     }
     if let Some(number) = missing.end_of {
-        let message = format!("scan {number} ends within its last blocks; what is missing there is made up");
-        file.notice(message);
+        file.notice(format!("scan {number} ends within its last blocks; what is missing there is made up"));
     }
     Ok(image)
 }

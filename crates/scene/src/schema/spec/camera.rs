@@ -192,8 +192,7 @@ impl CameraSpec {
         let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first_pose()) {
             None => pose.build(up)?,
             Some(first) => {
-                let message = "\"shutter.track\" is given too, and says where the camera is";
-                pose.keys().refuse(&POSE, message)?;
+                pose.keys().refuse(&POSE, "\"shutter.track\" is given too, and says where the camera is")?;
                 first.build(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
         };

@@ -74,8 +74,7 @@ impl RigSpec {
         let track = self.shutter.as_ref().and_then(ShutterSpec::first_pose);
         let body = match track {
             Some(first) => {
-                let message = "\"shutter.track\" is given too, and says where the rig is";
-                pose.keys().refuse(&POSE, message)?;
+                pose.keys().refuse(&POSE, "\"shutter.track\" is given too, and says where the rig is")?;
                 first.build_body(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
             None if pose.keys().given(&POSE).is_empty() => {
