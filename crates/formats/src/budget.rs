@@ -75,9 +75,7 @@ impl Budget {
 fn charge(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Result<()> {
     match left.checked_sub(amount) {
         Some(rest) => *left = rest,
-        None => {
-            return Err(FormatError::Budget { path: path.into(), what, amount, left: *left });
-        }
+        None => return Err(FormatError::Budget { path: path.into(), what, amount, left: *left }),
     }
     Ok(())
 }

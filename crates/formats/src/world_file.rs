@@ -44,9 +44,7 @@ fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World> {
 /// Drops the objects after the first empty one. That one is an error, and a file of little else would take memory for
 /// all fields of an object, hundreds of times its own size.
 fn truncate_after_empty(node: &mut SpannedValue) {
-    let Value::Table(entries) = &mut node.value else {
-        return;
-    };
+    let Value::Table(entries) = &mut node.value else { return };
     let objects = entries.iter_mut().find(|entry| entry.key == "object");
     if let Some(Entry { value: node, .. }) = objects
         && let Value::List(items) = &mut node.value
@@ -81,18 +79,14 @@ fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     let mut headers = text.match_indices(OBJECT).map(|(at, _)| at);
     let mut start = headers.find(|&at| begins_line(text, at))?;
     let mut root = parse_piece(text, 0..start, path).ok()?;
-    let Value::Table(entries) = &mut root.value else {
-        return None;
-    };
+    let Value::Table(entries) = &mut root.value else { return None };
     if entries.iter().any(|entry| entry.key == "object") {
         return None;
     }
     while start < text.len() {
         let end = headers.find(|&at| at >= start + PIECE_BYTES && begins_line(text, at));
         let end = end.unwrap_or(text.len());
-        let Value::Table(more) = parse_piece(text, start..end, path).ok()?.value else {
-            return None;
-        };
+        let Value::Table(more) = parse_piece(text, start..end, path).ok()?.value else { return None };
         for entry in more {
             match entries.iter_mut().find(|known| known.key == entry.key) {
                 None => entries.push(entry),

@@ -157,9 +157,7 @@ pub(crate) fn encode_exr<'py>(
             ArrayView::F32(a) => (a.shape(), floats(contiguous(a)?)),
             ArrayView::F64(a) => (a.shape(), floats(&narrowed[..])),
             ArrayView::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
-            _ => {
-                return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32")));
-            }
+            _ => return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32"))),
         };
         let components;
         (size, components) = size_of(shape)?;

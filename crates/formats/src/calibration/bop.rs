@@ -73,7 +73,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     calibration.notices = unread.iter().map(|(key, count)| format!("{key} of {count} images is not read")).collect();
     if measured > 0 {
-        calibration.notices.push(format!("the file has no sizes: {measured} cameras have those of their pictures"));
+        calibration.note(format!("the file has no sizes: {measured} cameras have those of their pictures"));
     }
     Ok(calibration)
 }

@@ -18,6 +18,12 @@ pub struct Calibration {
     pub poses_of_body: bool,
 }
 
+impl Calibration {
+    pub(crate) fn note(&mut self, notice: impl Into<String>) {
+        self.notices.push(notice.into());
+    }
+}
+
 /// The direction and the camera axes of poses whose file does not state them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseConvention {

@@ -237,9 +237,7 @@ fn read_only_file(
             let (source, format, mut inside) = found.remove(0);
             let name = source.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut calibration = decode_in(source, Some(format), known, &mut inside)?;
-            calibration
-                .notices
-                .push(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
+            calibration.note(format!("{name} is the only calibration of the folder, and opened as {}", format.name));
             Ok(calibration)
         }
         several => {
@@ -292,9 +290,7 @@ fn decode_in(
     source = zip_members::unpacked(source, &mut assets.budget)?;
     source.bytes = lexer::without_utf16(source.bytes);
     let named = format.is_some();
-    let Some(format) = format.or_else(|| detected(&source)) else {
-        return Err(unknown_file(&source));
-    };
+    let Some(format) = format.or_else(|| detected(&source)) else { return Err(unknown_file(&source)) };
     let calibration = (format.read)(&source, assets, known);
     calibration.and_then(|calibration| finish(calibration, format, &source.path, known)).map_err(|error| match error {
         FormatError::Syntax { path, location, message } if !named => {
@@ -376,10 +372,9 @@ fn finish(
         && calibration.records.iter().any(|record| record.k.is_none() && record.matrix.is_none())
         && intrinsics.pose.as_ref().is_some_and(|pose| !pose.is_identity())
     {
-        calibration.notices.push(
+        calibration.note(
             "the poses are taken as those of the camera itself: the pose that intrinsics have (a mount, as T_BS or \
-             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)"
-                .into(),
+             T_cam_imu) is not used. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, C)",
         );
     }
     calibration.notices.extend(lend_size(&mut calibration.records, known));

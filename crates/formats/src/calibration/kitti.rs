@@ -64,7 +64,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             let m: [f64; 12] = numbers(path, line, values)?;
             // The object development kit leaves matrices of cameras that are not there at 0.
             if m == [0.0; 12] {
-                calibration.notices.push(format!("{key} (line {line}) is 0 and left out"));
+                calibration.note(format!("{key} (line {line}) is 0 and left out"));
                 continue;
             }
             let mut record = CameraRecord::new(key, PixelCenter::Integer);
@@ -74,7 +74,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             }
             calibration.records.push(record);
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {
-            calibration.notices.push(format!("{key} (line {line}) is no camera and not read"));
+            calibration.note(format!("{key} (line {line}) is no camera and not read"));
         }
     }
     // The world is rectified camera 0; R and T of the raw cameras are from raw camera 0.
@@ -94,9 +94,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 }
 
 fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2]>> {
-    let Some(&(_, line, values)) = row else {
-        return Ok(None);
-    };
+    let Some(&(_, line, values)) = row else { return Ok(None) };
     let size: [f64; 2] = numbers(path, line, values)?;
     if size.iter().any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v)) {
         return Err(FormatError::line(path, line, "expected columns and rows"));

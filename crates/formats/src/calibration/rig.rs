@@ -34,9 +34,7 @@ pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
 /// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
 pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<String>) -> Result<Vec<Pose>> {
     let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
-    let Some(mounts) = mounts else {
-        return records.iter().map(CameraRecord::require_pose).collect();
-    };
+    let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };
     let first = mounts[0];
     let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {

@@ -122,14 +122,13 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
         calibration.records.push(record);
         for notice in found.notices {
             if !notice.starts_with("rectification_matrix") && !calibration.notices.contains(&notice) {
-                calibration.notices.push(notice);
+                calibration.note(notice);
             }
         }
     }
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(
-        "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)"
-            .into(),
+    calibration.note(
+        "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)",
     );
     Ok(calibration)
 }

@@ -112,9 +112,7 @@ fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attri
         DataType::Int32 => ComponentType::I32,
         DataType::Uint32 => ComponentType::U32,
         DataType::Float32 => ComponentType::F32,
-        other => {
-            return Err(format!("attribute {id} is of {other:?}, which glTF has not"));
-        }
+        other => return Err(format!("attribute {id} is of {other:?}, which glTF has not")),
     };
     let data = attribute.buffer().data();
     let stride = usize::try_from(attribute.byte_stride()).unwrap_or(0);

@@ -168,16 +168,10 @@ fn sort_header(file: &mut [u8]) {
     let mut at = START;
     while file.get(at).is_some_and(|&first| first != 0) {
         let after_zero = |from: usize| file[from..].iter().position(|&b| b == 0).map(|n| from + n + 1);
-        let Some(length_at) = after_zero(at).and_then(after_zero) else {
-            return;
-        };
-        let Some(length) = file[length_at..].first_chunk() else {
-            return;
-        };
+        let Some(length_at) = after_zero(at).and_then(after_zero) else { return };
+        let Some(length) = file[length_at..].first_chunk() else { return };
         let end = length_at + 4 + u32::from_le_bytes(*length) as usize;
-        let Some(attribute) = file.get(at..end) else {
-            return;
-        };
+        let Some(attribute) = file.get(at..end) else { return };
         attributes.push(attribute.to_vec());
         at = end;
     }

@@ -24,9 +24,7 @@ pub fn encode(size: [u32; 2], channels: usize, samples: Samples<'_>) -> Result<V
         2 => png::ColorType::GrayscaleAlpha,
         3 => png::ColorType::Rgb,
         4 => png::ColorType::Rgba,
-        _ => {
-            return Err(FormatError::Encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4")));
-        }
+        _ => return Err(FormatError::Encode(format!("PNG: {channels} channels, expected 1, 2, 3 or 4"))),
     };
     let (count, depth, bytes);
     let big_endian: Vec<u8>;

@@ -181,9 +181,7 @@ impl Orientation {
 
     /// The picture, of which `image` has the scanlines as rows.
     fn reorient(&self, image: Image) -> Image {
-        let Texels::Float(from) = &image.texels else {
-            return image;
-        };
+        let Texels::Float(from) = &image.texels else { return image };
         let [pixels, scanlines] = image.size;
         let (columns, rows) = match self.columns {
             true => (scanlines, pixels),

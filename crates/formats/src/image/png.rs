@@ -43,9 +43,7 @@ fn read_rows(file: &Decoder<'_>) -> Result<()> {
 
 /// The gamma of a PNG where it is not sRGB's, and whether its primaries are others; `image` does not tell.
 fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool) {
-    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else {
-        return (None, false);
-    };
+    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false) };
     let gamma = reader.info().gamma().map(|gamma| gamma.into_value());
     let gamma = gamma.filter(|gamma| (gamma - 1.0 / 2.2).abs() > 0.01);
     let primaries = reader.info().chromaticities().is_some_and(|found| {

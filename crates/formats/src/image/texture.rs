@@ -64,9 +64,7 @@ pub(crate) fn optional_texture(
             return Ok(None);
         }
     };
-    let Some(source) = companion::optional_file(from, &name, assets, notices)? else {
-        return Ok(None);
-    };
+    let Some(source) = companion::optional_file(from, &name, assets, notices)? else { return Ok(None) };
     notices.extend(udim::notice(from, &name, assets));
     match decode(&source, [wrap; 2], color_use, &mut assets.budget, notices) {
         Ok(texture) => {

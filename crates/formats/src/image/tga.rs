@@ -12,9 +12,7 @@ use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 /// True if the bytes can be the header of a TGA file: the format has no magic number, and its footer is optional.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {
-    let Some(head) = bytes.first_chunk::<18>() else {
-        return false;
-    };
+    let Some(head) = bytes.first_chunk::<18>() else { return false };
     let [map, kind, depth, descriptor] = [head[1], head[2], head[16], head[17]];
     let [columns, rows] = [&head[12..14], &head[14..16]].map(|side| side != [0, 0]);
     let kind_fits = match kind {

@@ -73,9 +73,7 @@ pub(crate) fn companion_file(
     if !assets.may_search() {
         return Err(error);
     }
-    let Some((found, how)) = search(from, &bare.unwrap_or(written), assets) else {
-        return Err(error);
-    };
+    let Some((found, how)) = search(from, &bare.unwrap_or(written), assets) else { return Err(error) };
     let file = assets.read_reference(from, &found)?;
     notices.push(format!(
         "{}: {:?} is not there; {} is used, {how}",

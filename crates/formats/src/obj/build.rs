@@ -207,9 +207,7 @@ fn smooth(
     let first = normals.len();
     let mut sums: Vec<DVec3> = Vec::new();
     for RunRange { run, polygons: range } in runs {
-        let Some(group) = run.smoothing.filter(|&group| group > 0) else {
-            continue;
-        };
+        let Some(group) = run.smoothing.filter(|&group| group > 0) else { continue };
         for polygon in range.clone() {
             let range = polygons.range(polygon);
             let corners: Vec<Corner> = polygons.get(polygon).collect();

@@ -291,9 +291,7 @@ impl Chunk {
                 }
                 self.colored += 1;
             }
-            _ => {
-                return Err((line, format!("v has {count} numbers, expected 3, or 6 with a colour")));
-            }
+            _ => return Err((line, format!("v has {count} numbers, expected 3, or 6 with a colour"))),
         }
         // Faces on a vertex that is not finite are left out.
         self.positions.push(DVec3::new(x, y, z));
@@ -384,9 +382,7 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
 /// True if the last line of a text, which has no line end, has fewer words than the line of the same kind before it.
 fn is_cut(text: &[u8]) -> bool {
     let mut lines = text.rsplit(|&byte| byte == b'\n' || byte == b'\r').filter(|line| !lexer::trim(line).is_empty());
-    let (Some(last), Some(before)) = (lines.next(), lines.next()) else {
-        return false;
-    };
+    let (Some(last), Some(before)) = (lines.next(), lines.next()) else { return false };
     let same = lexer::split_word(last).0 == lexer::split_word(before).0;
     same && Words(last).count() < Words(before).count()
 }
@@ -403,9 +399,7 @@ pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
             let before = if rest[at] == b'\n' && rest[at - 1] == b'\r' { 2 } else { 1 };
             end && rest[at - before] != b'\\'
         };
-        let Some(end) = (size..rest.len()).find(is_end) else {
-            break;
-        };
+        let Some(end) = (size..rest.len()).find(is_end) else { break };
         let (stretch, after) = rest.split_at(end + 1);
         stretches.push(stretch);
         rest = after;

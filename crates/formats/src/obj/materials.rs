@@ -130,9 +130,7 @@ fn slots(
             Some(own) => with_alpha(library, color, own, known, assets, model)?,
             None => image(library, map, known, assets, model)?,
         };
-        let Some(texture) = texture else {
-            continue;
-        };
+        let Some(texture) = texture else { continue };
         let slot = TextureSlot { image_from_mesh: map.image_from_mesh, ..TextureSlot::plain(texture) };
         slots.push((map.role, slot, map.strength));
         if cut.is_some() {

@@ -127,9 +127,7 @@ fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
         let (option, after) = lexer::split_word(rest);
         let name = option.to_ascii_lowercase();
         // A file name may begin with a dash.
-        let Some((least, most)) = value_counts(&name) else {
-            break;
-        };
+        let Some((least, most)) = value_counts(&name) else { break };
         let (values, after) = option_values(after, least, most, leaves_name);
         let text = lexer::trim(&rest[..rest.len() - after.len()]);
         let has_values = values.len() >= least;

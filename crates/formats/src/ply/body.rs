@@ -76,9 +76,7 @@ impl<'a> Body<'a> {
     pub(crate) fn row(&mut self) -> Result<()> {
         if let RowSource::Text { lines, words, header, line, .. } = &mut self.source {
             let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());
-            let Some((number, text)) = next else {
-                return Err(self.truncated());
-            };
+            let Some((number, text)) = next else { return Err(self.truncated()) };
             *line = *header + number;
             *words = Words(text);
         }
@@ -125,9 +123,7 @@ impl<'a> Body<'a> {
             let size = kind.bytes();
             let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
             let bytes = in_memory(self.path, bytes)?;
-            let Some(found) = end.and_then(|end| bytes.get(*at..end)) else {
-                return Err(self.truncated());
-            };
+            let Some(found) = end.and_then(|end| bytes.get(*at..end)) else { return Err(self.truncated()) };
             *at += found.len();
             let numbers = found.chunks_exact(size);
             values.extend(numbers.map(|number| kind.number(number, *big_endian)));
@@ -141,9 +137,7 @@ impl<'a> Body<'a> {
 
     /// The next bytes of a binary file, if there are `count`, and true for big-endian numbers.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
-        let RowSource::Binary { bytes, at, big_endian } = &self.source else {
-            return None;
-        };
+        let RowSource::Binary { bytes, at, big_endian } = &self.source else { return None };
         let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
         Some((bytes.borrowed().part(*at..end), *big_endian))
     }

@@ -38,9 +38,7 @@ pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8], file: ByteSource<'a>) -
     let mut parser = HeaderParser { path, line: 0, elements: Vec::new(), textures: Vec::new(), encoding: None };
     let at = parser.lines(bytes)?;
     let (line, after) = (parser.line, file.len() - at);
-    let Some(encoding) = parser.encoding else {
-        return Err(parser.error("no format line before end_header"));
-    };
+    let Some(encoding) = parser.encoding else { return Err(parser.error("no format line before end_header")) };
     let body = match encoding {
         Encoding::Ascii => Body::text(path, &bytes[at..], line),
         Encoding::BinaryLittleEndian => Body::binary(path, file, at, false),
@@ -111,9 +109,7 @@ impl HeaderParser<'_> {
             let (key, rest) = lexer::split_word(text.strip_suffix(b"\r").unwrap_or(text));
             match key {
                 b"ply" if self.line == 1 => {}
-                _ if self.line == 1 => {
-                    return Err(self.error("not a PLY file: the first line is not \"ply\""));
-                }
+                _ if self.line == 1 => return Err(self.error("not a PLY file: the first line is not \"ply\"")),
                 b"end_header" => return Ok(at),
                 _ => self.statement(key, Words(rest))?,
             }
@@ -155,9 +151,7 @@ impl HeaderParser<'_> {
                     element.properties.push(property);
                 }
             }
-            _ => {
-                return Err(self.error(&format!("unknown keyword {}", lexer::for_message(key))));
-            }
+            _ => return Err(self.error(&format!("unknown keyword {}", lexer::for_message(key)))),
         }
         Ok(())
     }

@@ -224,9 +224,7 @@ impl<'a> Ply<'a> {
                 let strip: Result<Vec<u32>, _> =
                     strip.iter().map(|&index| self.position(body, number, index)).collect();
                 for (i, triangle) in strip?.windows(3).enumerate() {
-                    let &[mut a, mut b, c] = triangle else {
-                        continue;
-                    };
+                    let &[mut a, mut b, c] = triangle else { continue };
                     // Repeated corners only lead the strip on.
                     if a == b || b == c || c == a {
                         continue;

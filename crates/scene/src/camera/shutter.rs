@@ -172,9 +172,7 @@ impl ShutterMotion {
             return self.poses.first().map_or(Pose::IDENTITY, |first| first.1);
         };
         let (start, from) = self.poses[before];
-        let Some(&(end, to)) = self.poses.get(next) else {
-            return from;
-        };
+        let Some(&(end, to)) = self.poses.get(next) else { return from };
         let s = (time - start) / (end - start);
         if s == 0.0 {
             return from;

@@ -212,9 +212,7 @@ impl Material {
 
     /// The largest share of light that comes back in any channel, where it is more than arrives.
     pub fn reflectance_above_one(&self) -> Option<f32> {
-        let MaterialModel::Phong { diffuse, specular, .. } = self.model else {
-            return None;
-        };
+        let MaterialModel::Phong { diffuse, specular, .. } = self.model else { return None };
         let total = (0..3).map(|i| diffuse * self.color[i] + specular[i]).fold(0.0, f32::max);
         (total > 1.0 + 1e-6).then_some(total)
     }

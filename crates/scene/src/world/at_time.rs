@@ -81,9 +81,7 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] where a camera cannot be placed.
     pub fn at_rest(mut self) -> Result<World> {
-        let Some(rig) = &mut self.node_tree else {
-            return Ok(self);
-        };
+        let Some(rig) = &mut self.node_tree else { return Ok(self) };
         let rig = Arc::make_mut(rig);
         let pose = rig.evaluate(None);
         let rests: Vec<_> = (rig.objects.iter()).map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new)).collect();
@@ -165,9 +163,7 @@ impl KeyframedMotion {
                 ))
             })?,
             (None, Some(rotation)) => DMat3::from_quat(rotation),
-            (None, None) => {
-                return Ok(DAffine3 { translation: location, ..object.world_from_mesh });
-            }
+            (None, None) => return Ok(DAffine3 { translation: location, ..object.world_from_mesh }),
         };
         // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
         let rotation = world_from_body * rotation::world_from_reference(up).transpose();

@@ -47,9 +47,7 @@ impl World {
     /// # Errors
     /// [`SceneError::Storage`] where the file cannot be written.
     pub fn page_textures(&mut self) -> Result<()> {
-        let Some(memory) = &self.texture_cache else {
-            return Ok(());
-        };
+        let Some(memory) = &self.texture_cache else { return Ok(()) };
         if !memory.is_exceeded() {
             return Ok(());
         }

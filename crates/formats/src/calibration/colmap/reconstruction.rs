@@ -270,9 +270,7 @@ fn add_rig_camera<'a>(
 
 /// The poses of cameras from the first one, which is the reference and has none.
 fn poses_from_reference(cameras: &[PosedCamera<'_>]) -> Vec<(u32, Option<RigidPose>)> {
-    let Some((reference, rest)) = cameras.split_first() else {
-        return vec![];
-    };
+    let Some((reference, rest)) = cameras.split_first() else { return vec![] };
     let back = reference.1.inverted();
     let from_reference = |(id, pose): &PosedCamera<'_>| {
         let pose = match reference.1.is_identity() {

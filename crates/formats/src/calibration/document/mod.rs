@@ -101,9 +101,7 @@ impl<'a> Cursor<'a> {
 
     /// The value of a key, if it is there and not null.
     pub(crate) fn get(&self, key: &str) -> Option<Cursor<'a>> {
-        let Value::Map(entries) = &self.node.value else {
-            return None;
-        };
+        let Value::Map(entries) = &self.node.value else { return None };
         let (_, node) = entries.iter().find(|(name, _)| name == key)?;
         let child = self.child(key, node);
         (!child.is_null()).then_some(child)
@@ -132,9 +130,7 @@ impl<'a> Cursor<'a> {
     }
 
     pub(crate) fn number(&self) -> Result<f64> {
-        let Value::Scalar(word) = &self.node.value else {
-            return Err(self.fail("expected a number"));
-        };
+        let Value::Scalar(word) = &self.node.value else { return Err(self.fail("expected a number")) };
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ => Err(self.fail(format_args!("{word:?}: expected a finite number"))),
@@ -157,9 +153,7 @@ impl<'a> Cursor<'a> {
 
     /// The elements of a list.
     pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
-        let Value::List(items) = &self.node.value else {
-            return Err(self.fail("expected a list"));
-        };
+        let Value::List(items) = &self.node.value else { return Err(self.fail("expected a list")) };
         let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
         Ok(items.iter().enumerate().map(item).collect())
     }
@@ -233,9 +227,7 @@ impl<'a> Cursor<'a> {
 
     /// The same, where a function tells the known keys.
     pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<String>> {
-        let Value::Map(entries) = &self.node.value else {
-            return Ok(vec![]);
-        };
+        let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
         let mut notices = Vec::new();
         for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {

@@ -17,9 +17,7 @@ pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> R
         match word.parse::<f64>() {
             Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
             Ok(_) if values.len() > N => break,
-            _ => {
-                return Err(FormatError::line(path, line, format!("{word:?}: expected a finite number")));
-            }
+            _ => return Err(FormatError::line(path, line, format!("{word:?}: expected a finite number"))),
         }
     }
     let count = values.len();

@@ -41,7 +41,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
         calibration.records.extend(found.records);
         for notice in found.notices {
             if !calibration.notices.contains(&notice) {
-                calibration.notices.push(notice);
+                calibration.note(notice);
             }
         }
     }

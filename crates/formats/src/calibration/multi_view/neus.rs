@@ -51,13 +51,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         calibration.records.push(record);
     }
     if normalised {
-        calibration.notices.push(
-            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised"
-                .into(),
-        );
+        calibration.note(
+            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised");
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
-        calibration.notices.push(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
+        calibration.note(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));
     }
     Ok(calibration)
 }

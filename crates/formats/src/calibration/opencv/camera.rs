@@ -23,9 +23,7 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
         };
     }
     let focals = keys::FOCALS.map(|key| view.find_value(&[key]));
-    let [Some(fx), Some(fy), Some(cx), Some(cy)] = focals.map(|at| at.ok().flatten()) else {
-        return Ok(None);
-    };
+    let [Some(fx), Some(fy), Some(cx), Some(cy)] = focals.map(|at| at.ok().flatten()) else { return Ok(None) };
     let mut k = upper([fx.number()?, fy.number()?, cx.number()?, cy.number()?]);
     k.y_axis.x = skew.map_or(0.0, |(skew, _)| skew);
     Ok(Some(k))

@@ -55,7 +55,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
             let node = parse(&source, assets)?;
             pose = camera::pose(&KeyView { at: Cursor::root(&node, &source.path), side: &[] })?;
             if pose.is_some() {
-                calibration.notices.push(format!("R and T are those of {name}: from the left camera to the right one"));
+                calibration.note(format!("R and T are those of {name}: from the left camera to the right one"));
             }
         }
     }

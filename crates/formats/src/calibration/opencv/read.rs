@@ -87,7 +87,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
-            calibration.notices.push("no array of a lens lies beside K (dist_coeffs.npy): a pinhole".into());
+            calibration.note("no array of a lens lies beside K (dist_coeffs.npy): a pinhole");
         }
         return Ok(calibration);
     }
@@ -148,7 +148,7 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
                 pose = camera::pose(&KeyView { at: inner.clone(), side: &[] })?;
             }
             if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pose.is_some()) {
-                calibration.notices.push(format!("{name} (line {}) is not read", inner.node.line));
+                calibration.note(format!("{name} (line {}) is not read", inner.node.line));
             }
         }
     }

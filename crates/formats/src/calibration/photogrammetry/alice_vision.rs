@@ -34,7 +34,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Err(at.fail(format_args!("an AliceVision file of version {shown}, raycam reads 1.0 to 1.2.14")));
     }
     if version > NEWEST {
-        calibration.notices.push(format!("version {shown} is newer than 1.2.14, by whose rules it is read"));
+        calibration.note(format!("version {shown} is newer than 1.2.14, by whose rules it is read"));
     }
     let mut intrinsics = HashMap::new();
     for at in items(&root, "intrinsics")? {
@@ -80,16 +80,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         // A file of intrinsics alone.
         calibration.records = intrinsics.into_values().collect();
         calibration.records.sort_by(|a, b| a.name.cmp(&b.name));
-        calibration.notices.push("no poses in it: the cameras are its intrinsics, at the origin".into());
+        calibration.note("no poses in it: the cameras are its intrinsics, at the origin");
     } else if let Some(first) = lost.first() {
-        calibration
-            .notices
-            .push(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
     }
-    calibration.notices.push(
+    calibration.note(
         "AliceVision does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its \
-         undistortion has it"
-            .into(),
+         undistortion has it",
     );
     Ok(calibration)
 }
@@ -130,7 +127,7 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
             let notice = "pictures higher than wide: AliceVision's programs disagree whether sensorWidth is that of the \
                           width or of the longer side; the width is taken";
             if !calibration.notices.iter().any(|known| known == notice) {
-                calibration.notices.push(notice.into());
+                calibration.note(notice);
             }
         }
         let focal = at.require("focalLength")?.number()? / at.require("sensorWidth")?.number()? * w;

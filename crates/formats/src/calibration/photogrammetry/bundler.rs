@@ -62,7 +62,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         record.pose = Some(Pose::camera_from_world(Rotation::Matrix(flip * r), flip * rows[3]));
         calibration.records.push(record);
     }
-    let mut notice = |text: String| calibration.notices.push(text);
+    let mut notice = |text: String| calibration.note(text);
     if lost > 0 {
         notice(format!("{lost} cameras with a focal length of 0, which are not registered, are left out"));
     }

@@ -41,7 +41,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let enabled = |chunk: &&XmlElement<'_>| chunk.attribute("enabled") != Some("false");
     let chunk = chunks.iter().find(enabled).or(chunks.first()).copied().ok_or_else(|| root.fail("no chunk in it"))?;
     if chunks.len() > 1 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{} chunks, each with a world of its own: the cameras are those of the first enabled one, {:?}",
             chunks.len(),
             chunk.attribute("label").unwrap_or("without a label")
@@ -56,14 +56,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
 fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     let reference = chunk.child("reference").map_or("", |at| at.text());
     if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
-        calibration.notices.push(
+        calibration.note(
             "the chunk has a geographic reference: its transform leads to geocentric metres (ECEF), numbers of order \
-             6e6, and neither to latitude and longitude nor to projected axes"
-                .into(),
+             6e6, and neither to latitude and longitude nor to projected axes",
         );
     }
     if chunk.child("transform").is_none() && chunk.all("component").all(|at| at.child("transform").is_none()) {
-        calibration.notices.push("no transform: the cameras are in the chunk's own axes and unit".into());
+        calibration.note("no transform: the cameras are in the chunk's own axes and unit");
     }
 }
 
@@ -120,7 +119,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    let mut notice = |text: String| calibration.notices.push(text);
+    let mut notice = |text: String| calibration.note(text);
     if let Some(first) = unplaced.first() {
         notice(format!(
             "{} cameras without a transform (not aligned, or slaves of a rig) are left out: {first} ...",

@@ -68,14 +68,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if let Some(first) = lost.first() {
-        calibration
-            .notices
-            .push(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
+        calibration.note(format!("{} views without a pose or intrinsics are left out: {first} ...", lost.len()));
     }
-    calibration.notices.push(
+    calibration.note(
         "openMVG does not state its pixel rule: the centre of the first pixel is taken as (0, 0), as its undistortion \
-         has it"
-            .into(),
+         has it",
     );
     Ok(calibration)
 }

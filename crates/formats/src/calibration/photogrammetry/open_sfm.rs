@@ -29,7 +29,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let all = if root.is_map() { vec![root.clone()] } else { root.list()? };
     let first = all.first().ok_or_else(|| root.fail("no reconstruction in it"))?;
     if all.len() > 1 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{} reconstructions, each with a world of its own: the cameras are those of the first",
             all.len()
         ));
@@ -54,13 +54,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if turned > 0 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{turned} pictures have an EXIF orientation: the numbers are taken for pictures as they are stored"
         ));
     }
     if let Some(at) = first.get("reference_lla") {
         let get = |key: &str| at.number_or(key, 0.0);
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "the world is east, north, up in metres about latitude {}, longitude {}, altitude {}",
             get("latitude")?,
             get("longitude")?,

@@ -95,13 +95,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     debug_assert!(LensModel::OpenCv.name() == "opencv");
     if tangential {
-        calibration.notices.push(TANGENTIAL.into());
+        calibration.note(TANGENTIAL);
     }
     calibration.notices.extend(sizes.notices());
     if calibration.records.iter().any(|record| record.r_c().1.truncate().length() > 1e5) {
-        calibration.notices.push(
-            "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same"
-                .into(),
+        calibration.note(
+            "x and y are of the order of a projected map: the world is that of the map, and meshes must have the same",
         );
     }
     Ok(calibration)

@@ -117,10 +117,10 @@ fn add(
     let (made, matters) = lens(terms).map_err(|message| at.fail(message))?;
     record.lens = made;
     if matters {
-        calibration.notices.push(TANGENTIAL.into());
+        calibration.note(TANGENTIAL);
     }
     if value(&at, "Coordinates") == Some("relative") {
-        calibration.notices.push("Coordinates are relative: the world begins at RealityCapture's local origin".into());
+        calibration.note("Coordinates are relative: the world begins at RealityCapture's local origin");
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
         return Err(at.fail("Rotation and Position stand in another Description than FocalLength35mm"));

@@ -51,7 +51,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if without > 0 {
-        calibration.notices.push(format!("{without} images without K, R and C are left out"));
+        calibration.note(format!("{without} images without K, R and C are left out"));
     }
     Ok(calibration)
 }

@@ -34,10 +34,9 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         }
         calibration.notices.extend(found.notices.into_iter().map(|notice| format!("{name}: {notice}")));
     }
-    calibration.notices.push(
+    calibration.note(
         "the cameras are in the axes of the body (T_BS); its trajectory is data.csv of state_groundtruth_estimate0 or \
-         mocap0 (--rig FOLDER --poses data.csv)"
-            .into(),
+         mocap0 (--rig FOLDER --poses data.csv)",
     );
     Ok(calibration)
 }

@@ -31,6 +31,6 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let size = size_of_picture(assets, &folder.file("any"), [&image]);
         *record = CameraRecord { name: stem.into(), k: Some(k), size, image: Some(image), ..record.clone() };
     }
-    calibration.notices.push("the cameras are P2 of each picture, with its size".into());
+    calibration.note("the cameras are P2 of each picture, with its size");
     Ok(calibration)
 }

@@ -77,7 +77,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         for row in Cursor::root(rows, &data.path).list()? {
             calibration.records.extend(seen(&row, &cameras, &poses)?);
         }
-        calibration.notices.push("the pictures of sample_data, in the world of ego_pose; times are in seconds".into());
+        calibration.note("the pictures of sample_data, in the world of ego_pose; times are in seconds");
         return Ok(calibration);
     }
     for token in order {
@@ -88,10 +88,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         on_a_body(&mut record, "ego");
         calibration.records.push(record);
     }
-    calibration.notices.push(
+    calibration.note(
         "the cameras are in the axes of the vehicle (x forward, y left, z up): with sample_data.json and ego_pose.json \
-         beside the file, they are in the world"
-            .into(),
+         beside the file, they are in the world",
     );
     Ok(calibration)
 }

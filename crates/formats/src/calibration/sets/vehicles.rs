@@ -71,8 +71,8 @@ pub(crate) fn read_argoverse(source: &InputFile, assets: &mut AssetRoot, _: &Rea
         calibration.records.push(record);
     }
     match placed {
-        Some(_) => calibration.notices.push(ON_THE_VEHICLE.into()),
-        None => calibration.notices.push(format!("no {partner} beside it: the cameras stand at the origin")),
+        Some(_) => calibration.note(ON_THE_VEHICLE),
+        None => calibration.note(format!("no {partner} beside it: the cameras stand at the origin")),
     }
     one_rig(&mut calibration.records, "egovehicle");
     Ok(calibration)
@@ -116,9 +116,9 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         rolling += usize::from(row.any(&["rolling_shutter_direction", "rollingShutterDirection"]).is_some());
         calibration.records.push(record);
     }
-    calibration.notices.push(ON_THE_VEHICLE.into());
+    calibration.note(ON_THE_VEHICLE);
     if rolling > 0 {
-        calibration.notices.push(format!("the rolling shutter of {rolling} cameras is not used"));
+        calibration.note(format!("the rolling shutter of {rolling} cameras is not used"));
     }
     one_rig(&mut calibration.records, "vehicle");
     Ok(calibration)

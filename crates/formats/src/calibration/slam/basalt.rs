@@ -58,6 +58,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.notices.push("the cameras are in the axes of the IMU (T_imu_cam)".into());
+    calibration.note("the cameras are in the axes of the IMU (T_imu_cam)");
     Ok(calibration)
 }

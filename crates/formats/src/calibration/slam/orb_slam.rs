@@ -146,7 +146,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let mut right = CameraRecord { name: "Camera2".into(), ..calibration.records[0].clone() };
         right.pose = Some(Pose::world_from_camera(Rotation::Matrix(DMat3::IDENTITY), DVec3::new(base, 0.0, 0.0)));
         calibration.records.push(right);
-        calibration.notices.push(format!("a rectified pair: the second camera is the first, {base} m to its right"));
+        calibration.note(format!("a rectified pair: the second camera is the first, {base} m to its right"));
     } else if root.get("Camera2.fx").is_some() {
         return Err(root.fail("Camera2 has no place: expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));
     } else if let Some(bf) = root
@@ -158,7 +158,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     {
         let fx = root.require(&format!("{first}.fx"))?.number()?;
         let base = base.unwrap_or(bf / fx);
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "one camera: that the file has a baseline, {base} m, does not say that there is a pair; if there is, \
              Rig.stereo(camera, {base}) makes it"
         ));
@@ -205,7 +205,7 @@ fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
         }
     }
     if let Some(at) = root.any(&["Camera.newWidth", "Camera.newHeight", "Camera.imageScale"]) {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{} (line {}): the program resizes pictures to it; K belongs to Camera.width x Camera.height",
             at.key, at.node.line
         ));
@@ -259,10 +259,9 @@ fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
         calibration.records.push(record);
     }
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(
+    calibration.note(
         "the raw pair of LEFT and RIGHT, in the axes of the rectified left camera; Camera.fx and the rest are those of \
-         the rectified one and are not used"
-            .into(),
+         the rectified one and are not used",
     );
     Ok(())
 }

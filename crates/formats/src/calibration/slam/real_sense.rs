@@ -27,7 +27,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(camera(&at, name.into())?);
         } else {
             at.refuse_lens(name)?;
-            calibration.notices.push(format!("{name} (line {}) is not read", at.node.line));
+            calibration.note(format!("{name} (line {}) is not read", at.node.line));
         }
     }
     Ok(calibration)

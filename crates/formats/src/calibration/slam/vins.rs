@@ -51,11 +51,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         on_a_body(record, "rig");
     }
     if !mounted {
-        calibration.notices.push("a camera without body_T_cam (or extrinsicRotation) stands at the origin".into());
+        calibration.note("a camera without body_T_cam (or extrinsicRotation) stands at the origin");
     }
     let others = root.entries()?.len() - used;
     if others > 0 {
-        calibration.notices.push(format!("{others} other keys, settings of the program, are not read"));
+        calibration.note(format!("{others} other keys, settings of the program, are not read"));
     }
     Ok(calibration)
 }

@@ -62,7 +62,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let t = DVec3::new(-base, find("STEREO", "TY")?.unwrap_or(0.0), find("STEREO", "TZ")?.unwrap_or(0.0)) / 1000.0;
     calibration.records[1].pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
     one_rig(&mut calibration.records, "rig");
-    calibration.notices.push(format!(
+    calibration.note(format!(
         "the sections of {name}, {} x {} (size= names another); Baseline, {base} mm, is in metres here, with the right \
          camera to the right of the left one",
         size[0], size[1]

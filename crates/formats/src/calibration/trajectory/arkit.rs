@@ -73,7 +73,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if left_out > 0 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{left_out} poses without a .pincam within 0.001 s of their time are left out (intrinsics= gives K to all)"
         ));
     }

@@ -83,10 +83,9 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.notices.push(match perspective {
-        Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones".into(),
-        None => "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside"
-            .into(),
+    calibration.note(match perspective {
+        Some(_) => "the cameras are in the axes of the body; those of perspective.txt are the rectified ones",
+        None => "the cameras are in the axes of the body, without K: perspective.txt and image_02.yaml lie not beside",
     });
     Ok(calibration)
 }

@@ -112,7 +112,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if lost > 0 {
-        calibration.notices.push(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
     }
     if hints.intrinsics.is_none() {
         beside(assets, &mut calibration)?;
@@ -232,7 +232,7 @@ fn lens_beside(
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     let numbers =
         listed.ok_or_else(|| fail("expected the coefficients of a lens, as its name has it".into()))?.concat();
-    calibration.notices.push(format!("the lens is that of {name}"));
+    calibration.note(format!("the lens is that of {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }
 
@@ -247,7 +247,7 @@ fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
         let k = pinhole_matrix([get("fx")?, get("fy")?, get("cx")?, get("cy")?]);
         let size = Some([camera.require("w")?.count()?, camera.require("h")?.count()?]);
         camera.unknown_keys(&["fx", "fy", "cx", "cy", "w", "h", "scale"])?;
-        calibration.notices.push(format!("K and size are those of {name}"));
+        calibration.note(format!("K and size are those of {name}"));
         for record in &mut calibration.records {
             (record.k, record.size) = (Some(k), size);
         }

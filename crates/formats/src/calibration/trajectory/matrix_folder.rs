@@ -113,7 +113,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
     if let Some(first) = lost.first() {
-        calibration.notices.push(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
+        calibration.note(format!("{} lost frames without a pose are left out: {first} ...", lost.len()));
     }
     if hints.intrinsics.is_none() {
         with_intrinsics(&scene, &place, size, assets, &mut calibration)?;
@@ -140,7 +140,7 @@ fn with_intrinsics(
         }
     }
     let Some((name, k)) = found.first() else { return Ok(()) };
-    calibration.notices.push(format!(
+    calibration.note(format!(
         "K is that of {name}{}",
         match size {
             Some([width, height]) => format!(", the size that of the first picture, {width} x {height}"),
@@ -148,7 +148,7 @@ fn with_intrinsics(
         }
     ));
     if let Some((other, _)) = found.iter().find(|(_, other)| other != k) {
-        calibration.notices.push(format!("{other} has another K, which is not used: --intrinsics {other} does"));
+        calibration.note(format!("{other} has another K, which is not used: --intrinsics {other} does"));
     }
     for record in &mut calibration.records {
         (record.k, record.size) = (Some(*k), size);

@@ -56,11 +56,9 @@ fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibrati
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    calibration.notices.push(
+    calibration.note(
         "the poses of the graph's nodes are taken as world_from_camera, as Open3D's reconstruction system has them; its \
-         edges are not read"
-            .into(),
-    );
+         edges are not read");
     Ok(())
 }
 

@@ -43,7 +43,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if lost > 0 {
-        calibration.notices.push(format!("{lost} poses without finite numbers, of lost frames, are left out"));
+        calibration.note(format!("{lost} poses without finite numbers, of lost frames, are left out"));
     }
     Ok(calibration)
 }

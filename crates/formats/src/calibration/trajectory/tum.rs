@@ -63,7 +63,7 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
     let pictures = list.as_ref().and_then(|list| list.text().ok()).unwrap_or_default();
     let first = data_lines(pictures).find_map(|(_, line)| line.split_whitespace().nth(1));
     let size = size_of_picture(assets, &source.path, first);
-    calibration.notices.push(match size {
+    calibration.note(match size {
         Some([width, height]) => {
             format!("K is that of calibration.txt, the size that of the first picture, {width} x {height}")
         }

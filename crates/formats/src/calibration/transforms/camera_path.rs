@@ -53,15 +53,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         }
         calibration.records.push(record);
     }
-    calibration.notices.push(
+    calibration.note(
         "the cameras are in the world of the trained scene; dataparser_transforms.json beside the run says how that was \
-         turned and scaled"
-            .into(),
-    );
+         turned and scaled");
     if word == "fisheye" {
-        calibration.notices.push(
-            "fisheye without coefficients: taken as equidistant, with the focal length of the field of view".into(),
-        );
+        calibration
+            .note("fisheye without coefficients: taken as equidistant, with the focal length of the field of view");
     }
     Ok(calibration)
 }

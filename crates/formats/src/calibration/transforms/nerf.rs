@@ -122,12 +122,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         calibration.records.push(record);
     }
     if measured > 0 {
-        calibration
-            .notices
-            .push(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
+        calibration.note(format!("the file has no w and h: {measured} cameras have the size of their pictures"));
     }
     if lent > 0 {
-        calibration.notices.push(format!(
+        calibration.note(format!(
             "{lent} cameras whose pictures are not there have the size of the first picture that is (size= says another)"
         ));
     }
@@ -202,9 +200,7 @@ fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, 
     let half = |angle: Option<f64>, side: f64| angle.map(|angle| 0.5 * side / (0.5 * angle).tan());
     let fx = focals[0].or_else(|| half(angles[0], sides[0]));
     let fy = focals[1].or_else(|| half(angles[1], sides[1]).filter(|_| focals[0].is_none()));
-    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else {
-        return Err(root.fail("fl_x is missing"));
-    };
+    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else { return Err(root.fail("fl_x is missing")) };
     let [cx, cy] = [real("cx")?.unwrap_or(0.5 * sides[0]), real("cy")?.unwrap_or(0.5 * sides[1])];
     record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
     lens(record, frame, root)

@@ -85,9 +85,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_columns(gl)), DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
-    calibration
-        .notices
-        .push("Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)".into());
+    calibration.note("Record3D does not state its pixel rule: the centre of the first pixel is taken as (0.5, 0.5)");
     Ok(calibration)
 }
 

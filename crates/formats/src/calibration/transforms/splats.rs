@@ -51,9 +51,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let more = unread.split_off(unread.len().min(MAX_UNREAD));
     calibration.notices.extend(unread);
     if !more.is_empty() {
-        calibration.notices.push(format!("{} more keys are not read", more.len()));
+        calibration.note(format!("{} more keys are not read", more.len()));
     }
-    calibration.notices.push("the file has no principal point: it is in the middle of the pictures".into());
+    calibration.note("the file has no principal point: it is in the middle of the pictures");
     Ok(calibration)
 }
 

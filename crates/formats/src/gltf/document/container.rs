@@ -78,9 +78,7 @@ impl Container {
             }
             match (kind, json.is_none()) {
                 (kind, true) if kind == JSON => json = Some(start..end),
-                (_, true) => {
-                    return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)");
-                }
+                (_, true) => return fault(at, "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)"),
                 (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
                 (kind, false) if kind == BIN || kind == JSON => {
                     return fault(at, "a second chunk of its kind (GLB_DUPLICATE_CHUNK)");

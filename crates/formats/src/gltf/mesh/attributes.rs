@@ -31,9 +31,7 @@ impl<'a> AttributeSource<'a> {
                 // The application's own.
                 _ if name.starts_with('_') => continue,
                 Some(("COLOR", set)) if set.parse::<u32>().is_ok() => "not used: COLOR_0 is",
-                Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => {
-                    continue;
-                }
+                Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => continue,
                 _ => "not used: no attribute of glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
             };
             diagnostics.note(format!("{place}.attributes.{name}"), message);
@@ -60,9 +58,7 @@ impl<'a> AttributeSource<'a> {
 
     /// The elements of an attribute, where it has it.
     pub(crate) fn elements(&'a self, name: &str) -> Result<Option<AccessorView<'a>>> {
-        let Some(&index) = self.primitive.attributes.get(name) else {
-            return Ok(None);
-        };
+        let Some(&index) = self.primitive.attributes.get(name) else { return Ok(None) };
         let place = format!("{}.attributes.{name}", self.place);
         let accessor = self.document.root.accessors.get(index);
         let Some((draco, mesh)) = &self.decoded else {

@@ -45,9 +45,7 @@ impl PrimitiveReader<'_> {
             return Ok(None);
         };
         let count = positions.count;
-        let Some(mut triangles) = self.triangles(&source, count)? else {
-            return Ok(None);
-        };
+        let Some(mut triangles) = self.triangles(&source, count)? else { return Ok(None) };
         let (first, last) = parallel::min_max(triangles.as_flattened());
         if first > 0 {
             for corner in triangles.as_flattened_mut() {
@@ -183,9 +181,7 @@ impl PrimitiveReader<'_> {
         if window.source.has("COLOR_1") {
             self.diagnostics.note(place, "only the first set of vertex colours is used");
         }
-        let Some(elements) = window.elements("COLOR_0")? else {
-            return Ok(());
-        };
+        let Some(elements) = window.elements("COLOR_0")? else { return Ok(()) };
         let mut clamped = false;
         let mut unit_interval = |v: f32| {
             clamped |= !(0.0..=1.0).contains(&v);

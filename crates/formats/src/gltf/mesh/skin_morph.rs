@@ -32,9 +32,7 @@ impl VertexWindow<'_> {
         for set in 0.. {
             let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
             let found = (self.elements(&joints)?, self.elements(&weights)?);
-            let (Some(joints), Some(weights)) = found else {
-                break;
-            };
+            let (Some(joints), Some(weights)) = found else { break };
             let joints = joints.integers::<4>()?;
             let weights = weights.floats::<4>()?;
             if weights.as_flattened().iter().any(|&weight| weight < 0.0) {

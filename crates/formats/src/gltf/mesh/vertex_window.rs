@@ -22,9 +22,7 @@ impl<'a> VertexWindow<'a> {
 
     /// The elements of an attribute that are used.
     pub(crate) fn elements(&self, name: &str) -> Result<Option<AccessorView<'a>>> {
-        let Some(elements) = self.source.elements(name)? else {
-            return Ok(None);
-        };
+        let Some(elements) = self.source.elements(name)? else { return Ok(None) };
         self.checked(elements, &format!("attributes.{name}")).map(Some)
     }
 

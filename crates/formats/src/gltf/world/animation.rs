@@ -20,9 +20,7 @@ impl Builder<'_, '_> {
             for (j, channel) in json.channels.iter().enumerate() {
                 let place = format!("animations[{i}].channels[{j}]");
                 let targets = self.channel_targets(&place, channel, nodes)?;
-                let Some(&target) = targets.first() else {
-                    continue;
-                };
+                let Some(&target) = targets.first() else { continue };
                 let at = format!("{place}.sampler");
                 let sampler = document.get(&json.samplers, channel.sampler, &at)?;
                 let at = format!("animations[{i}].samplers[{}]", channel.sampler);

@@ -176,9 +176,7 @@ impl Builder<'_, '_> {
     pub(crate) fn animated_materials(&self, targets: impl Iterator<Item = AnimationTarget>) -> Vec<AnimatedMaterial> {
         let mut moving: Vec<AnimatedMaterial> = Vec::new();
         for target in targets {
-            let AnimationTarget::Material(material, property) = target else {
-                continue;
-            };
+            let AnimationTarget::Material(material, property) = target else { continue };
             let document = &self.document.root.materials;
             let (Some(json), Some(base)) = (document.get(material), self.world.materials.get(material)) else {
                 continue;

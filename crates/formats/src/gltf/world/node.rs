@@ -241,9 +241,7 @@ impl Builder<'_, '_> {
     /// `EXT_mesh_gpu_instancing`; a node without it has one instance, in its own place.
     fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>> {
         let document = self.document;
-        let Some(attributes) = node.extensions.instances() else {
-            return Ok(vec![DAffine3::IDENTITY]);
-        };
+        let Some(attributes) = node.extensions.instances() else { return Ok(vec![DAffine3::IDENTITY]) };
         let place = format!("{place}.extensions.EXT_mesh_gpu_instancing.attributes");
         let (mut translations, mut rotations, mut scales) = (None, None, None);
         let mut count = None;

@@ -26,9 +26,7 @@ impl Builder<'_, '_> {
     ) -> Result<Option<TextureSlot>> {
         let Some(info) = info else { return Ok(None) };
         let index = &format!("{place}.index");
-        let Some(texture) = self.texture(index, info.index, color_use)? else {
-            return Ok(None);
-        };
+        let Some(texture) = self.texture(index, info.index, color_use)? else { return Ok(None) };
         Ok(Some(TextureSlot { texture, uv_set: info.uv_set(), image_from_mesh: info.uv_transform().image_from_mesh() }))
     }
 
@@ -58,9 +56,7 @@ impl Builder<'_, '_> {
                 image = self.image(&format!("{place}.source"), source, color_use)?;
             }
         }
-        let Some(image) = image else {
-            return Ok(None);
-        };
+        let Some(image) = image else { return Ok(None) };
         let sampler = match texture.sampler {
             Some(sampler) => self
                 .item_or_notice(&document.root.samplers, sampler, &format!("{place}.sampler"))

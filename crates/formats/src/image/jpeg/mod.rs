@@ -139,9 +139,7 @@ impl SegmentState {
         if self.tables.as_flattened().iter().all(Option::is_none) {
             self.frame = None;
         }
-        let Some(frame) = self.frame else {
-            return Ok(0);
-        };
+        let Some(frame) = self.frame else { return Ok(0) };
         let odd = || format!("ends early or is damaged: scan {number} is not as expected");
         let (&count, rest) = segment.split_first().ok_or_else(odd)?;
         let (selectors, rest) = rest.split_at_checked(2 * usize::from(count)).ok_or_else(odd)?;

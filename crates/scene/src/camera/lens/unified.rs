@@ -67,9 +67,7 @@ impl Omni {
         let (xi, [k1, k2, p1, p2]) = match *given {
             [xi] => (xi, [0.0; 4]),
             [xi, k1, k2, p1, p2] => (xi, [k1, k2, p1, p2]),
-            _ => {
-                return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)"));
-            }
+            _ => return Err(wrong_count(given, LensModel::Omni, "1 (xi) or 5 (xi k1 k2 p1 p2)")),
         };
         if xi <= -1.0 {
             return Err(SceneError::Camera(format!("distortion {given:?}: the omni model needs xi > -1")));

@@ -90,9 +90,7 @@ impl ApertureSpec {
             }
             _ => return fail("expected radius, or f_number with focal_length"),
         };
-        let Some(focus) = self.focus else {
-            return fail("focus, the depth that is sharp, is missing");
-        };
+        let Some(focus) = self.focus else { return fail("focus, the depth that is sharp, is missing") };
         Aperture::new(radius, focus, self.blades, self.rotation)
     }
 }

@@ -83,9 +83,7 @@ impl RigSpec {
             None => pose.build_body(up)?,
         };
         let rig = Rig::new(self.name.as_deref().unwrap_or("rig"), body, mounts)?;
-        let Some(shutter) = &self.shutter else {
-            return Ok(rig);
-        };
+        let Some(shutter) = &self.shutter else { return Ok(rig) };
         if shutter.mount.is_some() {
             let message = "it is of a single camera; the cameras of a rig say themselves where they are";
             return Err(SceneError::schema("shutter.mount", message));
