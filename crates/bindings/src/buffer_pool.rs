@@ -103,8 +103,7 @@ fn view<'py, T: Element>(
     let array = array.bind(py);
     let Range { start, end } = aligned_range(array.data(), values);
     let part = PySlice::new(py, start.cast_signed(), end.cast_signed(), 1);
-    let plane = array.get_item(part)?.cast_into::<PyArray1<T>>()?;
-    Ok(plane.reshape(shape)?.into_any())
+    Ok(array.get_item(part)?.cast_into::<PyArray1<T>>()?.reshape(shape)?.into_any())
 }
 
 impl BufferPool {

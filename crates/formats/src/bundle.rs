@@ -58,6 +58,5 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World> {
         Some(limit) => world.with_texture_cache(TextureCache::new(limit)),
         None => Ok(world),
     };
-    let world = world.validated().and_then(bounded);
-    world.map_err(|source| FormatError::Scene { path: Some(path.into()), source })
+    world.validated().and_then(bounded).map_err(|source| FormatError::Scene { path: Some(path.into()), source })
 }

@@ -268,8 +268,7 @@ impl OffColors {
                 return Ok(());
             }
             count => {
-                let message = format!("{count} numbers after {number}, expected a colour of 3 or 4");
-                return Err(rows.error(message));
+                return Err(rows.error(format!("{count} numbers after {number}, expected a colour of 3 or 4")));
             }
         }
         let mut rgba = [0.0, 0.0, 0.0, f64::NAN];

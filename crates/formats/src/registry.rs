@@ -176,8 +176,7 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
         }
     }
     for part in model.parts.iter().filter(|_| found.vertices > 0) {
-        let valid = part.mesh.validate();
-        valid.map_err(|error| FormatError::Scene { path: Some(path.into()), source: error })?;
+        part.mesh.validate().map_err(|error| FormatError::Scene { path: Some(path.into()), source: error })?;
     }
     Ok(())
 }

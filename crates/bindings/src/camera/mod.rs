@@ -282,8 +282,7 @@ pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
 /// K of a vertical field of view in degrees.
 #[pyfunction]
 pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
-    let k = camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?);
-    k.map(rows_of).or_raise()
+    camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?).map(rows_of).or_raise()
 }
 
 /// K of a focal length in pixels.

@@ -78,8 +78,7 @@ impl World {
     /// The bytes that textures may take in memory, if something bounds them.
     #[getter]
     fn texture_memory(&self) -> Option<u64> {
-        let world = self.snapshot();
-        world.texture_cache.as_ref().map(|memory| memory.limit())
+        self.snapshot().texture_cache.as_ref().map(|memory| memory.limit())
     }
 
     /// The names of the image files.
@@ -156,8 +155,7 @@ impl World {
 
     #[getter]
     fn cameras(&self) -> Vec<(String, Camera)> {
-        let world = self.snapshot();
-        world.cameras.iter().map(|c| (c.name.clone(), Camera { inner: c.camera.clone() })).collect()
+        self.snapshot().cameras.iter().map(|c| (c.name.clone(), Camera { inner: c.camera.clone() })).collect()
     }
 
     /// The camera of a name, with the nearest name in the error.
@@ -181,8 +179,7 @@ impl World {
     /// (fps, seconds, frames) of `[video]`.
     #[getter]
     fn video(&self) -> Option<(f64, f64, usize)> {
-        let world = self.snapshot();
-        world.video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
+        self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
     /// `base` as `[video]` moves it.
@@ -214,8 +211,7 @@ impl World {
 
     #[getter]
     fn variants(&self) -> Vec<String> {
-        let world = self.snapshot();
-        world.variants.iter().map(|v| v.name.clone()).collect()
+        self.snapshot().variants.iter().map(|v| v.name.clone()).collect()
     }
 
     /// The world in the materials of a variant; it shares what is built.

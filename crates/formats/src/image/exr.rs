@@ -144,8 +144,7 @@ fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most:
     // Its version, then nine sizes and counts.
     let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
     if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
-        let message = format!("a DWA block that declares {size} bytes, at most {most} are possible");
-        return Err(file.fault(message));
+        return Err(file.fault(format!("a DWA block that declares {size} bytes, at most {most} are possible")));
     }
     Ok(())
 }

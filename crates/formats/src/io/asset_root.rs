@@ -315,8 +315,7 @@ impl AssetRoot {
         // Checked before opening, since opening a pipe would wait for a writer. Reading a folder fails by itself.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
-            let message = "a device, pipe or socket, expected a regular file";
-            return Err(kind(io::ErrorKind::InvalidInput, message));
+            return Err(kind(io::ErrorKind::InvalidInput, "a device, pipe or socket, expected a regular file"));
         }
         let mut file = File::open(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();

@@ -46,7 +46,6 @@ impl InputFile {
 
     /// The name of the file without its last extension.
     pub(crate) fn stem(&self) -> Option<String> {
-        let stem = self.path.file_stem()?;
-        Some(stem.to_string_lossy().into_owned())
+        Some(self.path.file_stem()?.to_string_lossy().into_owned())
     }
 }

@@ -87,8 +87,7 @@ impl ObjBuilder {
 
     /// Appends the next piece, or returns its first error.
     fn append_chunk(&mut self, mut chunk: Chunk) -> Result<(), LineError> {
-        let error = chunk.error.take();
-        let mut errors: Vec<LineError> = error.into_iter().collect();
+        let mut errors: Vec<LineError> = chunk.error.take().into_iter().collect();
         errors.extend(self.resolve(&mut chunk).err());
         errors.extend(self.ignored.append(std::mem::take(&mut chunk.ignored)).err());
         let names = self.names(&mut chunk);

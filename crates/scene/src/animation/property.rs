@@ -234,8 +234,7 @@ fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut 
         T::Emission => return material.emission.texture.iter_mut().collect(),
         T::Normal => return material.normal_map.iter_mut().map(|n| &mut n.texture).collect(),
         T::Occlusion => {
-            let occlusion = material.occlusion.iter_mut();
-            return occlusion.flat_map(|o| o.texture.iter_mut()).collect();
+            return material.occlusion.iter_mut().flat_map(|o| o.texture.iter_mut()).collect();
         }
         _ => {}
     }

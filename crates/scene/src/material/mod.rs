@@ -86,14 +86,6 @@ impl MaterialModel {
     pub const DEFAULT: Self = Self::Phong { diffuse: 1.0, specular: [0.0; 3], shininess: 32.0 };
 
     /// Its parameters, if it is principled.
-    pub fn as_principled(&self) -> Option<&Principled> {
-        match self {
-            Self::Principled(principled) => Some(principled),
-            _ => None,
-        }
-    }
-
-    /// Its parameters to be changed, if it is principled.
     pub fn as_principled_mut(&mut self) -> Option<&mut Principled> {
         match self {
             Self::Principled(principled) => Some(principled),
@@ -104,11 +96,6 @@ impl MaterialModel {
     /// True if it shows the base colour whatever the light.
     pub fn is_unlit(&self) -> bool {
         matches!(self, Self::Unlit)
-    }
-
-    /// True if it is a metal by its index of refraction.
-    pub fn is_metal(&self) -> bool {
-        matches!(self, Self::Metal(_))
     }
 
     /// Checks its values.

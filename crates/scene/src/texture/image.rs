@@ -161,8 +161,7 @@ fn file_name<S: Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error
 
 /// The same image is the same data wherever its texels lie.
 fn in_memory<S: Serializer>(texels: &Texels, serializer: S) -> Result<S::Ok, S::Error> {
-    let texels = texels.in_memory().map_err(serde::ser::Error::custom)?;
-    texels.serialize(serializer)
+    texels.in_memory().map_err(serde::ser::Error::custom)?.serialize(serializer)
 }
 
 impl Image {

@@ -16,10 +16,7 @@ impl Video {
     pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig> {
         let moved = self.rig_pose(rig, index, time)?;
         let Some(shutter) = rig.motion().filter(|shutter| shutter.is_static()) else { return Ok(moved) };
-        let motion = shutter.resampled(|since_middle| {
-            let then = self.rig_pose(rig, index, time + since_middle)?;
-            Ok(then.body())
-        })?;
+        let motion = shutter.resampled(|since_middle| Ok(self.rig_pose(rig, index, time + since_middle)?.body()))?;
         moved.with_motion(motion)
     }
 

@@ -44,8 +44,7 @@ pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
 
 /// The shape of the array in a `.npy` file.
 pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
-    let header = NpyHeader::parse(bytes).ok()?;
-    Some(header.shape)
+    Some(NpyHeader::parse(bytes).ok()?.shape)
 }
 
 /// The shapes of the arrays in a `.npz` file, by their headers; None for another file.

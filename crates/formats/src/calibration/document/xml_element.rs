@@ -70,8 +70,7 @@ impl<'f> XmlElement<'f> {
 
     /// The numbers of a text that belongs to this element.
     pub(crate) fn numbers_of<const N: usize>(&self, what: &str, text: &str) -> Result<[f64; N]> {
-        let words = text.split_whitespace();
-        let values: Result<Vec<f64>, _> = words.map(str::parse::<f64>).collect();
+        let values: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse::<f64>).collect();
         let values = values.ok().filter(|values| values.iter().all(|value| value.is_finite()));
         let values = values.ok_or_else(|| self.fail(format_args!("{what} {text:?}: expected finite numbers")))?;
         let count = values.len();

@@ -100,8 +100,7 @@ const KEYS: [&str; 23] = [
 fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<String>) -> Result<CameraRecord> {
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     notices.extend(at.unread_keys(|key| KEYS.contains(&key) || key.contains("prior"))?);
-    let kind = at.get("projection_type");
-    let word = kind.as_ref().map_or(Ok("perspective"), Cursor::word)?;
+    let word = at.get("projection_type").as_ref().map_or(Ok("perspective"), Cursor::word)?;
     let size = [at.require("width")?.count()?, at.require("height")?.count()?];
     record.size = Some(size);
     let fail = |message: String| at.fail(message);

@@ -108,8 +108,7 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         record.k = Some(pinhole_matrix([fx, fy, cx, cy]));
         record.lens = brown_lens(k1, k2, p1, p2, k3).map_err(|message| row.fail(message))?;
         let at = row.require("extrinsic")?;
-        let at = at.get("transform").unwrap_or(at);
-        let (r, c) = at.matrix4()?;
+        let (r, c) = at.get("transform").unwrap_or(at).matrix4()?;
         // The axes of Waymo's cameras: x forward, y left, z up. Columns: OpenCV's x, y, z in them.
         let axes = DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r * axes), c));

@@ -43,8 +43,7 @@ pub(crate) struct PosesOfTree {
 /// True for a document that has poses.
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if zip_members::is_zip(&source.bytes) {
-        let names = npy::names(&source.bytes);
-        return names.iter().any(|name| ARRAYS.contains(&name.as_str()))
+        return npy::names(&source.bytes).iter().any(|name| ARRAYS.contains(&name.as_str()))
             || npy::shapes(&source.bytes).is_some_and(|shapes| shapes.iter().all(|shape| is_matrix(shape)));
     }
     is_document(&source.path, text)

@@ -64,8 +64,7 @@ impl Container {
         let mut at = 12;
         while at < length {
             let (Some(size), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + 8)) else {
-                let message = "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)";
-                return fault(at, message);
+                return fault(at, "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)");
             };
             let start = at + 8;
             let end = start + size as usize;

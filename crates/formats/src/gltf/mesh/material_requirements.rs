@@ -68,8 +68,7 @@ impl Material {
         let clearcoat = clearcoat.and_then(|coat| coat.clearcoat_normal_texture.as_ref());
         let anisotropy = extensions.anisotropy.as_ref();
         let texture = anisotropy.and_then(|ani| ani.anisotropy_texture.as_ref());
-        let textures = [self.normal_texture.as_ref(), clearcoat, texture];
-        let first = textures.into_iter().flatten().next();
+        let first = [self.normal_texture.as_ref(), clearcoat, texture].into_iter().flatten().next();
         first.map(TextureInfo::uv_set).or(anisotropy.map(|_| 0))
     }
 }

@@ -88,8 +88,7 @@ impl Builder<'_, '_> {
             "weights" => AnimationTarget::Weights(node),
             "extensions/KHR_node_visibility/visible" => AnimationTarget::Visible(node),
             path => {
-                let message = format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)");
-                self.diagnostics.note(place, message);
+                self.diagnostics.note(place, format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)"));
                 return Ok(Vec::new());
             }
         };
@@ -122,8 +121,7 @@ impl Builder<'_, '_> {
                 return Err(document.fault(format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
             }
         };
-        let input = document.elements(json.input, &format!("{place}.input"))?;
-        let times = input.floats::<1>()?.into_flattened();
+        let times = document.elements(json.input, &format!("{place}.input"))?.floats::<1>()?.into_flattened();
         let output = document.elements(json.output, &format!("{place}.output"))?;
         let values = match output.arity {
             2 => output.floats::<2>()?.into_flattened(),

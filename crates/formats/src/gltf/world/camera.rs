@@ -36,8 +36,7 @@ impl Builder<'_, '_> {
         let world_from_camera = match rigid(world_from_node) {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
-                let message = "its node mirrors or shears it, which is left out of its pose";
-                self.diagnostics.note(&place, message);
+                self.diagnostics.note(&place, "its node mirrors or shears it, which is left out of its pose");
                 pose
             }
             None => {
