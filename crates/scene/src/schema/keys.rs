@@ -2,6 +2,20 @@
 
 use crate::error::{Result, SceneError};
 
+/// A method's value of fields of a struct, with their keys: the fields' names, or what stands before them.
+macro_rules! by_key {
+    ($table:ident, $method:ident: $($($key:literal)? $field:ident),+ $(,)?) => {
+        [$((by_key!(@key $($key)? $field), $table.$field.$method())),+]
+    };
+    (@key $key:literal $field:ident) => {
+        $key
+    };
+    (@key $field:ident) => {
+        stringify!($field)
+    };
+}
+pub(crate) use by_key;
+
 /// The optional keys of a table, each with whether it is there.
 pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
 

@@ -14,7 +14,7 @@ use crate::camera::{
 };
 use crate::error::{Result, SceneError};
 use crate::model::AssetLoader;
-use crate::schema::keys::Keys;
+use crate::schema::keys::{Keys, by_key};
 use crate::schema::shorthand::Splat;
 use crate::schema::spec::optics::{ApertureSpec, ShutterSpec};
 use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
@@ -265,17 +265,9 @@ impl CameraSpec {
 
     /// Which keys were written, but those of the pose.
     fn keys(&self) -> Keys<9> {
-        Keys([
-            ("focal", self.focal.is_some()),
-            ("fov", self.fov.is_some()),
-            ("K", self.k.is_some()),
-            ("height", self.height.is_some()),
-            ("matrix", self.matrix.is_some()),
-            ("skew", self.skew.is_some()),
-            ("principal_point", self.principal_point.is_some()),
-            ("distortion", self.distortion.is_some()),
-            ("lens", self.lens.is_some()),
-        ])
+        Keys(by_key! { self, is_some:
+            focal, fov, "K" k, height, matrix, skew, principal_point, distortion, lens,
+        })
     }
 }
 

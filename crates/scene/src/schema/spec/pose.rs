@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::camera::{Camera, PixelCenter, Pose};
 use crate::error::{Result, SceneError};
 use crate::math::rotation::CAMERA_FROM_BODY;
-use crate::schema::keys::Keys;
+use crate::schema::keys::{Keys, by_key};
 use crate::up::Up;
 
 /// A table with the nine keys of a pose among its own: where something is, and which way it points. What some of them mean
@@ -164,16 +164,6 @@ impl PoseSpec {
 
     /// Which keys were written.
     pub fn keys(&self) -> Keys<9> {
-        Keys([
-            ("location", self.location.is_some()),
-            ("roll", self.roll.is_some()),
-            ("pitch", self.pitch.is_some()),
-            ("yaw", self.yaw.is_some()),
-            ("target", self.target.is_some()),
-            ("up", self.up.is_some()),
-            ("R", self.r.is_some()),
-            ("C", self.c.is_some()),
-            ("t", self.t.is_some()),
-        ])
+        Keys(by_key! { self, is_some: location, roll, pitch, yaw, target, up, "R" r, "C" c, t })
     }
 }

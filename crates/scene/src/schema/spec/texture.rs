@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess};
 
+use crate::schema::keys::by_key;
 use crate::schema::shorthand::{Splat, Wraps};
 use crate::texture::{Image, TexelFilter};
 use crate::written::{written, written_schema};
@@ -110,27 +111,12 @@ pub struct TexturesSpec {
 
 impl TexturesSpec {
     pub(crate) fn given(&self) -> Vec<(&'static str, &TextureSpec)> {
-        let all = [
-            ("normal", &self.normal),
-            ("occlusion", &self.occlusion),
-            ("emission", &self.emission),
-            ("metallic", &self.metallic),
-            ("roughness", &self.roughness),
-            ("specular", &self.specular),
-            ("specular_color", &self.specular_color),
-            ("transmission", &self.transmission),
-            ("clearcoat", &self.clearcoat),
-            ("clearcoat_roughness", &self.clearcoat_roughness),
-            ("clearcoat_normal", &self.clearcoat_normal),
-            ("sheen_color", &self.sheen_color),
-            ("sheen_roughness", &self.sheen_roughness),
-            ("iridescence", &self.iridescence),
-            ("iridescence_thickness", &self.iridescence_thickness),
-            ("anisotropy", &self.anisotropy),
-            ("diffuse_transmission", &self.diffuse_transmission),
-            ("diffuse_transmission_color", &self.diffuse_transmission_color),
-        ];
-        all.into_iter().filter_map(|(key, spec)| Some((key, spec.as_ref()?))).collect()
+        let all = by_key! { self, as_ref:
+            normal, occlusion, emission, metallic, roughness, specular, specular_color, transmission,
+            clearcoat, clearcoat_roughness, clearcoat_normal, sheen_color, sheen_roughness, iridescence,
+            iridescence_thickness, anisotropy, diffuse_transmission, diffuse_transmission_color,
+        };
+        all.into_iter().filter_map(|(key, spec)| Some((key, spec?))).collect()
     }
 }
 
