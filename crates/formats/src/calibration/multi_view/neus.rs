@@ -52,7 +52,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     if normalised {
         calibration.note(
-            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised");
+            "the cameras are in the world of world_mat; a mesh in the unit sphere needs scale_mat, world_from_normalised",
+        );
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size) {
         calibration.note(format!("the sizes are those of the pictures, {} x {}", size[0], size[1]));

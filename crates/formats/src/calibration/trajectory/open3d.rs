@@ -58,7 +58,8 @@ fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibrati
     }
     calibration.note(
         "the poses of the graph's nodes are taken as world_from_camera, as Open3D's reconstruction system has them; its \
-         edges are not read");
+         edges are not read",
+    );
     Ok(())
 }
 

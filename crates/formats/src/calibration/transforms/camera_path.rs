@@ -55,7 +55,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     }
     calibration.note(
         "the cameras are in the world of the trained scene; dataparser_transforms.json beside the run says how that was \
-         turned and scaled");
+         turned and scaled",
+    );
     if word == "fisheye" {
         calibration
             .note("fisheye without coefficients: taken as equidistant, with the focal length of the field of view");
